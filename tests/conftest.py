@@ -13,7 +13,7 @@ import xarray as xr
 from hypothesis import settings
 
 from gd_analyze.dynamics.decomposition import decompose
-from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings

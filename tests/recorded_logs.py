@@ -9,8 +9,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.logged import ColumnUse
-from gd_analyze.motions.recording import Recording
+from gd_analyze.motions.logged import ColumnUse, Recording
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

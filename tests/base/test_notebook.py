@@ -12,7 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
-from gd_analyze.motions.csv_file import shipped_trajectories
+from gd_analyze.motions.read import shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.studies.main_job import Settings
 

@@ -21,17 +21,11 @@ def log(here):
 def test_table(run, log):
     result = run("columns", "two_link", log)
     assert (result.code, result.err) == (0, "")
-    assert result.out.startswith("log: 200 rows of readings for ")
     lines = result.out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert [line.split() for line in lines[5:8]] == [
-        ["timestamp", "time", "s"],
-        ["actual_q_0", "q", "shoulder", "rad"],
-        ["actual_q_1", "q", "elbow", "rad"],
-    ]
-    assert "q: by number, from 0." in result.out
-    assert "- target beside measured: target_q_0 .. target_q_1" in result.out
-    assert "- no quantity of the joints' motion: temp_0" in result.out
+    rows = [line.split() for line in lines]
+    assert ["actual_q_1", "q", "elbow", "rad", "by", "number,", "from", "0"] in rows
+    assert ["temp_0", "unused", "no", "quantity", "of", "the", "joints'", "motion"] in rows
 
 
 def test_json(run, log):
@@ -49,7 +43,7 @@ def test_json(run, log):
 def test_a_trajectory_has_columns_too(run, motion):
     result = run("columns", "two_link", "two-link-swing")
     assert result.code == 0
-    assert "rows of a plan" in result.out
+    assert ["Kind", "plan"] in [line.split() for line in result.out.splitlines()]
 
 
 def test_options_reach_the_reader(run, here, log):
@@ -92,8 +86,8 @@ def test_ambiguity_is_an_error_of_the_user(run, here, log):
 
 
 def test_a_log_from_standard_input(process, here):
-    result = process("columns", "two_link", "-", "--json", stdin=LOG)
-    assert result.code == 2  # columns of a file
+    told = json.loads(process("columns", "two_link", "-", "--json", stdin=LOG).out)
+    assert (told["log"], told["rows"]) == ("stdin", 200)
     result = process("rank", "two_link", "-", "--json", stdin=LOG)
     assert result.code == 0, result.err
     assert json.loads(result.out)["states"]["trajectory"] == "stdin"

@@ -7,7 +7,7 @@ import pytest
 from bad_files import ARM, HEADER, ROWS, csv
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.results.store import load_findings
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.main_job import find

@@ -12,7 +12,7 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Placement

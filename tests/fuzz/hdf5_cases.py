@@ -21,7 +21,7 @@ from tree_changes import TREE_CHANGES
 from verdict import BrokenError
 
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.store import SEAL_LENGTH, require_sealed, save_results, seal

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import Tab, opened, started
+from gd_analyze.motions.measured import motion_of
 from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
 from changed_recursions import summands_dropped
 from few_tries import few_tries
-from gd_analyze.motions.csv_file import read_trajectory
 from gd_analyze.motions.logged import ColumnUse, Logged
-from gd_analyze.motions.measured import motion_of
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings

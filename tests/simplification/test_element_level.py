@@ -15,7 +15,7 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.trace import Trace, is_constant
 from gd_analyze.robots.catalogue import load_arm

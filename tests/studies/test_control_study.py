@@ -11,7 +11,7 @@ import pytest
 
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
-from gd_analyze.motions.csv_file import read_trajectory
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of

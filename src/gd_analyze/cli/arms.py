@@ -61,7 +61,7 @@ def _toml(robot: GivenRobot) -> str:
 
 
 def _catalogue() -> Result:
-    from gd_analyze.motions.csv_file import shipped_trajectories
+    from gd_analyze.motions.read import shipped_trajectories
     from gd_analyze.result import Column, Fact, Result, Table
 
     found = [gd.load_arm(name) for name in gd.builtin_arms()]

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options_listed, reading_asked, told_by_stages
+from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
 from gd_analyze.cli.options import TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.terminal import line, sentence, table
 
 if TYPE_CHECKING:
     from gd_analyze.motions.logged import Logged
+    from gd_analyze.result import Result
 
 
 @click.command(short_help="Show how the columns of a log are understood.")
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 @log_options_listed
 @reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
-    r"""Show which column of a log is taken for what, by what it was understood, and what is left out.
+    r"""Show role, joint and unit of each column of a log, the reason, and which columns are left out.
 
     With --save-mapping this is written as a small TOML file; --mapping reads logs alike by it.
 
@@ -37,48 +36,26 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     with output.working() as stage:
         stage("reading")
         arm = robot.load()
-        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked(), progress=told_by_stages())
-    output.give(lambda: _document(logged, arm) | output.about(None), lambda: _show(logged, arm))
+        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked(), progress=progress_shown())
+    output.give(_result(logged, arm))
 
 
-def _document(logged: Logged, arm: gd.RobotArm) -> dict[str, Any]:
-    return {
-        "log": logged.name,
-        "arm": arm.name,
-        "measured": logged.measured,
-        "rows": len(logged.time),
-        "seconds": float(logged.time[-1]),
-        "columns": [asdict(use) for use in logged.columns],
-    }
+def _result(logged: Logged, arm: gd.RobotArm) -> Result:
+    from gd_analyze.result import Column, Fact, Result, Table
 
+    def column(key: str, label: str) -> Column:
+        return Column(key, label, [getattr(use, key) for use in logged.columns], shown="text")
 
-def _show(logged: Logged, arm: gd.RobotArm) -> None:
-    from gd_analyze.motions.told import reasons_told, unused_told
-    from gd_analyze.text import number
-
-    kind = "readings" if logged.measured else "a plan"
-    sentence(
-        f"{logged.name}: {len(logged.time)} rows of {kind} for {arm.title or arm.name}, "
-        f"{number(float(logged.time[-1]))} s",
-        bold=True,
+    headings = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
+    return Result(
+        title=f"Columns of {logged.name}",
+        subtitle=arm.title or arm.name,
+        facts=(
+            Fact("log", "", logged.name),
+            Fact("arm", "", arm.name),
+            Fact("measured", "Kind", logged.measured, text="readings" if logged.measured else "plan"),
+            Fact("rows", "Rows", len(logged.time), shown="count"),
+            Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
+        ),
+        parts=(Table("columns", "Columns", tuple(column(*pair) for pair in headings.items())),),
     )
-    used = [use for use in logged.columns if use.role != "unused"]
-    # Where all begin with the same topic, that is told once.
-    first, *others = [use.column for use in used if use.role != "time"]
-    ends = [k + 1 for k, sign in enumerate(first) if sign == "/"]
-    shared = next((first[:k] for k in reversed(ends) if all(x.startswith(first[:k]) for x in others)), "")
-    table(
-        "What is used" + (f"; {shared} stands before the columns' names" if shared else ""),
-        ["column", "role", "joint", "unit"],
-        [[use.column.removeprefix(shared), use.role, use.joint, use.unit] for use in used],
-        "llll",
-    )
-    line()
-    for told in reasons_told(used):
-        sentence(f"{told}.", indent="  ")
-    unused = unused_told(logged.columns)
-    if unused:
-        line()
-        sentence("Left out:", bold=True)
-        for told in unused:
-            sentence(f"- {told}", indent="  ")

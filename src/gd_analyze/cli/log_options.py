@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,9 +12,8 @@ from gd_analyze.cli.options import FILE, Output, PositiveNumber, together
 
 if TYPE_CHECKING:
     import gd_analyze as gd
-    from gd_analyze.motions.reading import Reading
+    from gd_analyze.motions.reading import Reading, Treatment
     from gd_analyze.motions.table import Progress
-    from gd_analyze.motions.treatment import Treatment
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -25,90 +23,91 @@ STAGE = "gd_analyze.stage"
 
 
 def _keep(context: click.Context, parameter: click.Parameter, value: Any) -> Any:
-    """Keep a word with the command, for `reading_asked`: no verb has to pass it on."""
-    # --planned is a no; a flag that is not there is none.
+    """Keep a value with the command, for `reading_asked`: no verb has to pass it on."""
+    # --planned is False; so is a flag that is absent.
     said = value not in (None, ()) and (value is not False or parameter.name == "measured")
     if parameter.name is not None and said:
         context.meta.setdefault(_KEPT, {})[parameter.name] = value
     return value
 
 
-_OPTIONS = (
-    partial(
-        click.option,
+_OPTIONS: tuple[tuple[str, dict[str, Any]], ...] = (
+    (
         "--columns",
-        metavar="LIST",
-        help="Of a log: names of its columns where it has no header, such as time,q1..q6,-; of one that has, "
-        "the only columns to look at.",
+        {
+            "metavar": "LIST",
+            "help": "Of a log: names of its columns where it has no header, such as time,q1..q6,-; of one "
+            "that has, the only columns to look at.",
+        },
     ),
-    partial(
-        click.option,
+    (
         "--map",
-        multiple=True,
-        metavar="ROLE=COLUMN",
-        help="Of a log: what a column holds: time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none, or "
-        "the log's name of a joint: joint:elbow=joint_a3. May be repeated.",
+        {
+            "multiple": True,
+            "metavar": "ROLE=COLUMN",
+            "help": "Of a log: what a column holds: time=Time, q:JOINT=Position3, torque:JOINT=#9, "
+            "torque=none, or the log's name of a joint: joint:elbow=joint_a3. May be repeated.",
+        },
     ),
-    partial(
-        click.option,
+    (
         "--rate",
-        type=PositiveNumber(),
-        metavar="HZ",
-        help="Of a log: samples per second, where its time counts samples or it has none.",
+        {
+            "type": PositiveNumber(),
+            "metavar": "HZ",
+            "help": "Of a log: samples per second, where its time counts samples or it has none.",
+        },
     ),
-    partial(
-        click.option,
-        "--time-unit",
-        type=click.Choice(["s", "ms", "us", "ns"]),
-        help="Of a log: unit of its time.",
-    ),
-    partial(
-        click.option,
-        "--degrees",
-        is_flag=True,
-        help="Of a log: angles of columns that state no unit are in degrees.",
-    ),
-    partial(
-        click.option,
+    ("--time-unit", {"type": click.Choice(["s", "ms", "us", "ns"]), "help": "Of a log: unit of its time."}),
+    ("--degrees", {"is_flag": True, "help": "Of a log: angles of columns without a unit are in degrees."}),
+    (
         "--family",
-        multiple=True,
-        metavar="WORD",
-        help="Of a log: which columns to take where several hold the same, by a word of their names (target, "
-        "actual), for one role: torque=cur. May be repeated.",
+        {
+            "multiple": True,
+            "metavar": "WORD",
+            "help": "Of a log: which columns to take where several hold the same, by a word of their names "
+            "(target, actual), for one role: torque=cur. May be repeated.",
+        },
     ),
-    partial(click.option, "--topic", metavar="TOPIC", help="Of a bag: which topic to read."),
-    partial(click.option, "--mapping", type=FILE, help="Of a log: read it as a mapping file says."),
-    partial(
-        click.option,
+    ("--topic", {"metavar": "TOPIC", "help": "Of a bag: which topic to read."}),
+    ("--mapping", {"type": FILE, "help": "Of a log: read it as a mapping file says."}),
+    (
         "--save-mapping",
-        type=Output(),
-        help="Of a log: write a mapping file of how it was understood, for logs alike.",
+        {
+            "type": Output(),
+            "help": "Of a log: write a mapping file of how it was understood, for logs alike.",
+        },
     ),
-    partial(
-        click.option,
+    (
         "--measured/--planned",
-        default=None,
-        help="Of a log: readings of sensors, to be smoothed, or a plan.  [default: what its columns tell]",
+        {
+            "default": None,
+            "help": "Of a log: readings of sensors, to be smoothed, or a plan.  "
+            "[default: what its columns tell]",
+        },
     ),
-    partial(
-        click.option,
+    (
         "--cutoff",
-        metavar="HZ",
-        type=PositiveNumber(),
-        help="Of readings: cut-off frequency of their smoothing.  [default: by the noise found in them]",
+        {
+            "metavar": "HZ",
+            "type": PositiveNumber(),
+            "help": "Of readings: cut-off frequency of their smoothing.  "
+            "[default: by the noise found in them]",
+        },
     ),
-    partial(
-        click.option,
+    (
         "--largest-gap",
-        metavar="SECONDS",
-        type=PositiveNumber(),
-        help="Of readings: longest time between two of them across which the motion goes on.",
+        {
+            "metavar": "SECONDS",
+            "type": PositiveNumber(),
+            "help": "Of readings: longest time between two of them across which the motion goes on.",
+        },
     ),
 )
 
 
 def _together(hidden: bool) -> Callable[[F], F]:
-    return together(*(option(expose_value=False, callback=_keep, hidden=hidden) for option in _OPTIONS))
+    kept: dict[str, Any] = {"expose_value": False, "callback": _keep, "hidden": hidden}
+    return together(*(click.option(name, **words, **kept) for name, words in _OPTIONS))
 
 
 # A verb that is about something else takes them without listing them.
@@ -137,7 +136,7 @@ def treatment_asked() -> Treatment | None:
     words = {name: word for name, word in _words().items() if name in _TREATED}
     if not words:
         return None
-    from gd_analyze.motions.treatment import Treatment
+    from gd_analyze.motions.reading import Treatment
 
     return Treatment(**words)
 
@@ -146,7 +145,7 @@ def read_motion(path: str | Path, arm: gd.RobotArm) -> gd.Trajectory:
     """Read a trajectory or a log as the command's options say, and show how far it is."""
     import gd_analyze as gd
 
-    return gd.read_trajectory(path, arm, reading_asked(), treatment_asked(), progress=told_by_stages())
+    return gd.read_trajectory(path, arm, reading_asked(), treatment_asked(), progress=progress_shown())
 
 
 def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
@@ -166,8 +165,8 @@ def read_each(words: tuple[str, ...], arm: gd.RobotArm) -> list[gd.Trajectory]:
     return motions_of(words, arm, read_motion)
 
 
-def told_by_stages() -> Progress:
-    """Tell the terminal how much of a log is read, where the command shows its stages."""
+def progress_shown() -> Progress:
+    """Show on the terminal how much of a log is read, where the command shows its stages."""
     context = click.get_current_context(silent=True)
     stage = None if context is None else context.meta.get(STAGE)
     before = 0

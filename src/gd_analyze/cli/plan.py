@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,11 +13,12 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import PositiveNumber, command_line, number_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
-from gd_analyze.cli.terminal import line, lines, sentence, table
+from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
 
 if TYPE_CHECKING:
     from gd_analyze.motions.planning import Plan
+    from gd_analyze.result import Result
 
 
 # As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
@@ -30,7 +31,7 @@ _ZERO = 1e-12
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 
 
-@click.command(short_help="Plan a trajectory and hold it against the arm's limits.")
+@click.command(short_help="Plan a trajectory and compare it with the arm's limits.")
 @robot_given
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
@@ -48,7 +49,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
     help=f"{', '.join(PROFILE_NAMES[:-1])} or {PROFILE_NAMES[-1]}.",
 )
 @click.option(
-    "--allow-violations", is_flag=True, help="Only warn of rates or accelerations over their limits."
+    "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations over their limits."
 )
 @out_option("CSV file; left out, the CSV goes to standard output.")
 @reporting
@@ -77,7 +78,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.motions.csv_writing import trajectory_csv
+        from gd_analyze.motions.writing import trajectory_csv
 
         arm = robot.load()
         try:
@@ -91,19 +92,19 @@ def plan(
                 name=out.stem if out is not None else None,
             )
         except TrajectoryError as error:
-            raise _in_words_of_the_command(error) from None
+            raise _with_options(error) from None
         if out is not None:
             gd.write_trajectory(made.trajectory, out, [command_line()])
     if out is None and not output.as_json:
         lines(trajectory_csv(made.trajectory, [command_line()]))
     else:
-        output.give(lambda: _document(made) | output.about(out), lambda: _show(made), out)
+        output.give(_result(made), wrote=out)
 
 
-def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
+def _with_options(error: TrajectoryError) -> TrajectoryError:
     """Name options where the library names its arguments, which are in radians."""
     details = dict(error.details)
-    option = _OPTIONS.get(details.get("where", "").partition(" ")[0])
+    option = _OPTIONS.get(details.get("where", "").partition("[")[0].partition(" ")[0])
     next_step = details.pop("next", "").replace("allow_violations=True", "--allow-violations")
     if option is not None:
         details["where"] = option
@@ -113,7 +114,7 @@ def _in_words_of_the_command(error: TrajectoryError) -> TrajectoryError:
 
 
 def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
-    """Comma-separated degrees (m for sliding joints) as rad (m)."""
+    """Comma-separated degrees (m of prismatic joints) as rad (m)."""
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
         raise UsageError(
@@ -136,48 +137,51 @@ def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
     return values
 
 
-def _document(made: Plan) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    motion = made.trajectory
-    return {
-        "trajectory": motion.name,
-        "set_points": motion.n_set_points,
-        "knot_times": made.knot_times.tolist(),
-        "shortest_duration": made.shortest_duration,
-        "joints": [asdict(row) for row in made.limits.rows],
-        "time": motion.time.tolist(),
-        "q": motion.q.tolist(),
-        "qd": motion.qd.tolist(),
-        "qdd": motion.qdd.tolist(),
-    }
-
-
-def _show(made: Plan) -> None:
+def _result(made: Plan) -> Result:
     """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.text import joint_name
+    from gd_analyze.result import Column, Fact, Result, Table
 
-    rows = []
-    for row in made.limits.rows:
-        scale = math.degrees(1.0) if row.unit == "rad" else 1.0
+    rows, motion = made.limits.rows, made.trajectory
+    degrees = [math.degrees(1.0) if row.unit == "rad" else 1.0 for row in rows]
+    kept = ("unit", "lowest", "highest", "lower", "upper")
+    kept += ("velocity", "velocity_limit", "acceleration", "acceleration_limit")
+    pairs = (
+        ("motion", "lowest", "highest", " .. ", degrees, {"rad": "°"}),
+        ("range", "lower", "upper", " .. ", degrees, {"rad": "°"}),
+        ("velocity / limit", "velocity", "velocity_limit", " / ", None, {"rad": "rad/s", "m": "m/s"}),
+        ("acc. / limit", "acceleration", "acceleration_limit", " / ", None, {"rad": "rad/s²", "m": "m/s²"}),
+    )
+    columns = [
+        Column("joint", "joint", [row.joint for row in rows], shown="count"),
+        Column("name", "name", [row.name for row in rows], shown="text"),
+    ]
+    columns += [Column(key, "", [getattr(row, key) for row in rows]) for key in kept]
+    for label, first, second, between, scales, units in pairs:
+        shown = [
+            between.join(_shown(getattr(row, key), scale) for key in (first, second))
+            for row, scale in zip(rows, scales or [1.0] * len(rows), strict=True)
+        ]
+        unit = [units.get(row.unit, row.unit) for row in rows]
+        columns.append(Column(f"{first}_shown", label, shown, unit, "text"))
+    shortest = made.shortest_duration
+    return Result(
+        title=f"Plan {motion.name}",
+        facts=(
+            Fact("trajectory", "", motion.name),
+            Fact("set_points", "Set points", motion.n_set_points, shown="count"),
+            Fact("knot_times", "", made.knot_times),
+            Fact(
+                "shortest_duration",
+                "" if shortest is None else "Shortest duration",
+                shortest,
+                "s",
+            ),
+            *(Fact(name, "", getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
+        ),
+        parts=(Table("joints", "Extremes, between the set points too", tuple(columns)),),
+    )
 
-        def shown(value: float | None, scale: float = 1.0) -> str:
-            # Extremes are found by calculation, which leaves round-off where they are zero.
-            return "?" if value is None else f"{value * scale if abs(value) > _ZERO else 0.0:.3g}"
 
-        rows.append(
-            [
-                joint_name(row.joint, row.name),
-                f"{shown(row.lowest, scale)} .. {shown(row.highest, scale)}",
-                f"{shown(row.lower, scale)} .. {shown(row.upper, scale)}",
-                f"{shown(row.rate)} / {shown(row.velocity_limit)}",
-                f"{shown(row.acceleration)} / {shown(row.acceleration_limit)}",
-            ]
-        )
-    units = {"rad": "°, rad/s, rad/s²", "m": "m, m/s, m/s²"}
-    told = " or ".join(words for unit, words in units.items() if unit in {r.unit for r in made.limits.rows})
-    headings = ["joint", "motion", "range", "rate / limit", "acc. / limit"]
-    table(f"Extremes of the motion, between the set points too: {told}", headings, rows)
-    line()
-    if made.shortest_duration is not None:
-        sentence(f"The limits allow this motion in {made.shortest_duration:.3g} s at the shortest.")
+def _shown(value: float | None, scale: float) -> str:
+    # Extremes are found by calculation, which leaves round-off where they are zero.
+    return "?" if value is None else f"{value * scale if abs(value) > _ZERO else 0.0:.3g}"

@@ -1,1 +1,1 @@
-"""Motions: plans and logs read, smoothed, planned, drawn; the states that models are held against."""
+"""Motions of an arm: read from files of any kind, planned, pooled, or drawn as states."""

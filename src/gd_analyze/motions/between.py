@@ -7,7 +7,7 @@ Three motions through q, qd and qdd of both ends are looked at, in powers of s =
   profile does,
 - the straight line, of q, qd and qdd each on its own.
 
-With D_v and D_q the rate and the position that an acceleration between qdd_0 and qdd_1 along a line does not
+With D_v and D_q the velocity and the position that an acceleration along a line from qdd_0 to qdd_1 does not
 explain,
 
     D_v = qd_1 - qd_0 - T (qdd_0 + qdd_1) / 2,
@@ -64,17 +64,21 @@ class Between:
         (q0, q1), (v0, v1), (a0, a1) = (
             (x[:-1][chosen], x[1:][chosen]) for x in (motion.q, motion.qd, motion.qdd)
         )
-        off_rate = _beyond(v1 - v0 - width * (a0 + a1) / 2, rounding[1]) * width
-        off_position = _beyond(q1 - q0 - width * (v0 + v1) / 2 + width**2 * (a1 - a0) / 12, rounding[0])
+        off_v = _beyond(v1 - v0 - width * (a0 + a1) / 2, rounding[1]) * width
+        off_q = _beyond(q1 - q0 - width * (v0 + v1) / 2 + width**2 * (a1 - a0) / 12, rounding[0])
         # To begin with the acceleration goes along a line.
         nothing = np.zeros_like(q0)
         base = [q0, v0 * width, a0 * width**2 / 2, (a1 - a0) * width**2 / 6, nothing, nothing]
-        rise = off_position + off_rate / 2
+        rise = off_q + off_v / 2
         quintic = _sum(
-            base, [3, 4, 5], 10 * rise - 4 * off_rate, 7 * off_rate - 15 * rise, 6 * rise - 3 * off_rate
+            base,
+            [3, 4, 5],
+            10 * rise - 4 * off_v,
+            7 * off_v - 15 * rise,
+            6 * rise - 3 * off_v,
         )
         moved = base[2] + base[3] + rise
-        turned = 2 * base[2] + 3 * base[3] + off_rate
+        turned = 2 * base[2] + 3 * base[3] + off_v
         cubic = [q0, v0 * width, 3 * moved - turned, turned - 2 * moved, nothing, nothing]
         out = np.zeros((len(q0), _DEGREE + 1, 3, 3, q0.shape[1]))
         for place, position in enumerate((quintic, cubic)):

@@ -1,24 +1,25 @@
-"""What a motion asks of each joint, beside what the arm allows."""
+"""Extremes of a motion joint by joint, beside the limits of the arm."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from gd_analyze.motions.extremes import Extreme, extremes
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
 if TYPE_CHECKING:
-    import numpy as np
     from scipy.interpolate import PPoly
 
 # Limits are nominal numbers of a few digits; files print positions with ten or so. Less than this past a
 # limit, relative to it, is a rounded digit and no violation.
 ROUNDING = 1e-9
 
-Quantity = Literal["position", "rate", "acceleration"]
+Quantity = Literal["position", "velocity", "acceleration"]
 
 
 @dataclass(frozen=True)
@@ -27,14 +28,12 @@ class Violation:
 
     Parameters
     ----------
-    joint
-        Joint number i, from 1.
-    name
-        The joint's name.
+    joint, name
+        Joint number i, from 1, and the joint's name.
     quantity
-        "position", "rate" or "acceleration".
+        "position", "velocity" or "acceleration".
     value, limit
-        The extreme reached (rate and acceleration as magnitudes) and the limit it exceeds.
+        The extreme reached (velocity and acceleration as magnitudes) and the limit it exceeds.
     time
         The instant of the extreme, s.
     unit
@@ -51,40 +50,36 @@ class Violation:
 
     @property
     def excess(self) -> float:
-        """How far the value lies past the limit, positive."""
+        """Distance of the value past the limit, positive."""
         return abs(self.value - self.limit)
 
     def __str__(self) -> str:
         label = joint_label(self.joint, self.name)
-        if self.quantity != "position":
-            return (
-                f"{label}: {self.quantity} {_number(self.value, self.limit)} {self.unit}, "
-                f"{_number(self.excess, self.limit)} {self.unit} ({_percent(self.excess / self.limit)}) "
-                f"above the limit {self.limit:g} {self.unit}"
-            )
-        side = "above its upper" if self.value > self.limit else "below its lower"
+        if self.quantity == "position":
+            side = "above its upper" if self.value > self.limit else "below its lower"
+            value, excess, limit = (angle(x, self.unit) for x in (self.value, self.excess, self.limit))
+            return f"{label}: position {value}, {excess} {side} limit {limit}"
+        value, excess = (_number(x, self.limit) for x in (self.value, self.excess))
+        share = self.excess / self.limit
+        percent = f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"
         return (
-            f"{label}: position {angle(self.value, self.unit)}, {angle(self.excess, self.unit)} {side} "
-            f"limit {angle(self.limit, self.unit)}"
+            f"{label}: {self.quantity} {value} {self.unit}, {excess} {self.unit} ({percent}) above the limit "
+            f"{self.limit:g} {self.unit}"
         )
 
 
 @dataclass(frozen=True)
 class JointExtremes:
-    """One row of a limit report; SI and radians, a limit that the arm does not state is None.
+    """One row of a limit report; SI and radians, None of a limit that the arm does not state.
 
     Parameters
     ----------
-    joint
-        Joint number i, from 1.
-    name, unit
-        The joint's name and the unit of its variable.
+    joint, name, unit
+        Joint number i, from 1, the joint's name, and the unit of its variable.
     lowest, highest, lower, upper
         Extremes of the joint variable and its limits.
-    rate, velocity_limit
-        Largest magnitude of the rate and its limit.
-    acceleration, acceleration_limit
-        Largest magnitude of the acceleration and its limit.
+    velocity, velocity_limit, acceleration, acceleration_limit
+        Largest magnitudes and their limits.
     """
 
     joint: int
@@ -94,7 +89,7 @@ class JointExtremes:
     highest: float
     lower: float | None
     upper: float | None
-    rate: float
+    velocity: float
     velocity_limit: float | None
     acceleration: float
     acceleration_limit: float | None
@@ -117,28 +112,27 @@ class LimitReport:
 
     @property
     def unchecked(self) -> tuple[str, ...]:
-        """What could not be checked because the arm states no limit, one sentence per joint."""
-        sentences = []
+        """What could not be checked because the arm states no limit, one line per joint."""
+        lines = []
         for row in self.rows:
-            stated = {
-                "position": row.lower is not None and row.upper is not None,
-                "rate": row.velocity_limit is not None,
-                "acceleration": row.acceleration_limit is not None,
+            limits = {
+                "position": None if row.lower is None else row.upper,
+                "velocity": row.velocity_limit,
+                "acceleration": row.acceleration_limit,
             }
-            missing = [quantity for quantity, known in stated.items() if not known]
+            missing = [quantity for quantity, limit in limits.items() if limit is None]
             if missing:
-                label = joint_label(row.joint, row.name)
-                sentences.append(f"{label}: no limit stated for {', '.join(missing)}; not checked")
-        return tuple(sentences)
+                lines.append(f"{joint_label(row.joint, row.name)}: no limit stated for {', '.join(missing)}")
+        return tuple(lines)
 
     @property
     def least_stretch(self) -> float | None:
-        """Factor on the duration at which rates and accelerations just meet their limits.
+        """Factor on the duration at which velocities and accelerations just meet their limits.
 
-        Stretching time by k divides rates by k and accelerations by k^2. Below 1 the motion could be
+        Stretching time by k divides velocities by k and accelerations by k^2. Below 1 the motion could be
         faster; None when the arm states no such limit.
         """
-        factors = [row.rate / row.velocity_limit for row in self.rows if row.velocity_limit is not None]
+        factors = [row.velocity / row.velocity_limit for row in self.rows if row.velocity_limit is not None]
         factors += [
             math.sqrt(row.acceleration / row.acceleration_limit)
             for row in self.rows
@@ -148,7 +142,7 @@ class LimitReport:
 
 
 def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> LimitReport:
-    """Set a motion's extremes beside the arm's limits.
+    """Compare a motion's extremes with the arm's limits.
 
     Parameters
     ----------
@@ -156,41 +150,79 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
         The arm.
     motion
         A trajectory, judged at its set points, or a path, judged between them too.
-
-    Returns
-    -------
-    LimitReport
-        Rows per joint, and the violations; limits the arm does not state are not checked.
     """
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
-        lowest, highest, rate, acceleration = extremes(motion, i)
-        row = JointExtremes(
-            joint=i + 1,
-            name=joint.name,
-            unit=joint.unit,
-            lowest=lowest.value,
-            highest=highest.value,
-            lower=joint.lower,
-            upper=joint.upper,
-            rate=rate.value,
-            velocity_limit=joint.velocity_limit,
-            acceleration=acceleration.value,
-            acceleration_limit=joint.acceleration_limit,
+        lowest, highest, velocity, acceleration = _extremes(motion, i)
+        rows.append(
+            JointExtremes(
+                i + 1,
+                joint.name,
+                joint.unit,
+                lowest.value,
+                highest.value,
+                joint.lower,
+                joint.upper,
+                velocity.value,
+                joint.velocity_limit,
+                acceleration.value,
+                joint.acceleration_limit,
+            )
         )
-        rows.append(row)
-        checks: list[tuple[Quantity, Extreme, float | None, str, int]] = [
-            ("position", lowest, row.lower, "", -1),
-            ("position", highest, row.upper, "", 1),
-            ("rate", rate, row.velocity_limit, "/s", 1),
-            ("acceleration", acceleration, row.acceleration_limit, "/s^2", 1),
+        checks: list[tuple[Quantity, _Extreme, float | None, str, int]] = [
+            ("position", lowest, joint.lower, "", -1),
+            ("position", highest, joint.upper, "", 1),
+            ("velocity", velocity, joint.velocity_limit, "/s", 1),
+            ("acceleration", acceleration, joint.acceleration_limit, "/s^2", 1),
         ]
         violations += [
-            Violation(row.joint, row.name, quantity, extreme.value, limit, extreme.time, row.unit + per)
+            Violation(i + 1, joint.name, quantity, extreme.value, limit, extreme.time, joint.unit + per)
             for quantity, extreme, limit, per, side in checks
             if limit is not None and side * (extreme.value - limit) > ROUNDING * max(1.0, abs(limit))
         ]
     return LimitReport(tuple(rows), tuple(violations))
+
+
+class _Extreme(NamedTuple):
+    value: float
+    time: float
+
+
+def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[_Extreme]:
+    """Lowest and highest variable, largest magnitudes of velocity and acceleration of a joint (from 0)."""
+    found = []
+    for order in range(3):
+        if isinstance(motion, Trajectory):
+            instants, values = motion.time, (motion.q, motion.qd, motion.qdd)[order][:, joint]
+        else:
+            instants, values = _candidates(motion.derivative(order) if order else motion, joint)
+        values = np.abs(values) if order else values
+        for pick in [values.argmax()] if order else [values.argmin(), values.argmax()]:
+            found.append(_Extreme(float(values[pick]), float(instants[pick])))
+    return found
+
+
+def _candidates(path: PPoly[np.float64], joint: int) -> tuple[FloatArray, FloatArray]:
+    """Instants and values of possible extremes: ends of each piece, and where its derivative is 0."""
+    instants, values = [], []
+    for piece, (begin, width) in enumerate(zip(path.x, np.diff(path.x), strict=False)):
+        coefficients = path.c[:, piece, joint]
+        local = np.concatenate([[0.0, width], _stationary(coefficients, width)])
+        instants.append(begin + local)
+        values.append(np.polyval(coefficients, local))
+    return np.concatenate(instants), np.concatenate(values)
+
+
+def _stationary(coefficients: FloatArray, width: float) -> FloatArray:
+    """Where a polynomial, highest power first, may be stationary inside (0, width)."""
+    slope = np.polyder(coefficients) * width ** np.arange(len(coefficients) - 2, -1, -1)
+    size = np.abs(slope).max(initial=0.0)
+    # Below this the joint stands still; the quotients of its coefficients would overflow.
+    if size < np.finfo(float).tiny / np.finfo(float).eps:
+        return np.empty(0)
+    slope = np.where(np.abs(slope) < np.finfo(float).eps * size, 0.0, slope)
+    roots = np.roots(slope).real.astype(float)
+    return roots[(roots > 0) & (roots < 1)] * width
 
 
 def joint_label(number: int, name: str) -> str:
@@ -206,7 +238,3 @@ def angle(value: float, unit: str) -> str:
 def _number(value: float, limit: float) -> str:
     """Digits enough to tell the value from the limit it exceeds."""
     return f"{value:.4g}" if abs(value - limit) > 1e-3 * limit else f"{value:.10g}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"

@@ -1,226 +1,506 @@
-"""The small file that says how a log is to be read, so that the next one needs no flags."""
+"""Which columns of a log are used for what: chosen by their names, by what the user says, or refused."""
 
 from __future__ import annotations
 
 import difflib
-import re
-import tomllib
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.files import read_at_most, write_text
-from gd_analyze.motions.choice import Choice, Use
-from gd_analyze.motions.logged import Logged
-from gd_analyze.motions.reading import ROLES, Reading
-from gd_analyze.motions.said import column_named
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions.families import Family, arms_numbers, families_of
+from gd_analyze.motions.reading import ROLES, TIME_UNITS, Quantity, Reading, refusal
+from gd_analyze.motions.roles import Meaning, as_written, is_of_set_points, known_joints, meaning_of, words_of
 from gd_analyze.motions.table import LogTable
-from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
-from gd_analyze.motions.units import TIME_UNITS, units_of
+from gd_analyze.motions.text import TextTable
+from gd_analyze.motions.time_axis import TimeColumns, time_columns
+from gd_analyze.motions.units import fitting_unit, units_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_file import TableLines
-from gd_analyze.text import LARGEST, in_python
+from gd_analyze.robots.parts import Joint
+from gd_analyze.text import in_python
 
-FORMAT = "gd-analyze log mapping 1"
-LARGEST_FILE = 1_000_000
+_NONE = "none"
+_ORDER = {"measured": 0, "plain": 1, "target": 2}
+_PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
+# Names that a message lists.
+_MOST = 12
 
 
-class MappedColumn(BaseModel):
-    """A column: what it holds, of which joint of the arm, in which unit."""
+@dataclass(frozen=True)
+class Use:
+    """A column that is used: its role, the joint from 0, the unit of its numbers, and the reason."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    column: str
-    role: Literal["time", "q", "qd", "qdd", "torque"]
-    joint: str = ""
+    column: int
+    role: Quantity
+    joint: int
     unit: str
+    why: str
 
 
-class Mapping(BaseModel):
-    """The file's contents."""
+@dataclass(frozen=True)
+class Choice:
+    """What is used of a log.
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    Parameters
+    ----------
+    uses
+        Columns of joints.
+    time
+        Column or columns of time; None where rows are counted.
+    unused
+        Reason for each column that is left out.
+    measured
+        Whether these are readings.
+    set_points
+        Whether the rows are set points, to be taken as they are.
+    remarks
+        What to warn of.
+    families
+        The families chosen, by role.
+    """
 
-    format: Literal["gd-analyze log mapping 1"]
+    uses: tuple[Use, ...]
+    time: TimeColumns | None
+    unused: Mapping[int, str]
     measured: bool
-    rate: float | None = Field(default=None, gt=0.0, le=LARGEST)
-    topic: str | None = None
-    names: list[str] = []
-    columns: list[MappedColumn]
+    set_points: bool = False
+    remarks: tuple[str, ...] = ()
+    families: Mapping[str, Family] = field(default_factory=dict)
 
-    def text(self) -> str:
-        """TOML of it."""
-        lines = [f'format = "{FORMAT}"', f"measured = {'true' if self.measured else 'false'}"]
-        if self.rate is not None:
-            lines.append(f"rate = {self.rate!r} # samples per second, Hz")
-        if self.topic is not None:
-            lines.append(f"topic = {_quoted(self.topic)}")
-        if self.names:
-            lines.append(f"names = [{', '.join(map(_quoted, self.names))}]")
-        for column in self.columns:
-            lines += ["", "[[columns]]", f"column = {_quoted(column.column)}", f'role = "{column.role}"']
-            lines += [f"joint = {_quoted(column.joint)}"] if column.joint else []
-            lines.append(f"unit = {_quoted(column.unit)}")
-        return "\n".join(lines) + "\n"
+    def of(self, role: str) -> tuple[Use, ...]:
+        """Columns of a role, in the order of the joints."""
+        return tuple(sorted((use for use in self.uses if use.role == role), key=lambda use: use.joint))
 
 
-def mapping_of(
-    choice: Choice, logged: Logged, table: LogTable, arm: RobotArm, reading: Reading, time_unit: str
-) -> Mapping:
-    """What a choice comes to, as it is written."""
-    columns = [
-        MappedColumn(column=_name(k, table), role="time", unit=unit)
-        for k, unit in zip(
-            choice.time.columns if choice.time else (),
-            ("s", "ns") if choice.time and len(choice.time.columns) == 2 else (time_unit,),
-            strict=False,
-        )
-    ]
-    columns += [
-        MappedColumn(
-            column=_name(use.column, table),
-            role=use.role,
-            joint=arm.joints[use.joint].name,
-            unit=use.unit,
-        )
-        for use in choice.uses
-    ]
-    names = list(reading.columns) if tuple(n or "-" for n in table.names) == tuple(reading.columns) else []
-    return Mapping(
-        format="gd-analyze log mapping 1",
-        measured=logged.measured,
-        rate=reading.rate,
-        topic=reading.topic,
-        names=names,
-        columns=columns,
-    )
+class AmbiguityError(TrajectoryError):
+    """Several families fit alike; those of them that are 0 throughout may yet be left out."""
+
+    families: tuple[Family, ...] = ()
 
 
-def write_mapping(mapping: Mapping, path: str | Path) -> None:
-    """Write a mapping file, atomically; raises OutputError."""
-    write_text(path, mapping.text())
-
-
-def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
-    """Read a mapping file, and where in it everything stands.
+def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()) -> Choice:
+    """Choose columns; `zero` are the keys of families that are 0 throughout.
 
     Raises
     ------
     TrajectoryError
-        If it cannot be read or does not fit; the message names the line.
+        If the names do not tell, or tell of other joints than the arm's; the message lists the choices.
     """
-    path = Path(path)
-    try:
-        data = read_at_most(path, LARGEST_FILE)
-        content = (data or b"").decode("utf-8")
-        lines = TableLines(path, content)
-        return Mapping.model_validate(tomllib.loads(content)), lines
-    except OSError as error:
-        raise _misfit(
-            Location(path), error.strerror or str(error), "a mapping file that may be read"
-        ) from None
-    except UnicodeDecodeError:
-        raise _misfit(Location(path), "no text", "TOML in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        place = re.search(r"line (\d+), column (\d+)", str(error))
-        where = Location(path, int(place[1]), int(place[2])) if place else Location(path)
-        raise _misfit(where, re.sub(r" \(at .*\)$", "", str(error)), "TOML") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        missing = first["type"] == "missing"
-        expected = first["msg"].removeprefix("Input should be ")
-        if missing:
-            expected = f"a key {first['loc'][-1]}"
-        raise _misfit(
-            lines.locate(tuple(first["loc"])), "nothing" if missing else in_python(first["input"]), expected
-        ) from None
-    except (ValueError, RecursionError):
-        raise _misfit(Location(path), "numbers or tables beyond any mapping", "a few columns") from None
-
-
-def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
-    return TrajectoryError(
-        "the mapping file cannot be used",
-        where=where,
-        expected=expected,
-        found=found,
-        next_step="write one anew with --save-mapping",
-    )
-
-
-def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
-    """Columns as a mapping file says.
-
-    Raises
-    ------
-    TrajectoryError
-        If the log has no such columns, the arm no such joints, or a role misses joints.
-    """
-    names = [joint.name for joint in arm.joints]
-    uses, times = [], []
-    for k, of in enumerate(mapping.columns):
-        where = lines.locate(("columns", k, "column"))
-        column = column_named(of.column, table, str(where))
-        if of.role == "time":
-            if of.unit not in (*TIME_UNITS, SAMPLE):
-                raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join((*TIME_UNITS, SAMPLE)))
-            times.append((column, of.unit))
+    meanings = _meanings(table, arm, reading)
+    if table.set_points and not reading.map:
+        plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
+        for k, name in enumerate(plain):
+            if name in plain[:k]:
+                found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
+                raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
+    # q1 of a file of set points is the arm's first joint, whatever its name.
+    names = [str(k + 1) if table.set_points else joint.name for k, joint in enumerate(arm.joints)]
+    families = families_of(meanings, names, table.names)
+    said = _said(table, arm, reading)
+    chosen: dict[str, Family] = {}
+    uses: list[Use] = []
+    for role in ROLES:
+        given = {joint: column for (of, joint), column in said.items() if of == role and joint >= 0}
+        if (role, -1) in said:
             continue
-        if of.joint not in names:
-            near = difflib.get_close_matches(of.joint, names, n=1)
-            expected = f"a joint of arm {arm.name}: {', '.join(names)}" + (f" ({near[0]}?)" if near else "")
-            raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
-        joint = names.index(of.joint)
-        units = units_of(of.role, arm.joints[joint].kind == "revolute")
-        if of.unit not in units:
-            raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join(units))
-        uses.append(Use(column, of.role, joint, of.unit, "mapping file"))
-    _require_complete(uses, names, lines)
-    used = {use.column for use in uses} | {column for column, _ in times}
+        family = None
+        if len(given) < arm.n_joints:
+            family = _family(role, families, chosen.get("q"), given, table, arm, reading, zero, meanings)
+        if family is not None:
+            chosen[role] = family
+        if family is not None or given:
+            uses += _uses(role, family, given, table, arm, reading, meanings)
+    target = "q" in chosen and chosen["q"].kind == "target"
+    accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
+    named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
+    planned = target or accelerated or named if table.planned is None else table.planned
+    measured = not planned if reading.measured is None else reading.measured
+    time = _time(table, meanings, said, reading)
+    exact = table.set_points and not measured and reading.rate is None and time is not None
+    if exact and time is not None:
+        why = "as files of set points have it" if reading.time_unit is None else "as given"
+        time = replace(time, unit=reading.time_unit or "s", why=why)
+    unused = _unused({use.column for use in uses}, meanings, families, chosen, zero)
+    if exact and not (reading.columns or reading.map or reading.family):
+        _require_no_rest(unused, table, arm)
     return Choice(
         uses=tuple(uses),
-        time=_time(times, mapping, lines),
-        unused={k: "not in the mapping file" for k in range(len(table.names)) if k not in used},
-        measured=mapping.measured,
+        time=time,
+        unused=unused,
+        measured=measured,
+        set_points=exact,
+        remarks=tuple(_remarks(families, chosen, zero, table, arm)),
+        families=chosen,
     )
 
 
-def _require_complete(uses: Sequence[Use], names: Sequence[str], lines: TableLines) -> None:
-    for role in ROLES:
-        having = [use.joint for use in uses if use.role == role]
-        if (having or role == "q") and sorted(having) != list(range(len(names))):
-            missing = [names[j] for j in range(len(names)) if having.count(j) != 1]
-            raise _misfit(
-                Location(lines.path),
-                f"{having.count(names.index(missing[0]))} columns for {role} of {missing[0]}",
-                f"one column for {role} of every joint",
+def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
+    """What the columns' names say; columns of text and those not asked for say nothing."""
+    known = known_joints([joint.name for joint in arm.joints])
+    for role, other in reading.map:
+        if role.startswith("joint:"):
+            joint = _joint_named(role.removeprefix("joint:"), arm)
+            known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
+    named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
+    only = set() if named else set(reading.columns)
+    missing = only - set(table.names)
+    if missing:
+        raise _no_column(sorted(missing)[0], table, "--columns")
+    meanings = []
+    for k, name in enumerate(table.names):
+        meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
+        unit, role = meaning.unit, meaning.role
+        if unit and (
+            (role in ROLES and not any(fitting_unit(unit, role, revolute) for revolute in (True, False)))
+            or (role == "time" and unit not in TIME_UNITS)
+        ):
+            meaning = Meaning("other", unit=unit)
+        if meaning.role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}:
+            meaning = Meaning("other")
+        meanings.append(meaning)
+    return _named_in_rows(meanings, table, known)
+
+
+def _named_in_rows(
+    meanings: list[Meaning], table: LogTable, known: Mapping[tuple[str, ...], int]
+) -> list[Meaning]:
+    """Give numbered columns the joints' names where the log has columns name0, name1 and so on."""
+    labels, cells = {}, {}
+    for k, meaning in enumerate(meanings):
+        if meaning.role == "name" and meaning.number is not None:
+            text = next((cell for cell in table.head(k) if isinstance(cell, str)), None)
+            if text is not None:
+                labels[meaning.number], cells[k] = words_of(text), text
+    if not labels:
+        return meanings
+    if isinstance(table, TextTable):
+        table.require_constant(cells, or_empty=True)
+    found = []
+    for meaning in meanings:
+        label = labels.get(meaning.number) if meaning.number is not None else None
+        if meaning.role in ROLES and label is not None and meaning.joint is None:
+            meaning = replace(meaning, token=() if label in known else label, joint=known.get(label))
+        found.append(meaning)
+    return found
+
+
+def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
+    """Columns by role and joint that the user names; joint -1 of a role that shall be left out."""
+    said: dict[tuple[str, int], int] = {}
+    for role, column in reading.map:
+        of, colon, joint = role.partition(":")
+        if of == "joint" and colon:
+            continue
+        if of not in (*ROLES, "time") or ((of == "time") == bool(colon) and column != _NONE):
+            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; qd=none and such"
+            raise refusal(f"unknown role {role!r}", "--map", expected, f"{role}={column}")
+        if column == _NONE and of != "q":
+            said[of, -1] = -1
+        else:
+            said[of, _joint_named(joint, arm) if colon else 0] = column_named(column, table)
+    return said
+
+
+def _joint_named(name: str, arm: RobotArm) -> int:
+    """Number, from 0, of the arm's joint of a name, or of a number from 1."""
+    names = [joint.name for joint in arm.joints]
+    if name in names:
+        return names.index(name)
+    if name.isascii() and name.isdigit() and 1 <= int(name[:9]) <= arm.n_joints:
+        return int(name) - 1
+    near = difflib.get_close_matches(name, names, n=1)
+    raise refusal(
+        f"arm {arm.name} has no joint {name!r}",
+        "--map",
+        f"{', '.join(names)}, or a number from 1 to {arm.n_joints}",
+        repr(name),
+        f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints",
+    )
+
+
+def column_named(column: str, table: LogTable, where: str = "--map") -> int:
+    """Column of a name, or of #NUMBER from 1; TrajectoryError if there is none, or there are several."""
+    if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
+        number = int(column[1:])
+        if 1 <= number <= len(table.names):
+            return number - 1
+    found = [k for k, name in enumerate(table.names) if name == column]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        numbers, step = ", ".join(f"#{k + 1}" for k in found), f"give its number: #{found[0] + 1}"
+        raise refusal(f"{len(found)} columns are named {column}", where, "one column", numbers, step)
+    raise _no_column(column, table, where)
+
+
+def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
+    near = difflib.get_close_matches(column, table.names, n=3)
+    return refusal(
+        f"the log has no column {column!r}",
+        f"{where}; {table.where()}",
+        f"a name, or a number from #1 to #{len(table.names)}",
+        _all_names(table),
+        f"did you mean {' or '.join(near)}?" if near else "check the name",
+    )
+
+
+def _all_names(table: LogTable) -> str:
+    return _listed([name for name in table.names if name]) or "columns without names"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names as one line of a message, of many the first."""
+    first = ", ".join(names[:_MOST])
+    return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
+
+
+def _family(
+    role: str,
+    families: Sequence[Family],
+    q: Family | None,
+    given: Mapping[int, int],
+    table: LogTable,
+    arm: RobotArm,
+    reading: Reading,
+    zero: frozenset[object],
+    meanings: Sequence[Meaning],
+) -> Family | None:
+    """Choose the family of a role; one of the positions must be found."""
+    words = [word for asked in reading.words_for(role) for word in words_of(asked)]
+    of_role = [f for f in families if f.role == role and all(word in f.words for word in words)]
+    if role != "q" and q is not None and not words:
+        # Beside positions belong what is of the same topic, and commanded as they are.
+        commanded = q.kind == "target"
+        of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
+    complete = [f for f in of_role if all(j in f.columns or j in given for j in range(arm.n_joints))]
+    alive = [family for family in complete if family.key not in zero]
+    if not complete and role == "q":
+        raise _no_positions(of_role, families, table, arm, meanings, words)
+    if not complete or (not alive and role != "q"):
+        return None
+
+    def preference(family: Family) -> tuple[int, ...]:
+        beside = 0 if q is None else int(family.group != q.group)
+        return beside, _ORDER[family.kind], family.rank, int(bool(family.label))
+
+    ranked = alive or complete
+    best = min(map(preference, ranked))
+    choices = [family for family in ranked if preference(family) == best]
+    if len(choices) > 1:
+        raise _ambiguous(role, choices, table)
+    return choices[0]
+
+
+def _uses(
+    role: Quantity,
+    family: Family | None,
+    given: Mapping[int, int],
+    table: LogTable,
+    arm: RobotArm,
+    reading: Reading,
+    meanings: Sequence[Meaning],
+) -> list[Use]:
+    uses = []
+    for joint, of in enumerate(arm.joints):
+        columns = family.columns.get(joint, ()) if family is not None else ()
+        if joint in given:
+            column, why = given[joint], "as given"
+        elif not columns or family is None:
+            raise refusal(
+                f"{role} is given of some joints only",
+                "--map",
+                f"a column for each joint, {role}:{of.name} too",
+                ", ".join(arm.joints[j].name for j in sorted(given)),
+                f"add --map '{role}:{of.name}=COLUMN'",
             )
+        elif len(columns) > 1:
+            raise refusal(
+                f"{len(columns)} columns hold {role} of joint {of.name}",
+                table.where(None, columns[1]),
+                "one",
+                _listed([f"{table.names[c]} (column {c + 1})" for c in columns]),
+                f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}",
+            )
+        else:
+            column, why = columns[0], family.why
+        uses.append(Use(column, role, joint, _unit(role, meanings[column], of, table, column, reading), why))
+    return uses
 
 
-def _time(times: Sequence[tuple[int, str]], mapping: Mapping, lines: TableLines) -> TimeColumns | None:
-    units = [unit for _, unit in times]
-    if units in (["s", "ns"], ["ns", "s"]):
-        return TimeColumns(
-            tuple(c for c, _ in sorted(times, key=lambda t: t[1] == "ns")), "s", "mapping file"
+def _unit(role: str, meaning: Meaning, joint: Joint, table: LogTable, column: int, reading: Reading) -> str:
+    revolute = joint.kind == "revolute"
+    if meaning.unit:
+        unit = fitting_unit(meaning.unit, role, revolute)
+        if unit is None:
+            raise refusal(
+                f"column {table.names[column]} is in {meaning.unit}, but its joint is {joint.kind}",
+                table.where(None, column),
+                ", ".join(units_of(role, revolute)),
+                meaning.unit,
+                "check which joint it is of; --map names another column",
+            )
+        return unit
+    if reading.degrees and revolute and role != "torque":
+        return {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}[role]
+    return next(iter(units_of(role, revolute)))
+
+
+def _time(
+    table: LogTable, meanings: Sequence[Meaning], said: Mapping[tuple[str, int], int], reading: Reading
+) -> TimeColumns | None:
+    found = None
+    if ("time", 0) in said:
+        column = said["time", 0]
+        unit = meanings[column].unit if meanings[column].unit in TIME_UNITS else ""
+        found = TimeColumns((column,), unit, "as given")
+    elif ("time", -1) not in said:
+        timed = ("time", "sec", "nanosec", "index")
+        stand = [meaning.role in timed and table.stands(k) for k, meaning in enumerate(meanings)]
+        found = time_columns(table.names, meanings, stand, table.where())
+    if found is None and reading.rate is None:
+        next_step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
+        expected = "a column such as time, timestamp or header.stamp, in numbers"
+        for k, name in enumerate(table.names):
+            cells = table.head(k)
+            if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
+                what = f"the time in column {name} is text, of which no instants are read"
+                raise refusal(what, table.where(None, k), expected, in_python(cells[0]), next_step)
+        raise refusal(
+            "no column is known to be the time", table.where(), expected, _all_names(table), next_step
         )
-    if len(times) > 1 or (not times and mapping.rate is None) or (SAMPLE in units and mapping.rate is None):
-        raise _misfit(
-            Location(lines.path),
-            f"{len(times)} columns of time" + (", no rate" if mapping.rate is None else ""),
-            "one column of time, a pair in s and ns, or samples and their rate",
+    return found
+
+
+def _require_no_rest(unused: Mapping[int, str], table: LogTable, arm: RobotArm) -> None:
+    """Refuse columns of a file of set points that are not of this arm, or of some joints only."""
+    for column in sorted(unused):
+        name = table.names[column]
+        role = name.strip().lower().removesuffix("_deg").rstrip("0123456789")
+        raise refusal(
+            f"column {name} does not fit arm {arm.name}",
+            table.where(None, column),
+            f"{role}1..{role}{arm.n_joints}, or no {role} at all",
+            _all_names(table),
+            "choose the arm that the file is of, or complete the columns",
         )
-    return TimeColumns((times[0][0],), times[0][1], "mapping file") if times else None
 
 
-def _name(column: int, table: LogTable) -> str:
-    name = table.names[column]
-    return name if name and table.names.count(name) == 1 and not name.startswith("#") else f"#{column + 1}"
+def _unused(
+    used: set[int],
+    meanings: Sequence[Meaning],
+    families: Sequence[Family],
+    chosen: Mapping[str, Family],
+    zero: frozenset[object],
+) -> dict[int, str]:
+    """Why each of the other columns is left out."""
+    why = {}
+    for column, meaning in enumerate(meanings):
+        if column not in used and meaning.role not in ("time", "sec", "nanosec", "index"):
+            why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
+    for family in families:
+        reason = "0 throughout" if family.key in zero else "of another family"
+        if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
+            reason = "target beside measured"
+        why |= dict.fromkeys(set(family.all_columns) - used, reason)
+        if family.why != "by name":
+            why |= dict.fromkeys(set(family.extra) - used, "of a joint that the arm lacks")
+    return why
 
 
-def _quoted(text: str) -> str:
-    """A basic string of TOML."""
-    signs = {'"': '\\"', "\\": "\\\\"}
-    return '"' + "".join(signs.get(s, s if s.isprintable() else f"\\U{ord(s):08x}") for s in text) + '"'
+def _remarks(
+    families: Sequence[Family],
+    chosen: Mapping[str, Family],
+    zero: frozenset[object],
+    table: LogTable,
+    arm: RobotArm,
+) -> list[str]:
+    """What to say of joints under other names or of another arm, and of columns that are 0 throughout."""
+    remarks = []
+    q = chosen.get("q")
+    if q is not None and q.renamed:
+        (log, own), last = q.renamed[0], " is ".join(q.renamed[-1])
+        remarks.append(
+            f"joints matched by number, as their names differ: {log} is {own} ... {last}; "
+            f"--map joint:{own}={log} and so on matches them otherwise"
+        )
+    if q is not None and q.extra and q.why.startswith("by number"):
+        counts = arms_numbers([joint.name for joint in arm.joints])
+        # An arm picked out of a longer chain counts as the log does.
+        if counts is None or max(counts[1]) - min(counts[1]) < arm.n_joints:
+            remarks.append(
+                f"{len(q.columns) + len(q.extra)} joints in the log, {arm.n_joints} in arm {arm.name}; left "
+                f"out: {_listed([table.names[k] for k in q.extra])}; check that the log is of this arm"
+            )
+    for role, family in chosen.items():
+        dead = [of for of in families if of.role == role and of.key in zero and of.key != family.key]
+        if dead:
+            first = ", ".join(table.names[min(of.all_columns)] for of in dead)
+            taken = table.names[min(family.all_columns)]
+            remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {taken} ...")
+    return remarks
+
+
+def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
+    shared = frozenset.intersection(*(family.words for family in choices))
+    words = []
+    for family in choices[:6]:
+        own = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
+        words += own[:1] if own and own[0] else []
+    choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to look at"
+    error = AmbiguityError(
+        f"several columns may be the {_PLURAL[role]}",
+        where=table.where(),
+        expected="one column per joint",
+        found="; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6]),
+        next_step=f"choose: {choose_by}",
+    )
+    error.families = tuple(choices)
+    return error
+
+
+def _no_positions(
+    of_role: Sequence[Family],
+    families: Sequence[Family],
+    table: LogTable,
+    arm: RobotArm,
+    meanings: Sequence[Meaning],
+    words: Sequence[str],
+) -> TrajectoryError:
+    """Error of a log whose positions are not those of the arm's joints, or of some of them only."""
+    names = [joint.name for joint in arm.joints]
+    if words and not of_role and any(family.role == "q" for family in families):
+        known = sorted({word for f in families if f.role == "q" for word in f.words if word})
+        what, step = f"no positions are of family {' '.join(words)}", "give one of these words with --family"
+        return refusal(what, table.where(), ", ".join(known), " ".join(words), step)
+    if of_role:
+        nearest = max(of_role, key=lambda family: len(family.columns))
+        missing = [name for j, name in enumerate(names) if j not in nearest.columns]
+        having = [table.names[c] for c in nearest.all_columns]
+        others = [name for name in table.names if name and name not in having]
+        return refusal(
+            f"the log has no position of joint {', '.join(missing)}",
+            table.where(),
+            f"a position of every joint of arm {arm.name}: {', '.join(names)}",
+            f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having),
+            f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of",
+        )
+    strangers = {
+        as_written(meaning.token, name) if meaning.label else name: None
+        for meaning, name in zip(meanings, table.names, strict=True)
+        if meaning.role == "q" and meaning.token and meaning.joint is None
+    }
+    if strangers:
+        pairs = [f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False)]
+        return refusal(
+            f"the log's joints are not those of arm {arm.name}",
+            table.where(),
+            ", ".join(names),
+            _listed(list(strangers)),
+            f"if they are the same in this order: {' '.join(pairs)}",
+        )
+    return refusal(
+        "no column is known to be a position of a joint",
+        table.where(),
+        f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}",
+        _all_names(table),
+        f"name the columns: --map 'q:{names[0]}=COLUMN' and so on",
+    )

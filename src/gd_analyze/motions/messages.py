@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location
+from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable
 
-# Fields of points and states, and how the columns made of them are called.
-_FIELDS = {word: word for word in ("position", "velocity", "effort")} | {
-    "positions": "position",
-    "velocities": "velocity",
-    "accelerations": "acceleration",
+# Fields of points and states, and what the columns made of them are called.
+_FIELDS = {
+    **{word: word for word in ("position", "velocity", "effort")},
+    **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"},
 }
 STATE, TRAJECTORY, CONTROLLER, DYNAMIC = "JointState", "JointTrajectory", "controller state", "dynamic state"
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
@@ -26,101 +25,69 @@ KINDS = {
     "control_msgs/msg/JointTrajectoryControllerState": CONTROLLER,
     "control_msgs/msg/DynamicJointState": DYNAMIC,
 }
+# Stamp and time of reception, ns, and values of joints by name of column.
+_Row = tuple[int, int, Mapping[str, float]]
 
 
-@dataclass(frozen=True)
-class Row:
-    """What is known at one instant, ns: values of joints by name of column."""
-
-    stamp: int
-    received: int
-    values: Mapping[str, float]
-
-
-def field(message: Any, name: str) -> Any:
+def _field(message: Any, name: str) -> Any:
     """A field of a message, which is a mapping in YAML and an object in a bag; None where it is not there."""
     return message.get(name) if isinstance(message, Mapping) else getattr(message, name, None)
 
 
 def kind_of(message: Any) -> str | None:
     """Kind of a message by its fields."""
-    if field(message, "points") is not None and field(message, "joint_names") is not None:
+    named = _field(message, "joint_names") is not None
+    if _field(message, "points") is not None and named:
         return TRAJECTORY
-    if field(message, "interface_values") is not None:
+    if _field(message, "interface_values") is not None:
         return DYNAMIC
-    if field(message, "name") is not None and field(message, "position") is not None:
+    if _field(message, "name") is not None and _field(message, "position") is not None:
         return STATE
-    if field(message, "joint_names") is not None and any(field(message, side) is not None for side in _SIDES):
-        return CONTROLLER
-    return None
+    return CONTROLLER if named and any(_field(message, side) is not None for side in _SIDES) else None
 
 
-def rows_of(message: Any, kind: str, received: int = 0) -> Iterator[Row]:
-    """What a message says, in rows.
-
-    Raises
-    ------
-    ValueError
-        If it contradicts itself, or something in it is no number.
-    """
-    stamp = nanoseconds(field(field(message, "header"), "stamp"))
+def _rows_of(message: Any, kind: str, received: int) -> Iterator[_Row]:
+    stamp = nanoseconds(_field(_field(message, "header"), "stamp"))
+    names = _field(message, "name" if kind == STATE else "joint_names")
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise ValueError("names of joints that are no list of words")
     if kind == TRAJECTORY:
-        names = _names(field(message, "joint_names"))
-        for point in field(message, "points"):
-            begin = nanoseconds(field(point, "time_from_start"))
-            yield Row(stamp + begin, received + begin, dict(_values(point, names, "")))
+        for point in _field(message, "points"):
+            begin = nanoseconds(_field(point, "time_from_start"))
+            yield stamp + begin, received + begin, dict(_values(point, names, ""))
     elif kind == STATE:
-        yield Row(stamp, received, dict(_values(message, _names(field(message, "name")), "")))
+        yield stamp, received, dict(_values(message, names, ""))
     elif kind == DYNAMIC:
         found: dict[str, float] = {}
-        for name, of in zip(
-            _names(field(message, "joint_names")), field(message, "interface_values"), strict=True
-        ):
-            for interface, value in zip(field(of, "interface_names"), field(of, "values"), strict=True):
+        for name, of in zip(names, _field(message, "interface_values"), strict=True):
+            for interface, value in zip(_field(of, "interface_names"), _field(of, "values"), strict=True):
                 found[f"{name}/{interface}"] = float(value)
-        yield Row(stamp, received, found)
+        yield stamp, received, found
     else:
-        names = _names(field(message, "joint_names"))
-        sides = [(side, field(message, side)) for side in _SIDES]
-        yield Row(
+        sides = [(side, point) for side in _SIDES if (point := _field(message, side)) is not None]
+        yield (
             stamp,
             received,
-            {
-                key: x
-                for side, point in sides
-                if point is not None
-                for key, x in _values(point, names, f"{side}/")
-            },
+            {key: x for side, point in sides for key, x in _values(point, names, f"{side}/")},
         )
 
 
 def nanoseconds(stamp: Any) -> int:
-    """Instant of a stamp or a duration, ns; 0 where there is none.
-
-    Raises
-    ------
-    ValueError
-        If it is no stamp.
-    """
+    """Instant of a stamp or a duration, ns; 0 where there is none, ValueError where it is no stamp."""
     if stamp is None:
         return 0
-    seconds = next((x for x in (field(stamp, "sec"), field(stamp, "secs")) if x is not None), None)
-    nano = next((x for x in (field(stamp, "nanosec"), field(stamp, "nsecs")) if x is not None), None)
-    whole = [int(x) for x in (seconds, nano) if isinstance(x, int | np.integer) and abs(int(x)) < 2**40]
-    if len(whole) < 2:
-        raise ValueError("a stamp without sec and nanosec")
+    whole = []
+    for names in (("sec", "secs"), ("nanosec", "nsecs")):
+        value = next((x for name in names if (x := _field(stamp, name)) is not None), None)
+        if not isinstance(value, int | np.integer) or abs(int(value)) >= 2**40:
+            raise ValueError("a stamp without sec and nanosec")
+        whole.append(int(value))
     return whole[0] * 1_000_000_000 + whole[1]
-
-
-def _names(names: Any) -> list[str]:
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise ValueError("names of joints that are no list of words")
-    return list(names)
 
 
 def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str, float]]:
     for key, shown in _FIELDS.items():
-        values = field(point, key)
+        values = _field(point, key)
         if values is None or len(values) == 0:
             continue
         if isinstance(values, str) or any(isinstance(x, str) and "..." in x for x in values):
@@ -134,61 +101,45 @@ def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str
 
 
 class Gathering:
-    """Rows gathered into columns; of joints that a row does not tell, nan."""
+    """Rows of messages gathered into columns; nan of joints that a row does not have."""
 
     def __init__(self) -> None:
         self._columns: dict[str, list[float]] = {}
         self._stamps: list[int] = []
         self._received: list[int] = []
+        self._plans: list[int] = []
 
-    def add(self, row: Row) -> None:
-        """Append a row."""
-        count = len(self._stamps)
-        columns = self._columns
-        self._stamps.append(row.stamp)
-        self._received.append(row.received)
-        for key, value in row.values.items():
-            column = columns.setdefault(key, [])
-            if len(column) < count:
+    def add(self, message: Any, kind: str, received: int = 0) -> None:
+        """Append the rows of a message; ValueError if it contradicts itself, or something is no number."""
+        rows = list(_rows_of(message, kind, received))
+        if kind == TRAJECTORY:
+            self._plans.append(len(rows))
+        for stamp, known, values in rows:
+            count = len(self._stamps)
+            self._stamps.append(stamp)
+            self._received.append(known)
+            for key, value in values.items():
+                column = self._columns.setdefault(key, [])
                 column.extend([np.nan] * (count - len(column)))
-            column.append(value)
+                column.append(value)
 
-    def table(self, path: str | Path, planned: bool | None, where: Callable[[], Location]) -> ArrayTable:
-        """All of it.
-
-        Raises
-        ------
-        TrajectoryError
-            If there is nothing.
-        """
+    def table(self, path: str | Path, *, commanded: bool = False) -> ArrayTable:
+        """All rows; TrajectoryError if there are none, or several trajectories of several points."""
         count = len(self._stamps)
         if not count or not self._columns:
-            raise TrajectoryError(
-                "the log holds no motion",
-                where=where(),
-                expected="messages with names and positions of joints",
-                found=f"{count} messages without numbers" if count else "no message",
-                next_step="check the recording",
+            expected = "messages with names and positions of joints"
+            found = f"{count} messages without numbers" if count else "no message"
+            raise refusal("the log holds no motion", Location(path), expected, found, "check the recording")
+        several = [points for points in self._plans if points > 1]
+        if len(several) > 1:
+            raise refusal(
+                f"the log holds {len(several)} trajectories",
+                Location(path),
+                "one JointTrajectory, or points that follow each other",
+                f"trajectories of {', '.join(map(str, several[:6]))} points",
+                "write each to a file of its own",
             )
-        columns = []
-        for column in self._columns.values():
-            column.extend([np.nan] * (count - len(column)))
-            columns.append(np.array(column))
-        names = ("header/stamp", "received/time", *self._columns)
+        columns = [np.array(column + [np.nan] * (count - len(column))) for column in self._columns.values()]
         times = (np.array(self._stamps, dtype=np.int64), np.array(self._received, dtype=np.int64))
-        return ArrayTable(
-            path, tuple(f"{n}_ns" if k < 2 else n for k, n in enumerate(names)), (*times, *columns), planned
-        )
-
-
-def require_one_plan(kinds: Iterable[tuple[str, int]], where: Location) -> None:
-    """Refuse several trajectories of several points; kinds and numbers of rows of the messages."""
-    plans = [count for kind, count in kinds if kind == TRAJECTORY and count > 1]
-    if len(plans) > 1:
-        raise TrajectoryError(
-            f"the log holds {len(plans)} trajectories",
-            where=where,
-            expected="one JointTrajectory, or points that follow each other",
-            found=f"trajectories of {', '.join(map(str, plans[:6]))} points",
-            next_step="write each to a file of its own",
-        )
+        names = ("header/stamp_ns", "received/time_ns", *self._columns)
+        return ArrayTable(path, names, (*times, *columns), commanded or bool(self._plans) or None)

@@ -1,69 +1,54 @@
-"""Logs in Parquet files, by the extra library pyarrow."""
+"""Logs in Parquet files, by the optional library pyarrow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.extra import required
-from gd_analyze.motions.table import Columns, Progress, Stamps, no_progress
+from gd_analyze.motions.bags import missing_library
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Stamps, no_progress
 from gd_analyze.text import LARGEST
 
-_HEAD_ROWS = 200
 
+class ParquetTable(LogTable):
+    """A Parquet file; columns of instants are read in nanoseconds, and named so."""
 
-@dataclass(frozen=True, eq=False)
-class ParquetTable:
-    """A Parquet file; instants that it marks as such are read in nanoseconds, and said so in their names."""
-
-    path: str | Path
-    planned: bool | None = field(default=None, init=False)
-
-    @cached_property
-    def _file(self) -> Any:
-        parquet = required("pyarrow.parquet", "pyarrow", self.path)
+    def __init__(self, path: str | Path) -> None:
+        self.path = path
         try:
-            return parquet.ParquetFile(self.path)
+            import pyarrow
+            import pyarrow.parquet
+        except ImportError:
+            raise missing_library("pyarrow", path) from None
+        self._arrow = pyarrow
+        try:
+            self._file = pyarrow.parquet.ParquetFile(path)
+            self._first = next(self._file.iter_batches(HEAD_ROWS), None)
         except (OSError, ValueError) as error:
             raise self._broken(error) from None
-
-    @cached_property
-    def _fields(self) -> list[Any]:
-        return list(self._file.schema_arrow)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return tuple(f"{f.name} [ns]" if _is_instant(f.type) else f.name for f in self._fields)
+        self._fields = list(self._file.schema_arrow)
+        self.names = tuple(f"{f.name} [ns]" if _is_instant(f.type) else f.name for f in self._fields)
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column."""
-        if not _is_number(self._fields[column].type):
+        kind = self._fields[column].type
+        if not _is_instant(kind) and not str(kind).startswith(
+            ("int", "uint", "float", "double", "halffloat")
+        ):
             return ["text"]
-        return [float(x) for x in self._first[:, column]]
+        return [] if self._first is None else [float(x) for x in self._floats(self._first.column(column))]
 
     def stands(self, column: int) -> bool:
         """Whether the first numbers are all the same; of whole numbers all digits count."""
-        batch = (
-            next(self._file.iter_batches(_HEAD_ROWS), None) if _is_number(self._fields[column].type) else None
-        )
-        first = np.empty(0) if batch is None else _instants(batch.column(column))
+        if self._first is None or self.head(column) == ["text"]:
+            return False
+        first = self._instants(self._first.column(column))
         return len(first) > 1 and bool((first == first[0]).all())
-
-    @cached_property
-    def _first(self) -> Any:
-        batch = next(self._file.iter_batches(_HEAD_ROWS), None)
-        first = np.full((0 if batch is None else batch.num_rows, len(self._fields)), np.nan)
-        for k, of in enumerate(self._fields):
-            if batch is not None and _is_number(of.type):
-                first[:, k] = _floats(batch.column(k))
-        return first
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
@@ -71,16 +56,16 @@ class ParquetTable:
         """Read columns, a group of rows at a time."""
         table = np.empty((self._file.metadata.num_rows, len(numbers)))
         instants: list[list[Any]] = [[] for _ in stamps]
+        columns = sorted({*numbers, *stamps})
+        place = {k: i for i, k in enumerate(columns)}
         row, groups = 0, self._file.metadata.num_row_groups
         try:
             for group in range(groups):
-                columns = sorted({*numbers, *stamps})
                 read = self._file.read_row_group(group, columns=[self._fields[k].name for k in columns])
-                place = {k: i for i, k in enumerate(columns)}
                 for i, k in enumerate(numbers):
-                    table[row : row + read.num_rows, i] = _floats(read.column(place[k]))
+                    table[row : row + read.num_rows, i] = self._floats(read.column(place[k]))
                 for i, k in enumerate(stamps):
-                    instants[i].append(_instants(read.column(place[k])))
+                    instants[i].append(self._instants(read.column(place[k])))
                 row += read.num_rows
                 progress(group + 1, groups)
         except (OSError, ValueError) as error:
@@ -88,61 +73,37 @@ class ParquetTable:
         wrong = np.isinf(table) | (np.abs(table) > LARGEST)
         if wrong.any():
             at, k = map(int, np.argwhere(wrong)[0])
-            raise TrajectoryError(
-                f"{self.names[numbers[k]]} is too large for any motion",
-                where=self.where(at, numbers[k]),
-                expected=f"numbers up to {LARGEST:g}",
-                found=str(table[at, k]),
-                next_step="check its unit",
-            )
+            what = f"{self.names[numbers[k]]} is too large for any motion"
+            where, expected = self.where(at, numbers[k]), f"numbers up to {LARGEST:g}"
+            raise refusal(what, where, expected, str(table[at, k]), "check its unit")
         return Columns(table, tuple(Stamps.of(np.concatenate(parts or [np.empty(0)])) for parts in instants))
 
-    def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row or a column, from 1."""
-        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)
+    def _whole(self, column: Any) -> Any:
+        """A column, instants as integers in nanoseconds."""
+        if not _is_instant(column.type):
+            return column
+        kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
+        return column.cast(kind("ns")).cast(self._arrow.int64())
+
+    def _floats(self, column: Any) -> Any:
+        return self._array(self._whole(column).cast(self._arrow.float64(), safe=False))
+
+    def _instants(self, column: Any) -> Any:
+        """Instants as integers where the file has such, without a loss of digits."""
+        whole = self._whole(column)
+        if whole.null_count or not str(whole.type).startswith(("int", "uint")):
+            return self._floats(column)
+        return self._array(whole.cast(self._arrow.int64()))
+
+    def _array(self, column: Any) -> Any:
+        """A NumPy array; one of a batch is copied only when told, one of a table knows no such word."""
+        chunked = isinstance(column, self._arrow.ChunkedArray)
+        return column.to_numpy() if chunked else column.to_numpy(zero_copy_only=False)
 
     def _broken(self, error: Exception) -> TrajectoryError:
-        return TrajectoryError(
-            "the log cannot be read as Parquet",
-            where=Location(self.path),
-            found=str(error).split("\n", 1)[0],
-            next_step="write it anew",
-        )
+        where, found = Location(self.path), str(error).split("\n", 1)[0]
+        return refusal("the log cannot be read as Parquet", where, "a Parquet file", found, "write it anew")
 
 
 def _is_instant(kind: Any) -> bool:
     return str(kind).startswith(("timestamp", "duration"))
-
-
-def _is_number(kind: Any) -> bool:
-    return _is_instant(kind) or str(kind).startswith(("int", "uint", "float", "double", "halffloat"))
-
-
-def _floats(column: Any) -> Any:
-    import pyarrow as pa
-
-    if _is_instant(column.type):
-        column = column.cast(
-            pa.timestamp("ns") if str(column.type).startswith("timestamp") else pa.duration("ns")
-        )
-        column = column.cast(pa.int64())
-    return column.cast(pa.float64(), safe=False).to_numpy(**_copied(column))
-
-
-def _instants(column: Any) -> Any:
-    """Instants as integers where the file has such, without a loss of digits."""
-    import pyarrow as pa
-
-    if _is_instant(column.type):
-        kind = pa.timestamp("ns") if str(column.type).startswith("timestamp") else pa.duration("ns")
-        column = column.cast(kind).cast(pa.int64())
-    if column.null_count or not str(column.type).startswith(("int", "uint")):
-        return _floats(column)
-    return column.cast(pa.int64()).to_numpy(**_copied(column))
-
-
-def _copied(column: Any) -> dict[str, bool]:
-    """Arrays of a batch may refuse to be copied unless told; chunks of a table know no such word."""
-    import pyarrow as pa
-
-    return {} if isinstance(column, pa.ChunkedArray) else {"zero_copy_only": False}

@@ -1,4 +1,4 @@
-"""Plans the set points of a motion and holds them against the arm's limits."""
+"""Plans the set points of a motion and compares them with the arm's limits."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gd_analyze.arrays import FloatArray, array_of
+from gd_analyze.arrays import FloatArray, array_of, require_possible
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.knots import checked_knots, knot_times, wrong_argument
-from gd_analyze.motions.limits import ROUNDING, LimitReport, limit_report
+from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label, limit_report
 from gd_analyze.motions.profiles import PROFILES, Profile
+from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST
@@ -25,10 +25,8 @@ if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 # A file of a million set points of six joints has 300 MB; more than that says nothing about a motion.
-MOST_SET_POINTS = 1_000_000
-
-
-# s. Nothing with a joint gets anywhere in less, and the powers of it stay within doubles.
+_MOST_SET_POINTS = 1_000_000
+# s. Nothing with a joint gets anywhere in less, and its powers stay within doubles.
 _SHORTEST = 1e-6
 
 
@@ -62,41 +60,17 @@ class Schedule:
     def __post_init__(self) -> None:
         if self.profile not in PROFILES:
             near = difflib.get_close_matches(self.profile, PROFILES, n=1)
-            raise wrong_argument(
-                f"there is no profile {self.profile!r}",
-                "profile",
-                ", ".join(PROFILES),
-                repr(self.profile),
-                f"did you mean {near[0]!r}?" if near else "choose one of these",
+            step = f"did you mean {near[0]!r}?" if near else "choose one of these"
+            raise refusal(
+                f"there is no profile {self.profile!r}", "profile", ", ".join(PROFILES), self.profile, step
             )
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST <= duration <= LARGEST:
-            raise wrong_argument(
-                "no motion has this duration",
-                "duration",
-                f"{_SHORTEST:g} s to {LARGEST:g} s",
-                f"shape {duration.shape}" if duration.ndim else f"{duration:g} s",
-            )
-        if not 2 <= self.n_set_points <= MOST_SET_POINTS:
-            raise wrong_argument(
-                "a motion is planned at its two ends and at some set points between",
-                "n_set_points",
-                f"2 to {MOST_SET_POINTS}",
-                str(self.n_set_points),
-            )
-
-    def profile_for(self, n_vias: int) -> Profile:
-        """The profile, if it can take so many vias."""
-        chosen = PROFILES[self.profile]
-        if chosen.via_counts is not None and n_vias not in chosen.via_counts:
-            raise wrong_argument(
-                f"profile {self.profile} cannot take this number of vias",
-                "via",
-                "none, or two: lift-off and set-down",
-                str(n_vias),
-                "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
-            )
-        return chosen
+            expected, found = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
+            raise refusal("no motion has this duration", "duration", expected, found)
+        if not 2 <= self.n_set_points <= _MOST_SET_POINTS:
+            expected, found = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
+            raise refusal("impossible number of set points", "n_set_points", expected, found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +86,7 @@ class Plan:
     knot_times
         Instants of start, vias and goal, s.
     shortest_duration
-        The duration at which this motion, stretched evenly, just meets its rate and acceleration limits,
+        The duration at which this motion, stretched evenly, just meets its velocity and acceleration limits,
         s; None when the arm states none.
     """
 
@@ -145,26 +119,26 @@ def plan(
     schedule
         When and how smoothly.
     allow_violations
-        Warn, rather than fail, when rates or accelerations exceed their limits.
+        Warn, rather than fail, when velocities or accelerations exceed their limits.
     name
         Name of the trajectory; arm and profile by default.
 
     Returns
     -------
     Plan
-        Set points with exact rates and accelerations of the profile, and the limits. Where an acceleration
-        jumps, the value is the one just after the jump, at the goal the one just before.
+        Set points with exact velocities and accelerations of the profile, and the limits. Where an
+        acceleration jumps, the value is the one just after the jump, at the goal the one just before.
 
     Raises
     ------
     TrajectoryError
-        If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a rate or
+        If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a velocity or
         acceleration limit; the message then gives the shortest duration that meets them.
 
     Warns
     -----
     GdAnalyzeWarning
-        If rates or accelerations exceed their limits and `allow_violations` is set.
+        If velocities or accelerations exceed their limits and `allow_violations` is set.
 
     Examples
     --------
@@ -173,10 +147,18 @@ def plan(
     >>> swing.trajectory.n_set_points
     31
     """
-    chosen = schedule.profile_for(len(via))
+    chosen = PROFILES[schedule.profile]
+    if chosen.via_counts is not None and len(via) not in chosen.via_counts:
+        raise refusal(
+            f"profile {schedule.profile} cannot take this number of vias",
+            "via",
+            "none, or two: lift-off and set-down",
+            str(len(via)),
+            "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
+        )
     duration, count = float(schedule.duration), schedule.n_set_points
-    knots = checked_knots(arm, start, via, goal)
-    times = knot_times(arm, knots, duration, schedule.via_times)
+    knots = _knots(arm, start, via, goal)
+    times = _knot_times(arm, knots, duration, schedule.via_times)
     path = chosen.path(times, knots)
     report = limit_report(arm, path)
     stretch = report.least_stretch
@@ -190,34 +172,96 @@ def plan(
     return Plan(trajectory, report, times, shortest)
 
 
+def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: ArrayLike) -> FloatArray:
+    """Joint variables of start, vias and goal, shape (m, n), each within the position limits."""
+    labels = ["start", *(f"via {k}" for k in range(1, len(via) + 1)), "goal"]
+    pairs = list(zip(labels, [start, *via, goal], strict=True))
+    knots = np.array([_knot(arm, label, knot) for label, knot in pairs])
+    for k in np.flatnonzero(np.abs(np.diff(knots, axis=0)).max(axis=1) <= ROUNDING).tolist():
+        raise refusal(
+            f"{labels[k]} and {labels[k + 1]} are the same",
+            labels[k + 1],
+            "another position: every stretch of a motion moves",
+            "no movement",
+            "leave one of the two out, or plan the motions before and after the pause separately",
+        )
+    return knots
+
+
+def _knot(arm: RobotArm, label: str, values: ArrayLike) -> FloatArray:
+    knot = array_of(values, label, TrajectoryError)
+    if knot.shape != (arm.n_joints,):
+        found = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
+        raise refusal(f"{label} does not fit arm {arm.name}", label, f"{arm.n_joints} joint variables", found)
+    require_possible(knot, label, TrajectoryError)
+    lower, upper = arm.limits("lower"), arm.limits("upper")
+    for i, joint in enumerate(arm.joints):
+        if not lower[i] - ROUNDING <= knot[i] <= upper[i] + ROUNDING:
+            like_degrees = joint.kind == "revolute" and abs(knot[i]) > 2 * math.pi
+            raise refusal(
+                f"{label} lies outside the range of {joint_label(i + 1, joint.name)}",
+                label,
+                f"{angle(lower[i], joint.unit)} .. {angle(upper[i], joint.unit)}",
+                angle(float(knot[i]), joint.unit),
+                "joint angles are radians here: convert degrees with numpy.deg2rad"
+                if like_degrees
+                else "choose a position within the range",
+            )
+    return knot
+
+
+def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: ArrayLike | None) -> FloatArray:
+    """Instants of the knots, s, shape (m,).
+
+    Time in proportion to the square root of distance is what constant acceleration takes; splines timed
+    so (centripetally) overshoot least where short and long stretches meet.
+    """
+    if via_times is None:
+        limits = arm.limits("velocity_limit")
+        weights = 1 / np.where(np.isfinite(limits), limits, 1.0)
+        shares = np.sqrt((np.abs(np.diff(knots, axis=0)) * weights).max(axis=1))
+        times = np.concatenate([[0.0], np.cumsum(shares) / shares.sum() * duration])
+        times[-1] = duration
+        return times
+    inner = np.atleast_1d(np.array(via_times, dtype=float))
+    times = np.array([0.0, *inner, duration])
+    if len(times) != len(knots) or not (np.diff(times) > ROUNDING * duration).all():
+        expected = f"{len(knots) - 2} increasing instants between 0 and {duration:g} s"
+        raise refusal(
+            "the instants of the vias do not fit the motion", "via_times", expected, str(inner.tolist())
+        )
+    return times
+
+
 def _judge(
     arm: RobotArm, report: LimitReport, where: str, shortest: float | None, allow_violations: bool
 ) -> None:
     overshoots = [v for v in report.violations if v.quantity == "position"]
     if overshoots:
-        raise TrajectoryError(
+        raise refusal(
             "the motion leaves the range of the joints between its knots",
-            where=where,
-            expected="every joint within its range all the time",
-            found=[f"{v}, at {v.time:.3g} s" for v in overshoots],
-            next_step="move or add a via there, or choose the profile trapezoidal, which never overshoots",
+            where,
+            "every joint within its range all the time",
+            [f"{v}, at {v.time:.3g} s" for v in overshoots],
+            "move or add a via there, or choose the profile trapezoidal, which never overshoots",
         )
     if not report.violations or shortest is None:
         return
-    enough = f"a duration of {round_up(shortest)} s meets all limits"
+    enough = f"a duration of {_round_up(shortest)} s meets all limits"
+    found = [str(violation) for violation in report.violations]
     if not allow_violations:
-        raise TrajectoryError(
+        raise refusal(
             f"the motion is too fast for {arm.name}",
-            where=where,
-            expected="rates and accelerations within the limits of every joint",
-            found=[str(violation) for violation in report.violations],
-            next_step=f"{enough}; allow_violations=True plans it all the same",
+            where,
+            "velocities and accelerations within the limits of every joint",
+            found,
+            f"{enough}; allow_violations=True plans it all the same",
         )
-    found = "; ".join(str(violation) for violation in report.violations)
-    warnings.warn(f"the motion is too fast for {arm.name}: {found}; {enough}", GdAnalyzeWarning, stacklevel=3)
+    message = f"the motion is too fast for {arm.name}: {'; '.join(found)}; {enough}"
+    warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
-def round_up(value: float) -> str:
+def _round_up(value: float) -> str:
     """Two significant digits, rounded up, so that what is enough stays enough."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return f"{math.ceil(value / step - ROUNDING) * step:.10g}"

@@ -6,23 +6,26 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TypeGuard
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
-from gd_analyze.motions.folder import is_folder_of_motions, trajectory_files
-from gd_analyze.motions.motions import Motion, in_words
-from gd_analyze.motions.recording import Recording
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.logged import Recording
+from gd_analyze.motions.read import (
+    is_folder_of_motions,
+    read_trajectory,
+    shipped_trajectories,
+    trajectory_files,
+)
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.trajectory import Motion, Trajectory, in_words
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python, number, visible
 
 # One motion, by itself or by what it is read from; or several, or a folder of them.
 GivenMotion = Trajectory | str | Path
 GivenMotions = GivenMotion | Sequence[GivenMotion]
+Read = Callable[[str | Path, RobotArm], Trajectory]
 
 # Motions that the name of a pool spells out, and how long it may be: it is the name of a folder, too.
 _SPELT_OUT, _LONGEST = 3, 80
@@ -30,11 +33,7 @@ _SPELT_OUT, _LONGEST = 3, 80
 _PAUSE, _STILL = 0.1, 1.0
 
 
-def trajectory_of(
-    given: GivenMotions,
-    arm: RobotArm,
-    read: Callable[[str | Path, RobotArm], Trajectory] = read_trajectory,
-) -> Trajectory:
+def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> Trajectory:
     """Take a trajectory, or read what a shipped name, the path of a file or that of a folder stands for.
 
     Parameters
@@ -59,15 +58,11 @@ def trajectory_of(
     if isinstance(given, Trajectory):
         return given
     several = _several(given)
-    name = visible(Path(several[0]).resolve().name) if _is_only_folder(several) else None
-    return pool(_each(several, arm, read), name)
+    folder = _folder(several[0]) if len(several) == 1 else None
+    return pool(_each(several, arm, read), None if folder is None else visible(folder.resolve().name))
 
 
-def motions_of(
-    given: GivenMotions,
-    arm: RobotArm,
-    read: Callable[[str | Path, RobotArm], Trajectory] = read_trajectory,
-) -> list[Trajectory]:
+def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
     """Take the motions that `trajectory_of` makes one of, each by itself and no two of one name.
 
     Those of a pool come without readings.
@@ -79,14 +74,21 @@ def _several(given: GivenMotions) -> list[GivenMotion]:
     return list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
 
 
-def _each(
-    several: Sequence[GivenMotion], arm: RobotArm, read: Callable[[str | Path, RobotArm], Trajectory]
-) -> Iterator[Trajectory]:
+def _folder(given: GivenMotion) -> Path | None:
+    """The folder of motions that is given, if it is one."""
+    if isinstance(given, str | PathLike) and str(given) not in shipped_trajectories():
+        path = Path(given)
+        return path if is_folder_of_motions(path) else None
+    return None
+
+
+def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
     for one in several:
+        folder = _folder(one)
         if isinstance(one, Trajectory):
             yield one
-        elif _is_folder(one):
-            yield from (read(path, arm) for path in trajectory_files(Path(one)))
+        elif folder is not None:
+            yield from (read(path, arm) for path in trajectory_files(folder))
         else:
             yield read(one, arm)
 
@@ -119,67 +121,68 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     >>> pool([rest, rest]).name
     'rest+rest-2'
     """
-    named = _apart(motions)
-    if len(named) == 1:
-        return named[0]
-    pause = _pause(named)
-    ends: list[int] = np.cumsum([one.n_set_points for one in named]).tolist()
+    parts = _apart(motions)
+    if len(parts) == 1:
+        return parts[0]
+    names = [one.name for one in parts]
+    mean = float(np.mean([one.time[-1] - one.time[0] for one in parts]))
+    pause = float(f"{_PAUSE * mean:.1g}") or _STILL
+    clocks: list[FloatArray] = []
+    for one in parts:
+        start = float(clocks[-1][-1]) + pause if clocks else 0.0
+        clocks.append(one.time - one.time[0] + start)
+    ends: list[int] = np.cumsum([one.n_set_points for one in parts]).tolist()
     begins = [0, *ends[:-1]]
-    told = in_words([one.name for one in named])
-    rates = {one.rates_from for one in named}
+    own_gaps = {first + row for first, one in zip(begins, parts, strict=True) for row in one.gaps}
+    sources = {one.derivatives_from for one in parts}
+    spelt = "+".join(names)
+    if len(names) > _SPELT_OUT or len(spelt) > _LONGEST:
+        spelt = f"{names[0]}+{len(names) - 1}-more"
     return Trajectory(
-        _time(named, pause),
-        np.concatenate([one.q for one in named]),
-        np.concatenate([one.qd for one in named]),
-        np.concatenate([one.qdd for one in named]),
-        name=name or _name([one.name for one in named]),
-        origin=f"{told}, one after the other with {number(pause)} s between",
-        rates_from=rates.pop() if len(rates) == 1 else "as each motion states",
-        gaps=_gaps(named, begins),
-        recording=_recording(named),
+        np.concatenate(clocks),
+        np.concatenate([one.q for one in parts]),
+        np.concatenate([one.qd for one in parts]),
+        np.concatenate([one.qdd for one in parts]),
+        name=name or spelt,
+        origin=f"{in_words(names)}, one after the other with {number(pause)} s between",
+        derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
+        gaps=tuple(sorted({*begins[1:], *own_gaps})),
+        recording=_recording(parts),
         motions=tuple(
             Motion(
-                one.name,
-                first,
-                end,
-                float(one.time[0]),
-                one.origin,
-                one.rates_from,
-                one.fingerprint,
+                one.name, first, end, float(one.time[0]), one.origin, one.derivatives_from, one.fingerprint
             )
-            for one, first, end in zip(named, begins, ends, strict=True)
+            for one, first, end in zip(parts, begins, ends, strict=True)
         ),
     )
 
 
 def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
     """Motions of one arm by themselves, no two of one name; at least one."""
-    given: list[Trajectory] = []
+    found: list[Trajectory] = []
     for one in motions:
         if not isinstance(one, Trajectory):
-            raise TrajectoryError(
-                "this is no trajectory", where="motions", expected="a Trajectory", found=in_python(one)
+            raise refusal("this is no trajectory", "motions", "a Trajectory", in_python(one))
+        found += taken_apart(one)
+    if not found:
+        raise refusal("there are no motions", "motions", "at least one", "none")
+    first, taken = found[0], set[str]()
+    for k, one in enumerate(found):
+        if one.n_joints != first.n_joints:
+            raise refusal(
+                f"trajectory {one.name} is not of the arm of the others",
+                f"trajectory {one.name}",
+                f"{first.n_joints} joints, as {first.name} has",
+                f"{one.n_joints} joints",
+                "analyse motions of different arms one by one",
             )
-        given += taken_apart(one)
-    if not given:
-        raise TrajectoryError("there are no motions", where="motions", expected="at least one", found="none")
-    _require_alike(given)
-    names = _distinct(given)
-    return [
-        one if one.name == name else replace(one, name=name) for one, name in zip(given, names, strict=True)
-    ]
-
-
-def _is_folder(given: object) -> TypeGuard[str | Path]:
-    return (
-        isinstance(given, str | PathLike)
-        and str(given) not in shipped_trajectories()
-        and is_folder_of_motions(Path(given))
-    )
-
-
-def _is_only_folder(given: Sequence[GivenMotion]) -> TypeGuard[Sequence[str | Path]]:
-    return len(given) == 1 and _is_folder(given[0])
+        name, again = one.name, 1
+        while name in taken:
+            again += 1
+            name = f"{one.name}-{again}"
+        taken.add(name)
+        found[k] = one if name == one.name else replace(one, name=name)
+    return found
 
 
 def taken_apart(trajectory: Trajectory) -> tuple[Trajectory, ...]:
@@ -196,59 +199,9 @@ def _part(whole: Trajectory, motion: Motion) -> Trajectory:
         whole.qdd[rows],
         name=motion.name,
         origin=motion.origin,
-        rates_from=motion.rates_from,
+        derivatives_from=motion.derivatives_from,
         gaps=tuple(row - motion.first for row in whole.gaps if motion.first < row < motion.end),
     )
-
-
-def _require_alike(motions: Sequence[Trajectory]) -> None:
-    first = motions[0]
-    for one in motions:
-        if one.n_joints != first.n_joints:
-            raise TrajectoryError(
-                f"trajectory {one.name} is not of the arm of the others",
-                where=f"trajectory {one.name}",
-                expected=f"{first.n_joints} joints, as {first.name} has",
-                found=f"{one.n_joints} joints",
-                next_step="analyse motions of different arms one by one",
-            )
-
-
-def _distinct(motions: Sequence[Trajectory]) -> list[str]:
-    """Names of the motions; the second and later ones of a name get a number."""
-    names: list[str] = []
-    for one in motions:
-        name, again = one.name, 1
-        while name in names:
-            again += 1
-            name = f"{one.name}-{again}"
-        names.append(name)
-    return names
-
-
-def _name(names: Sequence[str]) -> str:
-    spelt = "+".join(names)
-    if len(names) <= _SPELT_OUT and len(spelt) <= _LONGEST:
-        return spelt
-    return f"{names[0]}+{len(names) - 1}-more"
-
-
-def _pause(motions: Sequence[Trajectory]) -> float:
-    mean = float(np.mean([one.time[-1] - one.time[0] for one in motions]))
-    return float(f"{_PAUSE * mean:.1g}") or _STILL
-
-
-def _time(motions: Sequence[Trajectory], pause: float) -> FloatArray:
-    clocks, now = [], 0.0
-    for one in motions:
-        clocks.append(one.time - one.time[0] + now)
-        now = float(clocks[-1][-1]) + pause
-    return np.concatenate(clocks)
-
-
-def _gaps(motions: Sequence[Trajectory], begins: Sequence[int]) -> tuple[int, ...]:
-    own = (first + row for first, one in zip(begins, motions, strict=True) for row in one.gaps)
-    return tuple(sorted({*begins[1:], *own}))
 
 
 def _recording(motions: Sequence[Trajectory]) -> Recording | None:
@@ -262,30 +215,21 @@ def _recording(motions: Sequence[Trajectory]) -> Recording | None:
         return None if any(part is None for part in parts) else np.concatenate(parts)
 
     cutoffs = [one.cutoff for one in found if one.cutoff is not None]
-    smoothed = np.array(cutoffs) if len(cutoffs) == len(found) else None
+    cutoff, common = None, "not all of the motions were smoothed"
+    if len(cutoffs) == len(found):
+        cutoff = np.min(cutoffs, axis=0)
+        least, most = number(float(np.min(cutoffs))), number(float(np.max(cutoffs)))
+        common = f"each motion smoothed by itself, cut-off {least} Hz" + (
+            f" to {most} Hz" if most != least else ""
+        )
+    notes = (f"{of.name}: {note}" for of, one in zip(motions, found, strict=True) for note in one.treatment)
     return replace(
         found[0],
         q=np.concatenate([one.q for one in found]),
         torque=joined("torque"),
         torque_filtered=joined("torque_filtered"),
-        cutoff=None if smoothed is None else np.min(smoothed, axis=0),
+        cutoff=cutoff,
         noise_q=np.max([one.noise_q for one in found], axis=0),
         noise_qdd=np.max([one.noise_qdd for one in found], axis=0),
-        treatment=(*_treatments(motions), _smoothing(smoothed)),
-    )
-
-
-def _treatments(motions: Sequence[Trajectory]) -> Iterator[str]:
-    for motion in motions:
-        for sentence in motion.recording.treatment if motion.recording else ():
-            yield f"{motion.name}: {sentence}"
-
-
-def _smoothing(cutoffs: FloatArray | None) -> str:
-    """What the motions have in common; the last sentence tells what was done last."""
-    if cutoffs is None:
-        return "not all of the motions were smoothed"
-    least, most = number(float(cutoffs.min())), number(float(cutoffs.max()))
-    return f"each motion was smoothed by itself, cut-off {least} Hz" + (
-        f" to {most} Hz" if most != least else ""
+        treatment=(*notes, common),
     )

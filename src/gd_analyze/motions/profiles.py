@@ -12,21 +12,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from gd_analyze.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 # Without vias, lift-off and set-down lie on the straight line to the goal, at a quarter and three quarters
 # of the time, where the quintic 10 x^3 - 15 x^4 + 6 x^5 of least jerk would pass: no joint overshoots.
 LIFT_OFF_TIME = 0.25
 LIFT_OFF_SHARE = 53 / 512
 
-# [FGL87] chapter 4: position, rate and acceleration are prescribed at start and goal, and continuous.
+# [FGL87] chapter 4: position, velocity and acceleration are prescribed at start and goal, and continuous.
 _PRESCRIBED = 3
 
 
@@ -41,7 +39,7 @@ class Profile:
     via_counts
         Numbers of vias it takes; None for any.
     rest_orders
-        How many derivatives of q are zero at start and goal: 1 rates, 2 accelerations too.
+        how many derivatives of q are zero at start and goal: 1 velocities, 2 accelerations too.
     path
         Makes the motion q(t) from the knots' instants (m,) and joint variables (m, n).
     """
@@ -97,8 +95,6 @@ def _three_segments(degrees: tuple[int, int, int], times: FloatArray, knots: Flo
 
 def _quintic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
     """Quintic spline through the knots, C4, at rest with zero acceleration at both ends."""
-    from scipy.interpolate import make_interp_spline
-
     still = np.zeros(knots.shape[1])
     # One condition for every joint; scipy-stubs know those of a single curve only.
     rest: Any = [(1, still), (2, still)]
@@ -110,8 +106,6 @@ def _quintic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
 
 def _cubic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
     """Cubic spline through the knots, C2, at rest at both ends."""
-    from scipy.interpolate import CubicSpline
-
     spline = CubicSpline(times, knots - knots[0], bc_type="clamped")
     return _shifted(spline.c, spline.x, knots[0])
 
@@ -139,8 +133,6 @@ def _trapezoidal(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
 
 def _shifted(coefficients: FloatArray, breaks: FloatArray, start: FloatArray) -> PPoly[np.float64]:
     """Motion from displacements: solved without the start, a joint that stays put stays exactly."""
-    from scipy.interpolate import PPoly
-
     moved = np.array(coefficients)
     moved[-1] += start
     return PPoly(moved, breaks)

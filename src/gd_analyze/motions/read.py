@@ -1,55 +1,143 @@
-"""Reads a log: opens it, chooses columns, and puts them into SI units in the order of the arm's joints."""
+"""The one way from a file to a motion: a table, a role, joint and unit of its columns, SI numbers."""
 
 from __future__ import annotations
 
+import difflib
+import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.choice import Choice, choose
+from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
+from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
+from gd_analyze.motions.bags import read_bag
+from gd_analyze.motions.checks import check_against_arm, warn_if_radians
+from gd_analyze.motions.echo import echoed_names, read_yaml
+from gd_analyze.motions.layout import is_number, refuse_long_names
 from gd_analyze.motions.logged import ColumnUse, Logged
-from gd_analyze.motions.mapping import choice_by, mapping_of, read_mapping, write_mapping
-from gd_analyze.motions.open_log import open_log
-from gd_analyze.motions.reading import ROLES, Reading
-from gd_analyze.motions.refusals import AmbiguityError
-from gd_analyze.motions.table import LogTable, Progress, Stamps, no_progress
+from gd_analyze.motions.mapping import AmbiguityError, Choice, choose
+from gd_analyze.motions.mapping_file import choice_by, read_mapping, write_mapping
+from gd_analyze.motions.parquet import ParquetTable
+from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, Treatment, refusal
+from gd_analyze.motions.table import Columns, LogTable, Progress, Stamps, no_progress
+from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.time_axis import SAMPLE, in_seconds, unit_by_velocity
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.units import units_of
+from gd_analyze.motions.writing import recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.text import visible
+from gd_analyze.text import in_python, visible
 
-# Rows by which velocities are held against positions, for a message.
+_FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
+    **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"}
+}
+# Text in a folder that may be a motion.
+_TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
+# Of a pipe; a million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
+_LARGEST_STREAM = 1_000_000_000
+# Rows by which the unit of time is compared with velocities, for a message.
 _JUDGED = 20_000
 
 
+def shipped_trajectories() -> dict[str, Path]:
+    """Shipped trajectory files by name, in alphabetical order."""
+    return shipped("trajectories", ".csv")
+
+
+def read_trajectory(
+    path_or_name: str | Path,
+    arm: RobotArm | str | Path,
+    reading: Reading | None = None,
+    treatment: Treatment | None = None,
+    *,
+    progress: Progress = no_progress,
+) -> Trajectory:
+    """Read a trajectory for an arm, or the log of a motion.
+
+    Parameters
+    ----------
+    path_or_name
+        A file, the folder of a bag, the name of a shipped trajectory, or "-" for standard input.
+    arm
+        The arm that shall follow it, or did, or its name or the path of its file.
+    reading
+        How a log is to be read; what is left out is understood from the log.
+    treatment
+        How readings are treated; by default rules decide.
+    progress
+        Called with how much of how much has been read.
+
+    Returns
+    -------
+    Trajectory
+        Named after the file. `Trajectory.derivatives_from` says how missing velocities and accelerations were
+        derived; `Trajectory.recording` holds the readings of a measured log.
+
+    Raises
+    ------
+    TrajectoryError
+        If it cannot be read, or may be understood in several ways; the message names line and column.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the arm's limits are exceeded, angles seem to be in another unit than stated, or joints are matched
+        although their names differ.
+
+    Examples
+    --------
+    >>> from gd_analyze.robots.catalogue import load_arm
+    >>> read_trajectory("pick-and-place", load_arm("puma560")).n_set_points
+    31
+    """
+    arm = arm_of(arm)
+    logged = read_log(path_or_name, arm, reading, progress=progress)
+    try:
+        trajectory = Trajectory.from_log(logged, arm, treatment)
+    except TrajectoryError as error:
+        if str(path_or_name) in str(error):
+            raise
+        # Of numbers alone it does not know which file they are from.
+        found, step = error.details.get("found", ""), error.details.get("next")
+        where = _source(path_or_name)[0]
+        raise refusal(error.what, Location(where), error.details.get("expected", ""), found, step) from None
+    names = [joint.name for joint in arm.joints]
+    degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
+    if degrees:
+        warn_if_radians(trajectory.name, np.degrees(logged.q[:, degrees]))
+    check_against_arm(trajectory, arm)
+    return trajectory
+
+
 def read_log(
-    path: str | Path,
+    path_or_name: str | Path,
     arm: RobotArm | str | Path,
     reading: Reading | None = None,
     *,
     data: bytes | None = None,
     progress: Progress = no_progress,
 ) -> Logged:
-    """Read what a log holds of an arm's motion.
+    """Read what a log or a file of set points holds of an arm's motion.
 
     Parameters
     ----------
-    path
-        A text table, a bag, Parquet or YAML; or what to call the bytes.
+    path_or_name
+        As of `read_trajectory`; or what to call the bytes.
     arm
         Whose motion it is, or its name or the path of its file.
     reading
-        What the log does not tell itself.
+        How it is to be read; what is left out is understood from the log.
     data
         Its bytes, where it is no file.
     progress
-        Told how much of how much is read.
+        Called with how much of how much has been read.
 
     Returns
     -------
@@ -67,102 +155,219 @@ def read_log(
         Where joints are matched although their names differ.
     """
     arm, reading = arm_of(arm), reading or Reading()
+    if data is None:
+        path, name, origin, data = _source(path_or_name)
+    else:
+        path, name, origin = Path(path_or_name), Path(path_or_name).stem, f"read from {path_or_name}"
     _refuse_writing_over(path, reading)
     mapping = None
     if reading.mapping is not None:
-        _refuse_beside_mapping(reading)
+        if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
+            raise refusal(
+                "a mapping file says all of a log's columns",
+                "--mapping",
+                "no other option on columns, units or families beside it",
+                "such options",
+                "change the mapping file, or leave it out and write it anew with --save-mapping",
+            )
         mapping, lines = read_mapping(reading.mapping)
-        reading = Reading(
+        reading = replace(
+            reading,
             columns=tuple(mapping.names),
             rate=reading.rate or mapping.rate,
             topic=reading.topic or mapping.topic,
-            measured=reading.measured,
-            save_mapping=reading.save_mapping,
         )
-    table = open_log(path, reading, data, progress)
-    held: dict[int, FloatArray] = {}
+    table = _opened(path, reading, data, progress)
+    if isinstance(table, TextTable):
+        command = recorded_command(table.first_lines[:20])
+        origin += f"; made by: {command}" if command else ""
     if mapping is not None:
         choice = choice_by(mapping, lines, table, arm)
-        times = choice.time.columns if choice.time is not None else ()
-        stamps = _hold(table, [use.column for use in choice.uses], times, held, progress)
+        if reading.measured is not None:
+            choice = replace(choice, measured=reading.measured)
+        columns = table.read(*_wanted(choice), progress)
     else:
-        choice, stamps = _chosen(table, arm, reading, held, progress)
-    for sentence in choice.told:
-        warnings.warn(f"log {Path(path).name}: {sentence}", GdAnalyzeWarning, stacklevel=2)
-    return _logged(table, arm, reading, choice, held, stamps)
+        choice, columns = _chosen(table, arm, reading, progress)
+    for remark in choice.remarks:
+        warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
+    return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
 
 
-def _refuse_writing_over(path: str | Path, reading: Reading) -> None:
-    if reading.save_mapping is None:
-        return
+def is_folder_of_motions(path: Path) -> bool:
+    """Whether a path is a folder, and not one that is a single recording."""
+    return path.is_dir() and _format(path) is None
+
+
+def trajectory_files(folder: Path) -> list[Path]:
+    """List the trajectories of a folder, by name.
+
+    Files that end in .csv, .tsv, .txt, .dat or .log count, and logs that are told by their names, folders of
+    bags among them; hidden ones do not, nor what the main job writes, nor what lies in other folders.
+
+    Raises
+    ------
+    TrajectoryError
+        If there are none, or the folder cannot be read.
+    """
+    try:
+        entries = sorted(folder.iterdir(), key=lambda path: path.name)
+    except OSError as error:
+        raise _unreadable(folder, error) from None
+    shown = [path for path in entries if not path.name.startswith(".")]
+    found = [
+        path
+        for path in shown
+        if path.name not in RESULT_FILES.values()
+        and (_format(path) is not None or (path.is_file() and path.suffix.lower() in _TEXT))
+    ]
+    if not found:
+        names = [visible(path.name) for path in shown]
+        raise refusal(
+            "the folder holds no trajectories",
+            Location(folder),
+            f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml",
+            (", ".join(names[:5]) or "nothing") + (f" and {len(names) - 5} more" if len(names) > 5 else ""),
+            "name the files themselves, or another folder",
+        )
+    return found
+
+
+def _format(path: Path) -> str | None:
+    """Format of a log that its name tells: "bag" (a folder with metadata.yaml too), "parquet" or "yaml"."""
+    if path.is_dir():
+        return "bag" if (path / "metadata.yaml").is_file() else None
+    return _FORMATS.get(path.suffix.lower())
+
+
+def _source(given: str | Path) -> tuple[Path, str, str, bytes | None]:
+    """Path, name and origin of a motion, and the bytes of one that can be read only once."""
+    if not isinstance(given, str | PathLike):
+        expected = "the name of a shipped one, or the path of a file"
+        raise refusal("this is no trajectory", "trajectory", expected, in_python(given))
+    known, path = shipped_trajectories(), Path(given)
+    if str(given) == "-":
+        data = _stream(None)
+        return Path("standard input"), "stdin", "read from standard input", data
+    if str(given) in known:
+        return known[str(given)], path.name, f"shipped trajectory {given}", None
+    origin = f"read from {given}"
+    with suppress(OSError, ValueError):
+        if path.is_file() or _format(path) is not None:
+            return path, path.stem, origin, None
+    return path, path.stem, origin, _stream(path)
+
+
+def _stream(path: Path | None) -> bytes:
+    """All bytes of a pipe, or of standard input."""
+    name = path or Path("standard input")
+    try:
+        data = read_at_most(path or sys.stdin.buffer, _LARGEST_STREAM)
+    except (FileNotFoundError, ValueError):
+        known = shipped_trajectories()
+        near = difflib.get_close_matches(name.stem, known, n=1)
+        raise refusal(
+            f"there is no trajectory {str(name)!r}",
+            Location(name),
+            f"a CSV file, a log or a shipped trajectory ({', '.join(known)})",
+            "neither an existing file nor a known name",
+            f"did you mean the shipped {near[0]!r}?"
+            if near
+            else "check the path, or make a trajectory with `gd-analyze plan`",
+        ) from None
+    except OSError as error:
+        raise _unreadable(name, error) from None
+    if data is None:
+        expected, step = f"up to {megabytes(_LARGEST_STREAM)}", "write fewer set points, or split the motion"
+        raise refusal("the trajectory is too large to be read", Location(name), expected, "more", step)
+    return data
+
+
+def _unreadable(path: Path, error: OSError) -> TrajectoryError:
+    found, step = error.strerror or str(error), "give a path you may read"
+    return refusal("cannot read the trajectory", Location(path), "a file, or a folder of files", found, step)
+
+
+def _refuse_writing_over(path: Path, reading: Reading) -> None:
     for read in (path, reading.mapping):
         with suppress(OSError):
-            if read is not None and Path(read).samefile(reading.save_mapping):
-                raise TrajectoryError(
-                    "the mapping would be written over what is read",
-                    where="--save-mapping",
-                    expected="another file",
-                    found=str(reading.save_mapping),
-                )
+            if (
+                reading.save_mapping is not None
+                and read is not None
+                and Path(read).samefile(reading.save_mapping)
+            ):
+                what, found = "the mapping would be written over what is read", str(reading.save_mapping)
+                raise refusal(what, "--save-mapping", "another file", found)
 
 
-def _refuse_beside_mapping(reading: Reading) -> None:
-    if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
-        raise TrajectoryError(
-            "a mapping file says all of a log's columns",
-            where="--mapping",
-            expected="no other option on columns, units or families beside it",
-            found="such options",
-            next_step="change the mapping file, or leave it out and write it anew with --save-mapping",
+def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress) -> LogTable:
+    """The table of a file, with names: those of its header, of the messages in it, or those of the user."""
+    kind = None if data is not None else _format(path)
+    if kind == "bag":
+        return read_bag(path, reading.topic, progress)
+    if kind == "parquet":
+        return ParquetTable(path)
+    if kind == "yaml":
+        return read_yaml(path, progress)
+    table = TextTable(path, data)
+    where = Location(path, table.layout.first)
+    if (table.names or table.first_cells)[0].lstrip().startswith("<"):
+        expected, found = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
+        raise refusal("this is no log", where, expected, found, "name the robot first, then the log")
+    if any(table.names):
+        return table
+    cells = table.first_cells
+    echoed = echoed_names(cells)
+    if echoed is not None and not reading.columns:
+        refuse_long_names(echoed, where)
+        table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
+        return TextTable(path, data, echoed)
+    if not reading.columns:
+        values = len(cells) - 1
+        kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
+        last = values // kinds
+        names = ["time", *(f"{role}1..{role}{last}" if last > 1 else f"{role}1" for role in ROLES[:kinds])]
+        step = f"if these are the columns, name them: --columns {','.join(names)}"
+        found = f"numbers in {len(cells)} columns"
+        raise refusal("the file has no header line", where, "the names of the columns", found, step)
+    width = table.layout.width
+    if len(reading.columns) != width:
+        what, expected = (
+            "the names given do not fit the columns",
+            f"{width} names, - for a column that is not needed",
         )
+        raise refusal(what, f"--columns; {where}", expected, str(len(reading.columns)), "name every column")
+    return TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
 
 
-def _chosen(
-    table: LogTable, arm: RobotArm, reading: Reading, held: dict[int, FloatArray], progress: Progress
-) -> tuple[Choice, tuple[Stamps, ...]]:
-    """Choose columns, and choose again where those of a family are 0 throughout."""
+def _wanted(choice: Choice) -> tuple[list[int], tuple[int, ...]]:
+    columns = {use.column for use in choice.uses}
+    times = choice.time.columns if choice.time is not None else ()
+    # Set points have their instants as they stand, not from the first one on.
+    return (sorted({*columns, *times}), ()) if choice.set_points else (sorted(columns), times)
+
+
+def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress) -> tuple[Choice, Columns]:
+    """Choose columns and read them, and choose again where those of a family are 0 throughout."""
     zero: frozenset[object] = frozenset()
-    stamps: tuple[Stamps, ...] = ()
     while True:
+        choice, ambiguity = None, None
         try:
             choice = choose(table, arm, reading, zero)
+            families = tuple(choice.families.values())
+            numbers, times = _wanted(choice)
         except AmbiguityError as error:
-            columns = [column for family in error.families for column in family.all_columns]
-            _hold(table, columns, (), held, progress)
-            dead = {family.key for family in error.families if not _moves(family.all_columns, held)}
-            if dead <= zero:
-                raise
-            zero |= dead
-            continue
-        times = choice.time.columns if choice.time is not None and not stamps else ()
-        stamps = _hold(table, [use.column for use in choice.uses], times, held, progress) or stamps
-        chosen = (choice.families or {}).items()
-        dead = {f.key for role, f in chosen if not _moves([use.column for use in choice.of(role)], held)}
-        if dead <= zero:
-            return choice, stamps
+            ambiguity, families = error, error.families
+            numbers, times = sorted({k for family in families for k in family.all_columns}), ()
+        columns = table.read(numbers, times, progress)
+        if choice is not None and choice.set_points:
+            return choice, columns
+        moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+        dead = {family.key for family in families if not moving & set(family.all_columns)}
+        if dead <= zero and choice is not None:
+            return choice, columns
+        if dead <= zero and ambiguity is not None:
+            raise ambiguity
         zero |= dead
-
-
-def _moves(columns: Sequence[int], held: Mapping[int, FloatArray]) -> bool:
-    """Whether any number is not 0."""
-    return any(bool(np.nan_to_num(held[column]).any()) for column in columns)
-
-
-def _hold(
-    table: LogTable,
-    columns: Sequence[int],
-    times: Sequence[int],
-    held: dict[int, FloatArray],
-    progress: Progress,
-) -> tuple[Stamps, ...]:
-    """Read what is not held yet; a column that two things are read from is read once."""
-    wanted = sorted(set(columns) - set(held))
-    if not wanted and not times:
-        return ()
-    read = table.read(wanted, times, progress)
-    for k, column in enumerate(wanted):
-        held[column] = read.numbers[:, k]
-    return read.stamps
 
 
 def _logged(
@@ -170,89 +375,105 @@ def _logged(
     arm: RobotArm,
     reading: Reading,
     choice: Choice,
-    held: Mapping[int, FloatArray],
-    stamps: tuple[Stamps, ...],
+    columns: Columns,
+    name: str,
+    origin: str,
 ) -> Logged:
-    arrays = {role: _in_si(choice, role, arm, held) for role in ROLES}
+    numbers, _ = _wanted(choice)
+    held = {k: columns.numbers[:, i] for i, k in enumerate(numbers)}
+    arrays: dict[str, FloatArray | None] = dict.fromkeys(ROLES)
+    for role in ROLES:
+        uses = choice.of(role)
+        sizes = [units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit] for use in uses]
+        if uses:
+            array = np.column_stack([held[use.column] * size for use, size in zip(uses, sizes, strict=True)])
+            arrays[role] = array if role == "q" or np.isfinite(array).any() else None
     q = arrays["q"]
     if q is None or not len(q):
-        raise TrajectoryError(
-            "the log has no rows", where=table.where(), expected="a line per sample", found="none"
-        )
-    if choice.time is None or not stamps:
-        time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
+        raise refusal("the file has no rows", table.where(), "a line per instant", "none")
+    gaps = None
+    if choice.set_points and choice.time is not None:
+        unit, why = choice.time.unit, choice.time.why
+        time = held[choice.time.columns[0]] * TIME_UNITS[unit]
+        _require_complete(table, choice, held)
+        gaps = columns.gaps
     else:
-        name = table.names[choice.time.columns[0]] or f"column {choice.time.columns[0] + 1}"
-        hint = _hint(stamps, q, arrays["qd"])
-        rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
-        where = table.where(None, choice.time.columns[0])
-        time, unit, why = in_seconds(stamps, choice.time, reading.time_unit, rate, name, where, hint)
+        time, unit, why = _time(table, reading, choice, columns.stamps, q, arrays["qd"])
     # Rows of other topics, and those without an instant, say nothing of the motion.
     known = np.isfinite(time) & np.isfinite(q).any(axis=1)
     if not known.any():
-        raise TrajectoryError(
-            "no row has a time and a position",
-            where=table.where(),
-            expected="numbers in the columns of time and positions",
-            found="empty cells",
-            next_step="check the recording",
-        )
+        expected = "numbers in the columns of time and positions"
+        raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
     if not known.all():
-        why += f"; {int((~known).sum())} rows without it or positions left out"
-        time, q = time[known], q[known]
-        arrays = {of: None if x is None or of == "q" else x[known] for of, x in arrays.items()}
-    logged = Logged(
-        time=time - time[0],
+        why += f"; rows without time or positions, left out: {int((~known).sum())}"
+        time, arrays = time[known], {of: None if x is None else x[known] for of, x in arrays.items()}
+    q = arrays["q"]
+    assert q is not None
+    if reading.save_mapping is not None:
+        write_mapping(choice, table, arm, reading, unit)
+    return Logged(
+        time=time if gaps is not None else time - time[0],
         q=q,
         qd=arrays["qd"],
         qdd=arrays["qdd"],
         torque=arrays["torque"],
-        measured=choice.measured if reading.measured is None else reading.measured,
-        columns=_table(table, arm, choice, unit, why),
-        name=visible(Path(table.path).stem),
-        origin=visible(f"read from {table.path}"),
+        measured=choice.measured,
+        columns=_uses(table, arm, choice, unit, why),
+        name=name,
+        origin=origin,
+        gaps=gaps,
     )
-    if reading.save_mapping is not None:
-        write_mapping(mapping_of(choice, logged, table, arm, reading, unit), reading.save_mapping)
-    return logged
 
 
-def _in_si(choice: Choice, role: str, arm: RobotArm, held: Mapping[int, FloatArray]) -> FloatArray | None:
-    uses = choice.of(role)
-    if not uses:
-        return None
-    array = np.empty((len(held[uses[0].column]), len(uses)))
-    for k, use in enumerate(uses):
-        factor = units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit]
-        np.multiply(held[use.column], factor, out=array[:, k])
-    return None if role in ("qd", "qdd", "torque") and not np.isfinite(array).any() else array
+def _time(
+    table: LogTable,
+    reading: Reading,
+    choice: Choice,
+    stamps: Sequence[Stamps],
+    q: FloatArray,
+    qd: FloatArray | None,
+) -> tuple[FloatArray, str, str]:
+    """Time in s, the unit it was in, and the reason for that unit."""
+    if choice.time is None:
+        return np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
+    column = choice.time.columns[0]
+    hint = ""
+    if qd is not None and len(stamps) == 1:
+        unit = unit_by_velocity(stamps[0].rest[:_JUDGED], q[:_JUDGED], qd[:_JUDGED])
+        hint = "" if unit is None else f"; the log's own velocities say --time-unit {unit}"
+    rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
+    place = (table.label(column), table.where(None, column))
+    return in_seconds(stamps, choice.time, reading.time_unit, rate, *place, hint)
 
 
-def _hint(stamps: tuple[Stamps, ...], q: FloatArray, qd: FloatArray | None) -> str:
-    if qd is None or len(stamps) != 1:
-        return ""
-    unit = unit_by_velocity(stamps[0].rest[:_JUDGED], q[:_JUDGED], qd[:_JUDGED])
-    return "" if unit is None else f"; the log's own velocities say --time-unit {unit}"
+def _require_complete(table: LogTable, choice: Choice, held: dict[int, FloatArray]) -> None:
+    """Refuse set points with empty cells, or whose time does not increase."""
+    for column, values in held.items():
+        empty = np.flatnonzero(np.isnan(values))
+        if empty.size:
+            where, step = table.where(int(empty[0]), column), "give a number there, or remove the set point"
+            raise refusal(
+                f"{table.label(column)} is no finite number", where, "a number", "an empty cell", step
+            )
+    column = choice.time.columns[0] if choice.time is not None else 0
+    time = held[column]
+    wrong = np.flatnonzero(np.diff(time) <= 0)
+    if wrong.size:
+        k = int(wrong[0])
+        expected = f"more than {time[k]!s}, the time of the line before"
+        step = "sort the set points by time and keep one for each instant"
+        raise refusal("time does not increase", table.where(k + 1, column), expected, str(time[k + 1]), step)
 
 
-def _table(table: LogTable, arm: RobotArm, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
+def _uses(table: LogTable, arm: RobotArm, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
     """How every column was understood, in the order of the log."""
-    told: dict[int, ColumnUse] = {}
     names = [visible(name) or str(k) for k, name in enumerate(table.names, 1)]
-    for k, reason in choice.unused.items():
-        told[k] = ColumnUse(names[k], "unused", why=reason)
     times = choice.time.columns if choice.time is not None else ()
+    reason = "another time" if times else "no time is needed"
+    found = {k: ColumnUse(name, "unused", why=choice.unused.get(k, reason)) for k, name in enumerate(names)}
     for k, column in enumerate(times):
-        told[column] = ColumnUse(names[column], "time", unit="ns" if k else unit, why=why)
+        found[column] = ColumnUse(names[column], "time", unit="ns" if k else unit, why=why)
     for use in choice.uses:
-        told[use.column] = ColumnUse(
-            names[use.column],
-            use.role,
-            arm.joints[use.joint].name,
-            use.unit,
-            use.why,
-        )
-    for k, name in enumerate(names):
-        if k not in told:
-            told[k] = ColumnUse(name, "unused", why="another time" if times else "no time is needed")
-    return tuple(told[k] for k in range(len(names)))
+        joint = arm.joints[use.joint].name
+        found[use.column] = ColumnUse(names[use.column], use.role, joint, use.unit, use.why)
+    return tuple(found.values())

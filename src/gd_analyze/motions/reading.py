@@ -1,4 +1,4 @@
-"""How a log shall be read, where its columns do not tell it themselves."""
+"""What the user says of a log: how its columns are to be read, and how its readings are to be treated."""
 
 from __future__ import annotations
 
@@ -6,22 +6,29 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.logged import Quantity
+from gd_analyze.errors import Location, TrajectoryError, UsageError
+from gd_analyze.text import LARGEST
 
+Quantity = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")
-TIME_UNIT_NAMES = ("s", "ms", "us", "ns")
-NONE = "none"
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
 _MOST_COLUMNS = 10_000
 
 
+def refusal(
+    what: str, where: Location | str, expected: str, found: str | list[str], next_step: str | None = None
+) -> TrajectoryError:
+    """Error about a motion: what is wrong and where, what was expected and found, what to do next."""
+    return TrajectoryError(what, where=where, expected=expected, found=found, next_step=next_step)
+
+
 @dataclass(frozen=True)
 class Reading:
-    """What the user says about a log; all that is left out is understood from the log.
+    """How a log is to be read; what is left out is understood from the log.
 
     Parameters
     ----------
@@ -29,8 +36,8 @@ class Reading:
         Names of the columns of a file without a header, `-` for one that is not needed; of a file with one,
         the only columns to look at. `q1..q6` stands for six names.
     map
-        What a column holds: "time", "q:JOINT" (or qd, qdd, torque) and its column, by name or as #NUMBER
-        from 1; "joint:JOINT" and the joint's name in the log; "torque" (or qd, qdd) and "none".
+        Pairs of a role and its column: "time" or "q:JOINT" (qd, qdd, torque) and a name or #NUMBER from 1;
+        "joint:JOINT" and the joint's name in the log; "torque" (qd, qdd) and "none".
     rate
         Samples per second, Hz, where the log counts samples or has no time.
     time_unit
@@ -38,15 +45,18 @@ class Reading:
     degrees
         Whether angles of columns that state no unit are in degrees.
     family
-        Which columns to take where several hold the same: a word of their names, or a role and a word.
+        Pairs of a role ("" for all) and a word in the names of the columns to take.
     topic
-        Of a bag.
-    mapping
-        A mapping file; `save_mapping` writes it.
-    save_mapping
-        Where to write how the log was understood.
+        Topic of a bag.
+    mapping, save_mapping
+        Mapping file to read the log by, and mapping file to write.
     measured
         Whether these are readings of sensors, or else a plan.
+
+    Raises
+    ------
+    TrajectoryError
+        If a value is impossible, or rate and unit of time are both given.
     """
 
     columns: tuple[str, ...] = ()
@@ -76,77 +86,90 @@ class Reading:
             If they cannot be read.
         """
         listed = columns.split(",") if isinstance(columns, str) else list(columns)
-        pairs = map.items() if isinstance(map, dict) else (_pair(entry, "map") for entry in map)
+        pairs = map.items() if isinstance(map, dict) else (_pair(entry, "--map") for entry in map)
         families = [family] if isinstance(family, str) else list(family)
         return cls(
-            columns=tuple(name for entry in listed if entry for name in _counted(entry.strip())),
+            columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
             map=tuple((role.strip(), column.strip()) for role, column in pairs),
-            family=tuple(_pair(word, "family") if "=" in word else ("", word) for word in families),
+            family=tuple(_pair(word, "--family") if "=" in word else ("", word) for word in families),
             **rest,
         )
 
     def __post_init__(self) -> None:
-        if self.time_unit is not None and self.time_unit not in TIME_UNIT_NAMES:
-            raise TrajectoryError(
-                "there is no such unit of time",
-                where="time_unit",
-                expected=", ".join(TIME_UNIT_NAMES),
-                found=repr(self.time_unit),
-            )
-        if self.rate is not None and not 0.0 < self.rate <= 1e12:
-            raise TrajectoryError(
-                "the rate is not possible", where="rate", expected="Hz, above 0", found=repr(self.rate)
-            )
+        if self.time_unit is not None and self.time_unit not in TIME_UNITS:
+            raise refusal("unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit))
+        if self.rate is not None and not 0.0 < self.rate <= LARGEST:
+            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
         if self.rate is not None and self.time_unit is not None:
-            raise TrajectoryError(
+            raise refusal(
                 "a rate and a unit of time contradict each other",
-                where="rate",
-                expected="a rate where the log counts samples, or the unit of its time",
-                found=f"{self.rate:g} Hz and {self.time_unit}",
+                "rate",
+                "a rate where the log counts samples, or the unit of its time",
+                f"{self.rate:g} Hz and {self.time_unit}",
             )
         for role, word in self.family:
             if role not in ("", *ROLES):
-                raise TrajectoryError(
-                    f"there is no role {role!r}",
-                    where="family",
-                    expected=", ".join(ROLES),
-                    found=f"{role}={word}",
-                )
-
-    @property
-    def asked(self) -> bool:
-        """Whether anything is said at all."""
-        return self != Reading()
+                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}")
 
     def words_for(self, role: str) -> tuple[str, ...]:
-        """Words that columns of a role shall have in their names."""
+        """Words that the names of a role's columns must contain."""
         own = tuple(word for of, word in self.family if of == role)
         return own or tuple(word for of, word in self.family if not of)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Treatment:
+    """How readings are treated; what is left out is decided by rule, see docs/trajectories.md.
+
+    Parameters
+    ----------
+    cutoff
+        Cut-off frequency of the low-pass, Hz: one for all joints, or one each.
+    largest_gap
+        Longest time between two readings across which the motion goes on, s.
+    use_velocities
+        Whether accelerations may come from measured velocities; by rule they do where these leave less noise
+        than the positions.
+
+    Raises
+    ------
+    UsageError
+        If a number is not positive and finite.
+    """
+
+    cutoff: float | tuple[float, ...] | None = None
+    largest_gap: float | None = None
+    use_velocities: bool = True
+
+    def __post_init__(self) -> None:
+        cutoffs = self.cutoff if isinstance(self.cutoff, tuple) else (self.cutoff,)
+        for name, unit, values in (("cutoff", "Hz", cutoffs), ("largest_gap", "s", (self.largest_gap,))):
+            for value in values:
+                if value is not None and not 0.0 < value <= LARGEST:
+                    expected = f"a number above 0, in {unit}"
+                    raise UsageError(
+                        f"impossible {name}",
+                        where=f"Treatment, {name}",
+                        expected=expected,
+                        found=f"{value:g}",
+                    )
+
+
 def _pair(entry: str, where: str) -> tuple[str, str]:
-    role, equals, column = entry.partition("=")
-    if not equals or not role.strip() or not column.strip():
-        raise TrajectoryError(
-            "this maps nothing",
-            where=f"--{where}",
-            expected="ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3",
-            found=repr(entry),
-        )
+    role, _, column = entry.partition("=")
+    if not role.strip() or not column.strip():
+        expected = "ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3"
+        raise refusal("this maps nothing", where, expected, repr(entry))
     return role.strip(), column.strip()
 
 
-def _counted(entry: str) -> list[str]:
-    """Names of `q1..q6`; of any other entry itself."""
+def _expanded(entry: str) -> list[str]:
+    """Names of `q1..q6`; any other entry itself."""
     found = _RANGE.fullmatch(entry)
     if found is None:
         return [entry]
     first, last = int(found[2]), int(found[4])
     if found[3] not in ("", found[1]) or not first <= last < first + _MOST_COLUMNS:
-        raise TrajectoryError(
-            "this is no row of names",
-            where="--columns",
-            expected="q1..q6, with the same letters on both sides",
-            found=repr(entry),
-        )
+        expected = "q1..q6, with the same letters on both sides"
+        raise refusal("this is no range of names", "--columns", expected, repr(entry))
     return [f"{found[1]}{k}" for k in range(first, last + 1)]

@@ -1,29 +1,147 @@
-"""What the name of a column says: role, joint, whose value it is, unit."""
+"""What the name of a column says: role, joint, measured or target, unit."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
-from gd_analyze.motions.role_words import (
-    BLOCKED,
-    COMPOSED,
-    CONTAINERS,
-    DERIVED,
-    INDEX,
-    MEASURED,
-    ROLE_WORDS,
-    SECOND_CHOICE,
-    SET_POINT_COLUMN,
-    SINGLE,
-    TARGET,
-    TIME_CORE,
-    TIME_MORE,
-    Kind,
-    Said,
+from gd_analyze.motions.units import unit_in_words, word_set
+
+Said = Literal["time", "sec", "nanosec", "index", "q", "qd", "qdd", "torque", "name", "other"]
+Kind = Literal["measured", "plain", "target"]
+Words = tuple[str, ...]
+
+# TCP | Position, deg, wrist | 12 | words of other scripts
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
+_BRACKETED = re.compile(r"\[([^\[\]]{1,30})\]|\(([^()]{1,30})\)")
+
+
+_ROLE_WORDS: dict[str, Said] = {
+    **dict.fromkeys(word_set("q pos position positions angle angles theta th phi"), "q"),
+    **dict.fromkeys(word_set("qd dq qdot vel vels velocity velocities speed speeds rate rates omega"), "qd"),
+    **dict.fromkeys(word_set("dtheta thetadot thetad"), "qd"),
+    **dict.fromkeys(
+        word_set("qdd ddq qddot acc accel acceleration accelerations ddtheta thetaddot thetadd"), "qdd"
+    ),
+    **dict.fromkeys(word_set("tau torque torques trq effort efforts moment moments"), "torque"),
+}
+# In a log with q, theta is of something else: of the motors in libfranka's.
+_SECOND_CHOICE = word_set("theta th phi dtheta thetadot thetad omega")
+_MEASURED = word_set("actual act measured meas msr feedback fbk fb real current present")
+TARGET = word_set(
+    "target tgt command commanded cmd cmptd desired des reference ref setpoint setpoints planned plan "
+    "goal nominal demand demanded interpolated"
 )
-from gd_analyze.motions.words import FILLERS, Words, joint_of, unit_taken_out, words_of
+# Beside a joint in a log, and no quantity of its motion.
+_BLOCKED = word_set(
+    "temp temps temperature temperatures cur currents amps voltage voltages pose tcp cartesian ext "
+    "external contact collision tool scaling fraction mode error errors err deviation force forces wrench "
+    "imu status power jerk covariance variance std limit limits max min offset dtau stiffness window "
+    "model modelled predicted ff feedforward coriolis inertia residual bias delta init initial damping "
+    "gravity friction quaternion orientation tf success digital analog"
+)
+# Words that say no more than that a joint is named.
+_FILLERS = word_set("joint joints jnt axis axes j actuator motor")
+_CONTAINERS = word_set(
+    "states state msg message field data points point header robot values value interface rtde log record "
+    "joint joints dynamic multi dof"
+)
+_TIME_CORE = word_set("time timestamp timestamps stamp t ts clock elapsed epoch duration millis")
+_TIME_MORE = word_set(
+    "from start since rel relative abs absolute unix system ros robot recv recording log header field of "
+    "sample utc controller receive received in"
+)
+_INDEX = word_set("index idx sample samples tick ticks cycle counter seq n")
+_COMPOSED = re.compile(
+    r"(q|dq|qd|ddq|qdd|tau|pos|vel|acc|torque|position|velocity)"
+    r"(act|actual|meas|des|desired|ref|cmd|target|tgt)"
+)
+_DERIVED = {
+    **{("q", "dot"): "qd", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd", ("d", "q"): "dq", ("dd", "q"): "ddq"},
+    **{("theta", "dot"): "thetadot", ("thetadot", "dot"): "thetaddot"},
+}
+# A1 to A6 of a KUKA count as joints; its E1 and the S, L, U of others do not tell which they are.
+_SINGLE = frozenset({"a"})
+_SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
+
+
+def is_of_set_points(name: str) -> bool:
+    """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
+    return _SET_POINT_COLUMN.fullmatch(name.strip().lower()) is not None
+
+
+def words_of(name: str) -> Words:
+    """Split a name into words, in lower case.
+
+    Examples
+    --------
+    >>> words_of("shoulder_pan_joint"), words_of("PositionCmptd1"), words_of("tau_J[0]")
+    (('shoulder', 'pan', 'joint'), ('position', 'cmptd', '1'), ('tau', 'j', '0'))
+    """
+    return tuple(word.lower() for word in _WORD.findall(name))
+
+
+def unit_taken_out(name: str) -> tuple[str, str]:
+    """Split a unit in brackets or at the end off a name; "" where there is none.
+
+    Examples
+    --------
+    >>> unit_taken_out("q1 (rad/s)"), unit_taken_out("q1_deg"), unit_taken_out("q[0]")
+    (('q1 ', 'rad/s'), ('q1', 'deg'), ('q[0]', ''))
+    """
+    for found in _BRACKETED.finditer(name):
+        unit = unit_in_words(found[1] or found[2])
+        if unit is not None:
+            return name[: found.start()] + name[found.end() :], unit
+    for separator in ("_", " ", "-"):
+        front, between, last = name.rpartition(separator)
+        # One letter may be anything: a joint s, a counter n.
+        of_time = last == "s" and words_of(front)[-1:] in (("time",), ("t",), ("timestamp",), ("stamp",))
+        if between and front and (len(last) > 1 or of_time):
+            unit = unit_in_words(last)
+            if unit is not None and not last[:1].isdigit():
+                return front, unit
+    return name, ""
+
+
+def joint_of(words: Words) -> tuple[Words, int | None]:
+    """Split the words of a joint's name into those that name it and its number.
+
+    Examples
+    --------
+    >>> joint_of(("fer", "joint", "1")), joint_of(("shoulder", "pan", "joint")), joint_of(("q", "3"))
+    ((('fer',), 1), (('shoulder', 'pan'), None), (('q',), 3))
+    """
+    label = list(without_fillers(words))
+    for k in reversed(range(len(label))):
+        if _is_count(label[k]):
+            return tuple(label[:k] + label[k + 1 :]), int(label[k])
+    return tuple(label), None
+
+
+def without_fillers(words: Words) -> Words:
+    """Words without those that say no more than that a joint is named."""
+    return tuple(word for word in words if word not in _FILLERS)
+
+
+def as_written(words: Words, name: str) -> str:
+    """Words as they stand in a name that contains them, or joined by underscores.
+
+    Examples
+    --------
+    >>> as_written(("fer", "joint", "1"), "/joint_states/fer_joint1/position")
+    'fer_joint1'
+    """
+    found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
+    return found[0] if found and words else "_".join(words)
+
+
+def known_joints(names: Sequence[str]) -> dict[Words, int]:
+    """Words of the joints whose names say more than a number, and their numbers from 0."""
+    known = {_merged(words_of(name)): number for number, name in enumerate(names)}
+    return {words: k for words, k in known.items() if set(joint_of(words)[0]) - set(_ROLE_WORDS) - _SINGLE}
 
 
 @dataclass(frozen=True)
@@ -35,7 +153,7 @@ class Meaning:
     role
         What the column seems to hold.
     token
-        Words of the joint as they stand; `label` and `number` are what names it, and by what it counts.
+        Words of the joint; `label` and `number` are its name and its count.
     joint
         The arm's joint of exactly this name, from 0.
     group
@@ -43,11 +161,11 @@ class Meaning:
     kind
         Whether these say measured or target.
     unit
-        Unit that the name states.
+        Unit in the name.
     rank
         How plain the role is: 0 of `q` and `position`, 1 of `theta`, 2 of the bare name of a joint.
     word
-        The word that says the role.
+        The word of the role.
     """
 
     role: Said
@@ -66,46 +184,43 @@ class Meaning:
 
     @property
     def number(self) -> int | None:
-        """Number by which the joint counts."""
+        """Number of the joint in the log."""
         return joint_of(self.token)[1]
 
 
-def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
-    """Read a column's name.
+def topic_of(group: Words) -> Words:
+    """Words of a group that say neither measured nor target."""
+    return tuple(sorted(set(group) - _MEASURED - TARGET))
 
-    Parameters
-    ----------
-    name
-        As it stands in the log.
-    joints
-        Words of the arm's joints' names, and their numbers from 0.
-    """
+
+def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
+    """Read a column's name; `joints` are the words of the arm's joints and their numbers from 0."""
     text, unit = unit_taken_out(name.strip().lstrip("%#"))
-    segments = [_merged(words_of(part)) for part in re.split(r"[/.]", text)]
-    segments = [segment for segment in segments if segment]
+    segments = [segment for part in re.split(r"[/.]", text) if (segment := _merged(words_of(part)))]
     timed = _time_said(segments)
     if timed is not None:
         return Meaning(timed, group=tuple(w for s in segments for w in s), unit=unit)
-    if any(k and "points" in segment for segment in segments for k in [_joined_number(segment)]):
+    if any(
+        "points" in segment and next((int(w) for w in segment if _is_count(w)), 0) for segment in segments
+    ):
         return Meaning("other")  # a further point of a message
     if _is_blocked(segments):
         return Meaning("other", unit=unit)
-    at, joint, segments = _known_joint(segments, joints)
-    return _of_joint(segments, at, joint, unit)
+    return _of_joint(*_known_joint(segments, joints), unit)
 
 
-def _joined_number(segment: Words) -> int:
-    return next((int(word) for word in segment if word.isascii() and word.isdigit() and len(word) < 7), 0)
+def _is_count(word: str) -> bool:
+    return word.isascii() and word.isdigit() and len(word) < 7
 
 
 def _merged(words: Words) -> Words:
-    """Words with `q dot` and `qdes` made plain."""
+    """Words with `q dot` as qd and `qdes` as q des."""
     out: list[str] = []
     for word in words:
-        composed = COMPOSED.fullmatch(word)
-        for part in composed.groups() if composed and word not in ROLE_WORDS else (word,):
-            while out and (out[-1], part) in DERIVED:
-                part = DERIVED[out.pop(), part]
+        composed = _COMPOSED.fullmatch(word)
+        for part in composed.groups() if composed and word not in _ROLE_WORDS else (word,):
+            while out and (out[-1], part) in _DERIVED:
+                part = _DERIVED[out.pop(), part]
             out.append(part)
     return tuple(out)
 
@@ -114,47 +229,41 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
     if not segments:
         return None
     last = segments[-1]
-    before = {word for segment in segments[:-1] for word in segment}
-    end = last[-1] if last else ""
-    stamped = before | set(last[:-1])
-    if end in ("sec", "secs", "nanosec", "nanosecs", "nsec", "nsecs") and (
+    stamped = {word for segment in segments[:-1] for word in segment} | set(last[:-1])
+    if last[-1] in ("sec", "secs", "nanosec", "nanosecs", "nsec", "nsecs") and (
         len(segments) == len(last) == 1 or stamped & {"stamp", "time", "start"}
     ):
-        return "nanosec" if end.startswith("n") else "sec"
-    if set(last) & TIME_CORE and set(last) <= TIME_CORE | TIME_MORE:
+        return "nanosec" if last[-1].startswith("n") else "sec"
+    if set(last) & _TIME_CORE and set(last) <= _TIME_CORE | _TIME_MORE:
         return "time"
-    if len(segments) <= 3 and set(last) <= INDEX | {"number", "no"} and set(last) & INDEX:
+    if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no"} and set(last) & _INDEX:
         return "index"
     return None
 
 
 def _is_blocked(segments: Sequence[Words]) -> bool:
     words = {word for segment in segments for word in segment}
-    if "error" in words or "err" in words:
-        return True
     last = set(segments[-1]) if segments else set()
-    torque = any(ROLE_WORDS.get(word) == "torque" for word in last)
-    blocked = last & BLOCKED
-    if torque:  # TorqueCur: torque that follows from current
+    blocked = last & _BLOCKED
+    if any(_ROLE_WORDS.get(word) == "torque" for word in last):  # TorqueCur: torque that follows from current
         blocked -= {"cur", "currents"}
-    moving = any(word in ROLE_WORDS for segment in segments for word in segment)
-    return bool(blocked) or ("current" in last and not moving)
+    return bool(blocked or words & {"error", "err"} or ("current" in last and not words & set(_ROLE_WORDS)))
 
 
-def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[int, int | None, list[Words]]:
-    """Segment and number of the arm's joint that is named, and the segments without its words."""
+def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[list[Words], int, int | None]:
+    """The segments without the words of the arm's joint that is named, its segment and its number."""
     for words in sorted(joints, key=len, reverse=True):
         for k, segment in enumerate(segments):
             for first in range(len(segment) - len(words) + 1):
                 if segment[first : first + len(words)] == words:
                     rest = segment[:first] + segment[first + len(words) :]
-                    return k, joints[words], [*segments[:k], rest, *segments[k + 1 :]]
-    return -1, None, segments
+                    return [*segments[:k], rest, *segments[k + 1 :]], k, joints[words]
+    return segments, -1, None
 
 
 def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> Meaning:
-    """Meaning of a name that is not of time: role, joint and group from what its words are."""
-    with_role = [k for k, segment in enumerate(segments) if any(word in ROLE_WORDS for word in segment)]
+    """Role, joint and group of a name that is not of time."""
+    with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
     role: Said = "other"
     rank, spelt = 0, ""
@@ -162,11 +271,11 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     group: list[str] = []
     for k, segment in enumerate(segments):
         for i, word in enumerate(segment):
-            if k == role_at and word in ROLE_WORDS and role == "other":
-                role, rank, spelt = ROLE_WORDS[word], int(word in SECOND_CHOICE), word
-            elif k == role_at and word == "d" and i and segment[i - 1] in (*ROLE_WORDS, "j"):
+            if k == role_at and word in _ROLE_WORDS and role == "other":
+                role, rank, spelt = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
+            elif k == role_at and word == "d" and i and segment[i - 1] in (*_ROLE_WORDS, "j"):
                 group.append("desired")
-            elif word in MEASURED or word in TARGET:
+            elif word in _MEASURED or word in TARGET:
                 group.append(word)
             else:
                 words.append((k, word))
@@ -178,59 +287,32 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         label, number = joint_of(token)
         if "name" in label or "names" in label:
             return Meaning("name", token)
-        # A3 counts, joint_a3 is a name; of other words only those beside "joint" are joints' for certain.
+        # A3 counts, joint_a3 is a name; of other words only those beside "joint" are surely joints'.
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (not label or (not beside and len(label) == 1 and label[0] in SINGLE))
+        counts = number is not None and (
+            not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
+        )
         # elbow is a position; elbow_enabled and elbow_x are something else of it.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
         if more or (joint is None and not counts and not beside):
             return Meaning("other", token, unit=unit)
-        if counts:
-            token = (str(number),)
+        token = (str(number),) if counts else token
         role, rank = "q", 2
-    kind: Kind = "target" if set(group) & (TARGET) else "measured" if set(group) & MEASURED else "plain"
+    kind: Kind = "target" if set(group) & TARGET else "measured" if set(group) & _MEASURED else "plain"
     return Meaning(role, token, joint, tuple(group), kind, unit, rank, spelt)
 
 
 def _says_nothing(word: str) -> bool:
-    return word in CONTAINERS or word in FILLERS or (word.isascii() and word.isdigit())
+    return word in _CONTAINERS or word in _FILLERS or (word.isascii() and word.isdigit())
 
 
 def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at: int, at: int) -> int:
-    """Segment that names the joint: the role's own, the one behind it, or the one before."""
+    """Segment that names the joint: the role's own, one behind it, or one before."""
     if at >= 0:
         return at
     if role_at < 0:
         return words[-1][0] if words else -1
     for k in (role_at, *range(len(segments) - 1, role_at, -1), *range(role_at - 1, -1, -1)):
-        own = [word for of, word in words if of == k]
-        if any(not _says_nothing(word) or word.isdigit() for word in own):
+        if any(not _says_nothing(word) or word.isdigit() for of, word in words if of == k):
             return k
     return role_at
-
-
-def is_of_set_points(name: str) -> bool:
-    """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
-    lowered = name.strip().lower()
-    return lowered == "time" or SET_POINT_COLUMN.fullmatch(lowered) is not None
-
-
-def topic_of(group: Words) -> Words:
-    """Words of a group that say neither measured nor target."""
-    return tuple(sorted(set(group) - MEASURED - TARGET))
-
-
-def says_target(words: Words) -> bool:
-    """Whether words tell of something commanded or planned."""
-    return bool(set(words) & TARGET)
-
-
-def known_joints(names: Sequence[str]) -> dict[Words, int]:
-    """Words of the joints whose names say more than a number, and their numbers from 0."""
-    known = {}
-    for number, name in enumerate(names):
-        words = _merged(words_of(name))
-        label, _ = joint_of(words)
-        if set(label) - set(ROLE_WORDS) - SINGLE:
-            known[words] = number
-    return known

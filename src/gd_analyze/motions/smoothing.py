@@ -1,6 +1,6 @@
-r"""Readings of a joint at any instants, smoothed without delay by a spline of fifth degree.
+r"""Splines through the numbers of a joint, smoothing or interpolating, and spectra of them.
 
-The spline s is the one with the least
+The smoothing spline s of fifth degree is the one with the least
 
     dt sum_k (s(t_k) - x_k)^2  +  (2 pi f_c)^-6  integral s'''(t)^2 dt,
 
@@ -11,7 +11,12 @@ dt the mean time step. Away from the ends, and at even steps, it passes a freque
 which is that of a Butterworth filter of third order run forwards and backwards: no delay, half the amplitude
 at the cut-off f_c. Unlike such a filter it needs no even steps, and assumes nothing beyond the ends: a motion
 of constant acceleration passes unchanged, ends included. Its knots are eight in a period of f_c, so dense
-that H is that of knots without number, and so few that the equations are well conditioned, whatever f_c.
+that H is that of infinitely many knots, and so few that the equations are well conditioned, whatever f_c.
+
+Velocities and accelerations that a plan leaves out come from a quintic interpolating spline. It is C4, so the
+acceleration is C2 and follows a smooth motion with an error of order h^4 (h: time step). Its end conditions
+are not-a-knot: they assume nothing, where "natural" ends would bend the accelerations of a recording cut out
+of a longer motion.
 """
 
 from __future__ import annotations
@@ -32,6 +37,10 @@ _KNOTS_PER_PERIOD, _KNOTS_PER_READING = 8, 4
 _PARABOLA = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
 _GRAM = np.array([1, 26, 66, 26, 1]) / 120
+# Steps that differ by less than this share are even.
+_EVEN = 1e-3
+# A joint that rests and whose position was computed at every set point differs in the last digit or two.
+_LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 
 def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
@@ -40,7 +49,7 @@ def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
 
 
 def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
-    """Spline through the readings of one stretch.
+    """Smoothing spline through the readings of one stretch.
 
     Parameters
     ----------
@@ -84,9 +93,9 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
 def noise_of(
     readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, left: bool = False
 ) -> FloatArray:
-    r"""Standard deviation of white noise in readings, from what the smoothing took of it, shape (n,).
+    r"""Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
 
-    Of the variance of white noise H takes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt.
+    Of the variance of white noise H removes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt.
 
     Parameters
     ----------
@@ -97,9 +106,39 @@ def noise_of(
     cutoffs
         f_c of every joint, Hz.
     left
-        Give what is left of it in the smoothed ones instead.
+        Give what is left of the noise in the smoothed readings instead.
     """
-    taken = np.square(readings - smooth).mean(axis=0)
+    removed = np.square(readings - smooth).mean(axis=0)
     passing = 2 * math.pi * cutoffs * step
-    variance = taken / (1 - 7 / 18 * passing)
-    return np.asarray(np.sqrt(variance * (5 / 18 * passing if left else 1.0)))
+    return np.asarray(np.sqrt(removed / (1 - 7 / 18 * passing) * (5 / 18 * passing if left else 1.0)))
+
+
+def differentiated(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
+    """Derivative of the quintic spline through values, shape (N, n); nan where doubles overflow."""
+    from scipy.interpolate import make_interp_spline
+
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        try:
+            derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
+        except ValueError:  # raised where the spline's equations overflow
+            return np.full_like(values, np.nan)
+    # A spline through a constant has slopes of its last digits over the time step, squared for accelerations.
+    moved = np.ptp(values, axis=0) > _LAST_DIGITS * np.abs(values).max(axis=0)
+    return np.where(moved, derivative, 0.0)
+
+
+def power(time: FloatArray, readings: FloatArray, rate: float, order: int, piece: int) -> FloatArray:
+    """Power spectral density of the derivative of readings, by Welch's method on their differences.
+
+    Unlike positions, differences have no trend that would leak into all frequencies; what they lack of a
+    derivative at high frequencies is made up for.
+    """
+    from scipy.interpolate import PchipInterpolator
+    from scipy.signal import welch
+
+    if np.abs(np.diff(time) * rate - 1).max(initial=0.0) >= _EVEN:
+        even = np.linspace(time[0], time[-1], len(time))
+        readings = np.asarray(PchipInterpolator(time, readings)(even))
+    differences = np.diff(readings, order) * rate**order
+    frequency, density = welch(differences, rate, "hann", nperseg=piece, detrend="constant")
+    return np.asarray(density / np.sinc(frequency / rate) ** (2 * order))

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.motions.motions import Motion, listed
-from gd_analyze.motions.motions import in_words as motions_in_words
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions import trajectory as motion
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.trajectory import Motion, Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Joint variables, rates and accelerations, and where they come from.
+    """Joint variables, velocities and accelerations, and where they come from.
 
     Parameters
     ----------
@@ -58,12 +58,8 @@ class States:
             array = array_of(getattr(self, name), name, TrajectoryError)
             object.__setattr__(self, name, array)
             if not array.ndim or not array.shape[-1] or array.shape != self.q.shape:
-                raise TrajectoryError(
-                    f"{name} of states has the wrong shape",
-                    where=name,
-                    expected="shape (..., n)" if name == "q" else f"shape {self.q.shape}, as q has",
-                    found=f"shape {array.shape}",
-                )
+                expected = "shape (..., n)" if name == "q" else f"shape {self.q.shape}, as q has"
+                raise refusal(f"{name} of states has the wrong shape", name, expected, f"shape {array.shape}")
             require_possible(array, name, TrajectoryError)
 
     def __repr__(self) -> str:
@@ -91,9 +87,8 @@ class States:
 
     @property
     def in_words(self) -> str:
-        """Where they come from, as a sentence would say it."""
-        where = self.described
-        return in_words(where) if where else f"{len(self)} states"
+        """Where they come from."""
+        return in_words(self.described) if self.described else f"{len(self)} states"
 
     def at(self, chosen: Any) -> States:
         """Take some of them, by a slice, numbers or a mask."""
@@ -116,11 +111,11 @@ class States:
 
 
 def in_words(described: Mapping[str, str | int]) -> str:
-    """Say where states come from, given `States.described`."""
+    """Where states come from, given `States.described`."""
     if "trajectory" in described:
         of = described["trajectory"]
         if "motions" in described:
-            of = motions_in_words(str(described["motions"]).split(", "))
+            of = motion.in_words(str(described["motions"]).split(", "))
         return f"{described['set_points']} set points of {of}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 
@@ -133,7 +128,7 @@ def states_of(trajectory: Trajectory) -> States:
         "set_points": trajectory.n_set_points,
     }
     if trajectory.motions:
-        described["motions"] = listed(trajectory.motions)
+        described["motions"] = motion.listed(trajectory.motions)
     return States(trajectory.q, trajectory.qd, trajectory.qdd, described, trajectory.motions)
 
 
@@ -153,36 +148,26 @@ def states_for(arm: RobotArm, states: States) -> States:
     """Take states of an arm in a row, shape (N, n); TrajectoryError where there are none, or of another's."""
     require_joints(arm, states)
     if not states.q.size:
-        raise TrajectoryError("there are no states", where="states", expected="at least one", found="none")
-    if states.q.ndim == 2:
-        return states
-    return states.in_a_row
+        raise refusal("there are no states", "states", "at least one", "none")
+    return states if states.q.ndim == 2 else states.in_a_row
 
 
 def require_dataset(given: object) -> None:
     """Raise a TrajectoryError where what is given for states is none of the kinds there are."""
     if not hasattr(given, "data_vars"):
-        raise TrajectoryError(
-            "these are no states",
-            where="states",
-            expected="a trajectory, its shipped name or its path, States, or what `decompose` gave",
-            found=in_python(given),
-        )
+        expected = "a trajectory, its shipped name or its path, States, or what `decompose` gave"
+        raise refusal("these are no states", "states", expected, in_python(given))
 
 
 def require_joints(arm: RobotArm, states: States) -> None:
     """Raise a TrajectoryError where states are of another number of joints."""
     if states.q.shape[-1] != arm.n_joints:
-        raise TrajectoryError(
-            f"the states do not fit arm {arm.name}",
-            where="q",
-            expected=f"shape (..., {arm.n_joints})",
-            found=f"shape {states.q.shape}",
-        )
+        what, expected = f"the states do not fit arm {arm.name}", f"shape (..., {arm.n_joints})"
+        raise refusal(what, "q", expected, f"shape {states.q.shape}")
 
 
 def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
-    """Draw states evenly from the arm's ranges and its rate and acceleration limits.
+    """Draw states evenly from the arm's ranges and its velocity and acceleration limits.
 
     Parameters
     ----------
@@ -199,7 +184,7 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     Warns
     -----
     GdAnalyzeWarning
-        Of limits that the arm does not state and that are assumed instead; what is drawn says so, too.
+        Of limits that the arm does not state and that are assumed instead; `States.described` names them.
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:

@@ -1,11 +1,11 @@
-"""A log as a table: named columns of numbers, read when they are asked for."""
+"""A log as a table: named columns, read when they are asked for."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,24 +13,27 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location
 
-# Told how many bytes of how many have been read.
+# Called with how much of how much has been read.
 Progress = Callable[[int, int], None]
+
+# Rows by which a column is judged.
+HEAD_ROWS = 200
 
 
 def no_progress(_done: int, _total: int) -> None:
-    """Tell nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stamps:
-    """A column of instants: a whole number, which may be an epoch in nanoseconds, and what is added to it."""
+    """Instants as a whole number, which may be an epoch in nanoseconds, and what is added to it."""
 
     base: int
     rest: FloatArray
 
     @classmethod
     def of(cls, values: FloatArray | NDArray[np.int64]) -> Stamps:
-        """Split instants that are held exactly; those of a column of zeros and ones stay as they are."""
+        """Split instants that are held exactly."""
         if values.dtype.kind in "iu":
             base = int(values[0]) if len(values) else 0
             return cls(base, (values - base).astype(float))
@@ -41,33 +44,42 @@ class Stamps:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What was read: numbers, shape (N, k), and the columns of instants that were asked for."""
+    """What was read: numbers, shape (N, k), instants, and rows before which the file states a gap."""
 
     numbers: FloatArray
     stamps: tuple[Stamps, ...]
+    gaps: tuple[int, ...] = ()
 
 
-class LogTable(Protocol):
-    """What the readers of all formats give."""
+class LogTable(ABC):
+    """What the readers of all formats give.
 
-    @property
-    def path(self) -> str | Path:
-        """Where it was read, for messages."""
+    Attributes
+    ----------
+    path
+        Where it was read, for messages.
+    names
+        Names of the columns; all empty where there is no header.
+    planned
+        Whether the kind of message is a plan; None where it does not say.
+    set_points
+        Whether the file's own header is that of set points: time, q1, qd1_deg and so on.
+    """
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns; empty ones, all of them, where there is no header."""
+    path: str | Path
+    names: tuple[str, ...]
+    planned: bool | None = None
+    set_points: bool = False
 
-    @property
-    def planned(self) -> bool | None:
-        """Whether the kind of message says that this is a plan, or that it is measured; None of a table."""
-
+    @abstractmethod
     def head(self, column: int) -> list[str | float]:
         """First cells of a column: floats, or text where they are no numbers."""
 
+    @abstractmethod
     def stands(self, column: int) -> bool:
-        """Whether the first cells of a column are the same to their last digit, and several."""
+        """Whether the first cells of a column are several, and the same to their last digit."""
 
+    @abstractmethod
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
     ) -> Columns:
@@ -81,55 +93,40 @@ class LogTable(Protocol):
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place of a row, a column or both, counted from 0."""
+        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)
+
+    def label(self, column: int) -> str:
+        """Name of a column, or its number."""
+        return self.names[column] or f"column {column + 1}"
 
 
-_HEAD = 200
+class ArrayTable(LogTable):
+    """A table in memory: arrays of floats, or of integers such as stamps in nanoseconds, one per name."""
 
-
-@dataclass(frozen=True, eq=False)
-class ArrayTable:
-    """A table in memory; `whole` are its columns of integers, such as stamps in nanoseconds.
-
-    Parameters
-    ----------
-    path, names, planned
-        As a `LogTable` has them.
-    columns
-        Arrays of floats or of integers, one per name.
-    texts
-        First cells of columns that hold text.
-    row_name
-        What a row is, for messages.
-    """
-
-    path: str | Path
-    names: tuple[str, ...]
-    columns: tuple[FloatArray | NDArray[np.int64], ...]
-    planned: bool | None = None
-    texts: dict[int, list[str]] = field(default_factory=dict)
+    def __init__(
+        self,
+        path: str | Path,
+        names: tuple[str, ...],
+        columns: tuple[FloatArray | NDArray[np.int64], ...],
+        planned: bool | None = None,
+    ) -> None:
+        self.path, self.names, self.columns, self.planned = path, names, columns, planned
 
     def head(self, column: int) -> list[str | float]:
-        """First cells of a column."""
-        if column in self.texts:
-            return list(self.texts[column])
-        return [float(x) for x in self.columns[column][:_HEAD]]
+        """First numbers of a column."""
+        return [float(x) for x in self.columns[column][:HEAD_ROWS]]
 
     def stands(self, column: int) -> bool:
         """Whether the first numbers are all the same."""
-        first = self.columns[column][:_HEAD]
+        first = self.columns[column][:HEAD_ROWS]
         return len(first) > 1 and bool((first == first[0]).all())
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
     ) -> Columns:
         """Take columns."""
-        count = len(self.columns[0]) if self.columns else 0
-        table = np.empty((count, len(numbers)))
+        table = np.empty((len(self.columns[0]), len(numbers)))
         for k, column in enumerate(numbers):
             table[:, k] = self.columns[column]
         progress(1, 1)
         return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps))
-
-    def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row, told as if it were a line."""
-        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location
+from gd_analyze.motions.reading import TIME_UNITS, refusal
 from gd_analyze.motions.roles import Meaning
 from gd_analyze.motions.table import Stamps
-from gd_analyze.motions.units import TIME_UNITS
 
 SAMPLE = "sample"
 # Instants since 1970 of logs between 1990 and 2100, s.
@@ -27,22 +27,11 @@ _ROW_TIME, _STAMP, _ANY = 0, 1, 2
 
 @dataclass(frozen=True)
 class TimeColumns:
-    """The column of time, or the pair of seconds and nanoseconds; none where rows are counted."""
+    """The column of time, or the pair of seconds and nanoseconds; its unit, "" if unknown; the reason."""
 
     columns: tuple[int, ...]
     unit: str
     why: str
-
-
-def time_rank(name: str, meaning: Meaning) -> int:
-    """How surely a column is the time of its rows."""
-    if name.strip().startswith("__"):
-        return _ROW_TIME
-    if "stamp" in meaning.group and name.strip() != "stamp":
-        return _STAMP
-    if "duration" in meaning.group:
-        return _ANY + 1
-    return _ANY
 
 
 def time_columns(
@@ -67,10 +56,10 @@ def time_columns(
     found = []
     for k, meaning in enumerate(meanings):
         if meaning.role == "time" and not stand[k]:
-            found.append((time_rank(names[k], meaning), TimeColumns((k,), meaning.unit, "name")))
+            found.append((_rank(names[k], meaning), TimeColumns((k,), meaning.unit, "name")))
         pair = _partner(k, meanings)
         if pair is not None and not (stand[k] and stand[pair]):
-            rank = min(time_rank(names[k], meaning), _STAMP)
+            rank = min(_rank(names[k], meaning), _STAMP)
             found.append((rank, TimeColumns((k, pair), "s", "seconds and nanoseconds")))
     if not found:
         counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
@@ -79,25 +68,25 @@ def time_columns(
     choices = [columns for rank, columns in found if rank == best]
     if len(choices) > 1:
         listed = [names[columns.columns[0]] for columns in choices]
-        raise TrajectoryError(
-            "several columns may be the time",
-            where=where,
-            expected="one column of time",
-            found=", ".join(listed),
-            next_step="choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4]),
-        )
+        step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
+        raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
     return choices[0]
+
+
+def _rank(name: str, meaning: Meaning) -> int:
+    if name.strip().startswith("__"):
+        return _ROW_TIME
+    if "stamp" in meaning.group and name.strip() != "stamp":
+        return _STAMP
+    return _ANY + ("duration" in meaning.group)
 
 
 def _partner(k: int, meanings: Sequence[Meaning]) -> int | None:
     """Column of nanoseconds that belongs to one of seconds."""
     if meanings[k].role != "sec":
         return None
-    prefix = meanings[k].group[:-1]
-    return next(
-        (i for i, other in enumerate(meanings) if other.role == "nanosec" and other.group[:-1] == prefix),
-        None,
-    )
+    fits = (m.role == "nanosec" and m.group[:-1] == meanings[k].group[:-1] for m in meanings)
+    return next((i for i, fit in enumerate(fits) if fit), None)
 
 
 def in_seconds(
@@ -109,7 +98,7 @@ def in_seconds(
     where: Location,
     hint: str = "",
 ) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, the unit it was in, and why that was taken.
+    """Time in s from the first instant, the unit it was in, and the reason for that unit.
 
     Parameters
     ----------
@@ -127,33 +116,28 @@ def in_seconds(
     Raises
     ------
     TrajectoryError
-        If the unit is not to be told.
+        If the unit is unknown, or contradicts the rate.
     """
+    without = "leave --rate out, or the column: --map time=none"
     if rate is not None and (len(stamps) == 2 or chosen.unit in TIME_UNITS):
-        raise TrajectoryError(
-            f"{name} is a time in {chosen.unit}, which a rate contradicts",
-            where=where,
-            expected="a rate where the log counts samples, or has no time",
-            found=f"{rate:g} Hz",
-            next_step="leave --rate out, or the column: --map time=none",
+        what = f"{name} is a time in {chosen.unit}, which a rate contradicts"
+        raise refusal(
+            what, where, "a rate where the log counts samples, or has no time", f"{rate:g} Hz", without
         )
     if len(stamps) == 2:
         seconds, nano = stamps
-        return _from_start(seconds.rest + 1e-9 * (nano.rest + nano.base)), "s", chosen.why
+        values = seconds.rest + 1e-9 * (nano.rest + nano.base)
+        return values - _first(values), "s", chosen.why
     (stamp,) = stamps
-    values = stamp.rest - (_first(stamp.rest))
+    values = stamp.rest - _first(stamp.rest)
     first = stamp.base + _first(stamp.rest)
-    told = _told_unit(chosen, first)
+    told = _stated_unit(chosen, first)
     if rate is not None:
         if told:
-            raise TrajectoryError(
-                f"{name} counts no samples, so a rate does not tell its time",
-                where=where,
-                expected="whole numbers that count samples",
-                found=f"time in {told[0]}",
-                next_step="leave out --rate, or leave the column out: --map time=none",
-            )
-        return _by_rate(values, first, chosen, rate, name, where)
+            what = f"{name} counts no samples, so a rate does not tell its time"
+            raise refusal(what, where, "whole numbers that count samples", f"time in {told[0]}", without)
+        _require_samples(values, first, chosen, name, where)
+        return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
     if told:
@@ -161,68 +145,57 @@ def in_seconds(
     return _by_steps(values, chosen, name, where, hint)
 
 
-def _by_rate(
-    values: FloatArray, first: float, chosen: TimeColumns, rate: float, name: str, where: Location
-) -> tuple[FloatArray, str, str]:
-    """Take numbers for samples, if they may be such."""
-    if not _whole(values):
-        raise TrajectoryError(
-            f"{name} counts no samples, so a rate does not tell its time",
-            where=where,
-            expected="whole numbers",
-            found=f"{first:.10g} first",
-            next_step="give its unit with --time-unit, or leave the column out: --map time=none",
-        )
+def _require_samples(
+    values: FloatArray, first: float, chosen: TimeColumns, name: str, where: Location
+) -> None:
     steps = np.diff(values[np.isfinite(values)])
     step = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
+    found = "" if _whole(values) else f"{first:.10g} first"
     if chosen.unit != SAMPLE and step > 1.0:
-        raise TrajectoryError(
-            f"{name} may count samples or be a time, so a rate does not tell",
-            where=where,
-            expected="whole numbers in steps of 1, or a name such as sample",
-            found=f"steps of {step:g} at least",
-            next_step="give its unit with --time-unit, or leave the column out: --map time=none",
+        found = found or f"steps of {step:g} at least"
+    if found:
+        raise refusal(
+            f"{name} counts no samples, so a rate does not tell its time",
+            where,
+            "whole numbers in steps of 1, or a name such as sample",
+            found,
+            "give its unit with --time-unit, or leave the column out: --map time=none",
         )
-    return values / rate, SAMPLE, f"{rate:g} Hz as given"
 
 
-def _told_unit(chosen: TimeColumns, first: float) -> tuple[str, str] | None:
-    """Unit that the column's name or its first instant, since 1970, tells, and which of them does."""
+def _stated_unit(chosen: TimeColumns, first: float) -> tuple[str, str] | None:
+    """Unit by the column's name or by its first instant, since 1970, and which of them tells it."""
     if chosen.unit in TIME_UNITS:
         return chosen.unit, chosen.why
-    known = (unit for unit, factor in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * factor <= _EPOCH[1])
+    known = (unit for unit, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1])
     return next(((unit, "since 1970") for unit in known), None)
 
 
 def _by_steps(
     values: FloatArray, chosen: TimeColumns, name: str, where: Location, hint: str
 ) -> tuple[FloatArray, str, str]:
-    """Tell the unit by the steps."""
-    step = _step(values)
+    """Tell the unit by the median step."""
+    steps = np.diff(values[np.isfinite(values)])
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
-        raise TrajectoryError(
-            f"{name} counts samples, or is in a unit that it does not tell",
-            where=where,
-            expected="time in s, or how long a sample is",
-            found="whole numbers in steps of 1" if step == 1.0 else f"whole numbers in steps of {step:g}",
-            next_step=f"--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise{hint}",
+        raise refusal(
+            f"{name} counts samples, or its unit is unknown",
+            where,
+            "time in s, or how long a sample is",
+            f"whole numbers in steps of {step:g}",
+            f"--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise{hint}",
         )
     if step <= _DOUBTFUL:
         return values, "s", "no unit stated"
-    likely = [unit for unit, factor in TIME_UNITS.items() if _STEPS[0] <= step * factor < _STEPS[1]]
+    likely = [unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
     if len(likely) == 1:
         return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
-    raise TrajectoryError(
-        f"{name} does not tell its unit",
-        where=where,
-        expected="time in s, or a name such as time_ms",
-        found=f"steps of {step:g}",
-        next_step=f"--time-unit s, ms, us or ns{hint}",
-    )
+    expected, next_step = "time in s, or a name such as time_ms", f"--time-unit s, ms, us or ns{hint}"
+    raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
 
 
 def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str | None:
-    """Unit of time in which velocities are the derivative of positions; None where none of the known is.
+    """Unit of time in which velocities are the derivative of positions; None where none is.
 
     Parameters
     ----------
@@ -243,19 +216,9 @@ def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str |
     return next((unit for unit, known in TIME_UNITS.items() if abs(factor / known - 1) < 0.1), None)
 
 
-def _from_start(values: FloatArray) -> FloatArray:
-    return values - _first(values)
-
-
 def _first(values: FloatArray) -> float:
     finite = values[np.isfinite(values)]
     return float(finite[0]) if finite.size else 0.0
-
-
-def _step(values: FloatArray) -> float:
-    """Usual step, the median; 0 where time stands."""
-    steps = np.diff(values[np.isfinite(values)])
-    return float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
 
 
 def _whole(values: FloatArray) -> bool:

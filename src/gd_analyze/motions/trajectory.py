@@ -1,8 +1,9 @@
-"""A trajectory as a value: time and the joint variables with their rates, SI and radians."""
+"""A trajectory as a value: time, joint variables, velocities and accelerations, SI and radians."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -11,15 +12,59 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, are_possible, array_of
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.motions import Motion
-from gd_analyze.motions.recording import Recording
+from gd_analyze.motions.logged import Logged, Recording
+from gd_analyze.motions.reading import Treatment, refusal
+from gd_analyze.motions.treated import treated
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from gd_analyze.motions.treatment import Treatment
-    from gd_analyze.robots.arm import RobotArm
+
+@dataclass(frozen=True)
+class Motion:
+    """One of several motions that a trajectory consists of.
+
+    Parameters
+    ----------
+    name
+        Different from those of the others.
+    first, end
+        Its set points, from 0: `first` is the first of them, `end` the first that is not.
+    start
+        Instant of its first set point by its own clock, s.
+    origin, derivatives_from, fingerprint
+        Of the motion by itself, see `Trajectory`.
+    """
+
+    name: str
+    first: int
+    end: int
+    start: float = 0.0
+    origin: str = ""
+    derivatives_from: str = "given"
+    fingerprint: str = ""
+
+    @property
+    def rows(self) -> slice:
+        """Its set points."""
+        return slice(self.first, self.end)
+
+    @property
+    def n_set_points(self) -> int:
+        """Number of set points."""
+        return self.end - self.first
+
+
+def listed(motions: Iterable[Motion]) -> str:
+    """Names of motions, comma-separated; a comma in a name is left out."""
+    return ", ".join(motion.name.replace(",", " ") for motion in motions)
+
+
+def in_words(names: Sequence[str], most: int = 4) -> str:
+    """Number of motions, and their names where these are few: "2 motions (a, b)"."""
+    return f"{len(names)} motions" + (f" ({', '.join(names)})" if len(names) <= most else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +76,13 @@ class Trajectory:
     time
         Strictly increasing, s, shape (N,).
     q, qd, qdd
-        Joint variables, rates and accelerations, rad (m) and per s, s^2, shape (N, n).
+        Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (N, n).
     name
         Short identifier, used for output folders and titles.
     origin
-        How it came about, e.g. the file read or the plan's command; and what was derived.
-    rates_from
-        "given", or how missing rates were derived.
+        Where it comes from, such as the file read or the plan's command.
+    derivatives_from
+        "given", or how missing velocities and accelerations were derived.
     gaps
         Set points (from 0, ascending, not the first) before which nothing is known of the motion: a recording
         broke off there, or another motion begins.
@@ -59,58 +104,35 @@ class Trajectory:
     qdd: FloatArray
     name: str = "trajectory"
     origin: str = ""
-    rates_from: str = "given"
+    derivatives_from: str = "given"
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
     motions: tuple[Motion, ...] = ()
 
     def __post_init__(self) -> None:
-        shape = array_of(self.q, "q", TrajectoryError).shape
-        if len(shape) != 2 or shape[0] < 1:
-            raise TrajectoryError(
-                "a trajectory needs at least one set point", expected="q of shape (N, n)", found=str(shape)
-            )
-        for what, wanted in (("time", shape[:1]), ("q", shape), ("qd", shape), ("qdd", shape)):
+        shape = _require_shapes(self.time, self.q, self.qd, self.qdd)
+        where = f"trajectory {self.name}"
+        for what in ("time", "q", "qd", "qdd"):
             array = array_of(getattr(self, what), what, TrajectoryError).copy()
-            if array.shape != wanted:
-                raise TrajectoryError(
-                    f"{what} has the wrong shape", expected=str(wanted), found=str(array.shape)
-                )
-            if not np.isfinite(array).all():
-                row = int(np.argwhere(~np.isfinite(array))[0][0])
-                raise TrajectoryError(
-                    f"{what} is not finite at set point {row + 1}",
-                    where=f"trajectory {self.name}",
-                    expected="finite numbers",
-                    found=str(array[row].tolist()),
-                )
             if not are_possible(array):
-                row = int(np.argwhere(np.abs(array) > LARGEST)[0][0])
-                raise TrajectoryError(
-                    f"{what} is too large for any motion",
-                    where=f"set point {row + 1} of trajectory {self.name}",
-                    expected=f"numbers up to {LARGEST:g} in SI units",
-                    found=str(np.abs(array[row]).max()),
-                    next_step="check units, and that no two set points share almost the same instant",
+                row = int(np.argwhere(~(np.abs(array) <= LARGEST))[0][0])
+                raise refusal(
+                    f"{what} is not finite, or too large for any motion, at set point {row + 1}",
+                    where,
+                    f"finite numbers up to {LARGEST:g} in SI units",
+                    str(array[row].tolist()),
+                    "check units, and that no two set points share almost the same instant",
                 )
             array.flags.writeable = False
             object.__setattr__(self, what, array)
         if (np.diff(self.time) <= 0).any():
             row = int(np.flatnonzero(np.diff(self.time) <= 0)[0])
-            raise TrajectoryError(
-                "time does not increase",
-                where=f"set point {row + 2}",
-                expected=f"more than {self.time[row]:g} s",
-                found=f"{self.time[row + 1]:g} s",
-            )
+            expected, found = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
+            raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, found)
         object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
         if any(not before < row < shape[0] for before, row in pairwise((0, *self.gaps))):
-            raise TrajectoryError(
-                "the gaps are not those of set points",
-                where=f"trajectory {self.name}",
-                expected=f"ascending numbers from 1 to {shape[0] - 1}",
-                found=str(self.gaps),
-            )
+            expected = f"ascending numbers from 1 to {shape[0] - 1}"
+            raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
 
     @classmethod
     def from_arrays(
@@ -132,12 +154,12 @@ class Trajectory:
         time
             s, shape (N,).
         q, qd, qdd
-            Joint variables and, where known, rates and accelerations, rad (m) and per s, s^2, shape (N, n).
+            Joint variables and, where known, velocities and accelerations, rad (m) and per s, s^2, shape
+            (N, n).
         name
             Short identifier.
         measured
-            Whether these are readings: they are smoothed then as those of a log; see `motion_of`. Of a plan
-            time has to increase, and what is missing is derived, see `complete_rates`.
+            Whether these are readings, which are treated as those of a log. Of a plan time must increase.
         arm, treatment
             Of readings: whose joints, so that jumps of full turns are undone; and how to treat them.
 
@@ -151,26 +173,87 @@ class Trajectory:
         >>> import numpy as np
         >>> time = np.linspace(0.0, 2.0, 101)
         >>> motion = Trajectory.from_arrays(time, np.column_stack([np.sin(time), np.cos(time)]))
-        >>> motion.rates_from
+        >>> motion.derivatives_from
         'qd and qdd derived: C4 (quintic) spline through the given q'
         """
-        from gd_analyze.motions.from_arrays import planned_motion, recorded_motion
+        arrays = [
+            None if x is None else array_of(x, what, TrajectoryError)
+            for what, x in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd))
+        ]
+        _require_shapes(*arrays)
+        instants, positions, velocities, accelerations = arrays
+        assert instants is not None
+        assert positions is not None
+        logged = Logged(
+            instants,
+            positions,
+            velocities,
+            accelerations,
+            None,
+            measured,
+            name=name,
+            origin="arrays in memory",
+            gaps=None if measured else (),
+        )
+        return cls.from_log(logged, arm, treatment)
 
-        if measured:
-            return recorded_motion(time, q, qd, qdd, name, arm, treatment)
-        return planned_motion(time, q, qd, qdd, name)
+    @classmethod
+    def from_log(
+        cls, logged: Logged, arm: RobotArm | None = None, treatment: Treatment | None = None
+    ) -> Trajectory:
+        """Make a motion of a log.
+
+        Set points of a file are taken as they are. Rows of any other log are put in order, cut at gaps, and
+        jumps of full turns are undone; readings are smoothed besides. What a plan lacks is derived.
+
+        Parameters
+        ----------
+        logged
+            What was understood of it.
+        arm
+            Whose joints; None where that is not known: then no jumps of full turns are undone.
+        treatment
+            What the user decides; by default rules do.
+
+        Raises
+        ------
+        TrajectoryError
+            If the log is of another number of joints, has too few readings, or a cut-off does not suit it.
+
+        Warns
+        -----
+        GdAnalyzeWarning
+            If measured velocities contradict the positions, so that they are not used.
+        """
+        if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
+            # Checked before a spline is laid through it.
+            still = np.zeros_like(logged.q)
+            qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
+            cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
+        made = treated(logged, arm, treatment)
+        return cls(
+            made.time,
+            made.q,
+            made.qd,
+            made.qdd,
+            logged.name,
+            logged.origin,
+            made.derivatives_from,
+            made.gaps,
+            made.recording,
+        )
 
     def __repr__(self) -> str:
         size = f"{self.n_joints} joints, {self.n_set_points} set points"
         return f"Trajectory({self.name!r}, {size}, {self.time[0]:g} to {self.time[-1]:g} s)"
 
     def _repr_html_(self) -> str:
-        """Where it goes and how fast, for a notebook; whether joints turn, an arm would know."""
+        """Extent and largest derivatives of each joint, for a notebook."""
         largest = [np.abs(x).max(axis=0) for x in (self.qd, self.qdd)]
         columns = np.column_stack([self.q[0], self.q[-1], *largest])
         rows = [[str(i), *map(number, row)] for i, row in enumerate(columns.tolist(), start=1)]
-        headings = ["joint", "start", "end", "largest rate", "largest acceleration"]
-        return html_of(repr(self), headings, rows, "In rad and s; in m where a joint slides.")
+        headings = ["joint", "start", "end", "largest velocity", "largest acceleration"]
+        return html_of(repr(self), headings, rows, "In rad and s; in m of prismatic joints.")
 
     @property
     def n_set_points(self) -> int:
@@ -184,15 +267,14 @@ class Trajectory:
 
     @property
     def derived(self) -> tuple[str, ...]:
-        """Which of "qd" and "qdd" were derived, as `rates_from` says."""
-        before, said, _ = self.rates_from.partition(" derived")
+        """Which of "qd" and "qdd" were derived, as `derivatives_from` says."""
+        before, said, _ = self.derivatives_from.partition(" derived")
         return tuple(before.split(" and ")) if said else ()
 
     @property
     def stretches(self) -> list[slice]:
         """Set points of each stretch without a gap."""
-        ends = [0, *self.gaps, self.n_set_points]
-        return [slice(first, last) for first, last in pairwise(ends)]
+        return [slice(first, last) for first, last in pairwise([0, *self.gaps, self.n_set_points])]
 
     @property
     def fingerprint(self) -> str:
@@ -201,3 +283,17 @@ class Trajectory:
         for array in (self.time, self.q, self.qd, self.qdd):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
+
+
+def _require_shapes(
+    time: ArrayLike | None, q: ArrayLike | None, qd: ArrayLike | None, qdd: ArrayLike | None
+) -> tuple[int, ...]:
+    """Shape (N, n) of q, once the others fit it."""
+    shape = array_of(q, "q", TrajectoryError).shape
+    if len(shape) != 2 or not all(shape):
+        raise refusal("a trajectory needs at least one set point", "q", "shape (N, n)", str(shape))
+    for what, x, wanted in (("time", time, shape[:1]), ("qd", qd, shape), ("qdd", qdd, shape)):
+        found = wanted if x is None else array_of(x, what, TrajectoryError).shape
+        if found != wanted:
+            raise refusal(f"{what} has the wrong shape", what, str(wanted), str(found))
+    return shape

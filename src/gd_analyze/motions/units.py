@@ -1,21 +1,25 @@
-"""Units as logs write them, and what one of each is in SI units."""
+"""Units as logs write them, and their size in SI units."""
 
 from __future__ import annotations
 
 import math
 import re
 
-DEGREE = math.pi / 180.0
+from gd_analyze.motions.reading import TIME_UNITS
 
-# Per quantity: unit as it is shown, and what one of it is in rad, m, s or N m.
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-_ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": DEGREE, "rev": 2 * math.pi}
+
+def word_set(words: str) -> frozenset[str]:
+    """Words between blanks."""
+    return frozenset(words.split())
+
+
+_ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2 * math.pi}
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
 _TORQUES = {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3}
 _FORCES = {"N": 1.0, "kN": 1e3}
 
-# How units are spelt, beside the way they are shown.
+# Other spellings.
 _SPELT = {
     spelt: unit
     for unit, all_spelt in {
@@ -37,29 +41,15 @@ _SPELT = {
     for spelt in all_spelt.split()
 }
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
-# Of quantities that are none of an arm's motion, of counts whose size is not known, and others.
-_DRIVES = {"a", "ma", "amp", "amps", "v", "mv", "w", "°c", "degc", "celsius", "k", "%", "‰", "permille", "hz"}
-_COUNTS = {"inc", "incs", "increments", "count", "counts", "tick", "ticks", "pulse", "pulses"}
-_OTHERS = {
-    "cdeg",
-    "mdeg",
-    "gon",
-    "grad",
-    "inch",
-    "ft",
-    "lbf",
-    "lbfft",
-    "lbfin",
-    "ftlb",
-    "inlb",
-    "kgcm",
-    "kgfcm",
-}
-_FOREIGN = _DRIVES | _COUNTS | _OTHERS
+# Of drives, of counts of unknown size, and of no use in a motion.
+_FOREIGN = word_set(
+    "a ma amp amps v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
+    "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm"
+)
 
 
 def unit_in_words(text: str) -> str | None:
-    """Read a unit as somebody wrote it; None where it is none that is known.
+    """Read a unit as somebody wrote it; None where it is no known one.
 
     Examples
     --------
@@ -74,51 +64,25 @@ def unit_in_words(text: str) -> str | None:
         return bare
     shown = _SPELT.get(base, base)
     if not slash:
-        known = {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES}
-        return shown if shown in known else None
-    if shown in {*_ANGLES, *_LENGTHS} and per in _TIMES:
-        return shown + _TIMES[per]
-    return None
+        return shown if shown in {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES} else None
+    return shown + _TIMES[per] if shown in {*_ANGLES, *_LENGTHS} and per in _TIMES else None
 
 
-def units_of(role: str, turns: bool) -> dict[str, float]:
-    """Units that numbers of a role may be in, the SI unit first, and what one of each is in it.
-
-    Parameters
-    ----------
-    role
-        "time", "q", "qd", "qdd" or "torque".
-    turns
-        Whether the joint turns; it slides otherwise.
-    """
-    if role == "time":
-        return TIME_UNITS
+def units_of(role: str, revolute: bool) -> dict[str, float]:
+    """Units that a joint's q, qd, qdd or torque may be in, the SI unit first, and their size in it."""
     if role == "torque":
-        return _TORQUES if turns else _FORCES
-    per = _PER[role]
-    units = {f"{unit}{per}": factor for unit, factor in (_ANGLES if turns else _LENGTHS).items()}
-    if turns and role == "qd":
-        units["rpm"] = 2 * math.pi / 60.0
-    return units
+        return _TORQUES if revolute else _FORCES
+    units = {f"{unit}{_PER[role]}": size for unit, size in (_ANGLES if revolute else _LENGTHS).items()}
+    return units | ({"rpm": 2 * math.pi / 60.0} if revolute and role == "qd" else {})
 
 
-def fitting_unit(said: str, role: str, turns: bool) -> str | None:
-    """Unit of a role that is meant where a name says `said`: q̇ named with `_deg` is in deg/s.
-
-    Returns
-    -------
-    str or None
-        None where the unit is of another quantity.
+def fitting_unit(said: str, role: str, revolute: bool) -> str | None:
+    """Unit of a role that a name means by `said`; None where that is of another quantity.
 
     Examples
     --------
     >>> fitting_unit("deg", "qd", True), fitting_unit("a", "torque", True)
     ('deg/s', None)
     """
-    known = units_of(role, turns)
-    if said in known:
-        return said
-    meant = said + _PER.get(role, "")
-    if meant in known:
-        return meant
-    return None
+    known = units_of(role, revolute)
+    return next((unit for unit in (said, said + _PER.get(role, "")) if unit in known), None)

@@ -12,10 +12,8 @@ from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.motions.logged import ColumnUse
-from gd_analyze.motions.motions import Motion
-from gd_analyze.motions.recording import Recording
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.logged import ColumnUse, Recording
+from gd_analyze.motions.trajectory import Motion, Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import Accuracy
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
 
 
 # What is told of a motion besides.
-_ABOUT = ("start", "origin", "rates_from", "fingerprint")
+_ABOUT = ("start", "origin", "derivatives_from", "fingerprint")
 # What of the ranking of the elements is told motion by motion.
 _RANKED = ("verdict", "dominant", "torque_share", "torque_joint")
 
@@ -259,7 +257,7 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
         {
             "name": trajectory.name,
             "origin": trajectory.origin,
-            "rates": trajectory.rates_from,
+            "rates": trajectory.derivatives_from,
             "fingerprint": trajectory.fingerprint,
         },
     )

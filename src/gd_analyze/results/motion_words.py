@@ -8,7 +8,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.figures.elements import LETTERS
-from gd_analyze.motions.motions import in_words
+from gd_analyze.motions.trajectory import in_words
 from gd_analyze.results.findings import Findings
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.budget import ReferenceTorques

@@ -16,7 +16,7 @@ from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
-from gd_analyze.motions.motions import in_words
+from gd_analyze.motions.trajectory import in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.frames import rows_of, table_of
@@ -676,7 +676,7 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
-        ("velocities", trajectory.rates_from),
+        ("velocities", trajectory.derivatives_from),
         ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]

@@ -249,7 +249,7 @@ def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
         ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),
         ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
         ("trajectory origin", trajectory.origin or "not stated"),
-        ("rates", trajectory.rates_from),
+        ("rates", trajectory.derivatives_from),
         ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
         *findings.provenance.items(),
     ]

@@ -17,10 +17,9 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regressor import inertial_parameters, regressor
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.motions import Motion, listed
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.trajectory import Motion, Trajectory, listed
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Link, of_point_mass

@@ -21,7 +21,7 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.harmonics.expansion import TooLongError, expanded
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.motions.csv_file import read_trajectory, shipped_trajectories
+from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm

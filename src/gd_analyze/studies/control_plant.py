@@ -11,8 +11,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.between import Between
-from gd_analyze.motions.derived_rates import FEWEST_SET_POINTS, complete_rates
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.exact_form import ExactForm
 
@@ -157,7 +157,7 @@ def followable(motion: Trajectory) -> Trajectory:
     wild = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
     if not wild.any() or motion.n_set_points < FEWEST_SET_POINTS:
         return motion
-    qd, qdd, _ = complete_rates(motion.time, motion.q, None, None)
+    qd, qdd, _ = completed(motion.time, motion.q, None, None)
     joint = int(largest.argmax())
     warnings.warn(
         f"velocities and accelerations of {motion.name} disagree with its positions: these need up to "

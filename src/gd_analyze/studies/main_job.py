@@ -386,7 +386,7 @@ def find(
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
     asked = [arm.name, trajectory.name, how.described(), *(motion.name for motion in trajectory.motions)]
-    motion = [trajectory.fingerprint, trajectory.origin, trajectory.rates_from]
+    motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 

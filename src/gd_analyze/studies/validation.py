@@ -77,7 +77,7 @@ def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[Bo
                 continue
             outside |= beyond
             most, about = int(excess.argmax()), arm.joints[joint]
-            unit = about.unit + {"position": "", "rate": "/s", "acceleration": "/s^2"}[quantity]
+            unit = about.unit + {"position": "", "velocity": "/s", "acceleration": "/s^2"}[quantity]
             value, instant = float(values[most]), float(trajectory.time[most])
             farthest = Violation(joint + 1, about.name, quantity, value, limit, instant, unit)
             first, last = _longest(beyond, trajectory.time, trajectory.stretches)
@@ -93,7 +93,7 @@ def _sides(trajectory: Trajectory, box: Box, joint: int) -> Iterator[tuple[Quant
     q, qd, qdd = trajectory.q[:, joint], trajectory.qd[:, joint], trajectory.qdd[:, joint]
     yield "position", q, float(box.lower[joint]), -1
     yield "position", q, float(box.upper[joint]), 1
-    yield "rate", np.abs(qd), float(box.velocity[joint]), 1
+    yield "velocity", np.abs(qd), float(box.velocity[joint]), 1
     yield "acceleration", np.abs(qdd), float(box.acceleration[joint]), 1
 
 

@@ -1,0 +1,288 @@
+r"""The cut-off of an arm's low-pass, by rule or as asked for, and the readings that accelerations come from.
+
+Motion has less acceleration the higher the frequency, noise of readings more: differentiating white noise of
+positions twice gives a density that rises as f^4; instants stamped late or early, as f^2. So noise is what
+does not fall with frequency, and what stands out above that is motion. The expected squared error of
+accelerations that passed a cut-off f_c is
+
+    sum_f ((1 - H(f))^2 S(f) + H(f)^2 N(f)) df,
+
+S the density of the motion, N that of the noise: motion that the filter removes, noise that it leaves. The
+ends of a stretch add what the smoothing spline, which knows no jerk there, makes of one:
+0.0228 J^2 / (f_c^3 T) of a root mean square jerk J and a stretch of T seconds. For little noise they decide.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.reading import Treatment, refusal
+from gd_analyze.motions.sampling import Sampling
+from gd_analyze.motions.smoothing import passed, power
+from gd_analyze.text import figures, named_joints
+
+# Length of the pieces whose spectra are averaged, s, and in readings at least.
+_PIECE, _SHORTEST = 8.0, 64
+# Frequencies averaged into one: a share of the frequency to either side, and these many at least.
+_SHARE, _FEWEST = 0.15, 2
+# Above it arms swing in the elasticity of their joints, which no model of rigid links describes.
+_HIGHEST = 30.0
+# Of the readings per second: noise that they fold must not reach what passes.
+_HIGHEST_SHARE = 0.2
+# The lowest cut-off that is chosen, Hz, and that of a short motion in periods.
+_LOWEST, _FEWEST_PERIODS = 0.5, 2.0
+# Ratio of the cut-offs that are compared.
+_RATIO = 1.05
+# How much more a density has to be than somewhere up to so many times its frequency, to be of motion:
+# averaged as it is, noise varies less, and what a sensor filters falls less.
+_STANDS_OUT, _WITHIN = 6.0, 5.0
+# The law of the noise is fitted from the highest frequency of motion times this, for a decade.
+_CLEAR, _DECADE = 1.3, 10.0
+_FEWEST_FITTED = 5
+# Steepest rise of a density: white noise, differentiated twice.
+_STEEPEST = 4.0
+# Share of the most moving joint's acceleration as which that of a still one counts.
+_HARDLY = 0.1
+# Integral of the squared error of a constant jerk at both ends of a stretch, times f_c^3.
+_ENDS = 0.0228
+# Highest cut-off that a user may give, of the readings per second: above it hardly anything is smoothed.
+_LARGEST_SHARE = 0.25
+# Share of the motion that the best readings show, which others have to show as well: where all is noise, no
+# motion is missed.
+_SEEN = 0.5
+# Share of a joint's acceleration at too high frequencies that is warned of; below _AT_REST, per s^2, none is.
+_MISSED, _AT_REST = 0.1, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Motion and noise in a joint's accelerations.
+
+    Parameters
+    ----------
+    frequency
+        Hz, even steps from the first above zero, shape (F,).
+    motion, noise
+        S and N, one-sided, (rad/s^2)^2 per Hz, or in m, shape (F,).
+    seconds
+        T, mean length of the stretches.
+    missed
+        RMS acceleration that stands out above the frequencies of motion, per s^2: noise of some frequency, or
+        motion too fast for the readings.
+    """
+
+    frequency: FloatArray
+    motion: FloatArray
+    noise: FloatArray
+    seconds: float
+    missed: float
+
+    @classmethod
+    def of(
+        cls,
+        times: Sequence[FloatArray],
+        readings: Sequence[FloatArray],
+        rate: float,
+        order: int,
+        highest: float,
+    ) -> Noise:
+        """Tell motion and noise apart up to a frequency; above it all is noise.
+
+        Parameters
+        ----------
+        times, readings
+            Of one joint, stretch by stretch.
+        rate
+            Readings per second.
+        order
+            Derivatives from readings to accelerations.
+        highest
+            Highest frequency of motion, Hz.
+        """
+        piece = min(max(int(_PIECE * rate), _SHORTEST), max(map(len, readings)) - order)
+        pairs = [(t, x) for t, x in zip(times, readings, strict=True) if len(x) - order >= piece]
+        total = sum(power(t, x, rate, order, piece) * len(x) for t, x in pairs)
+        frequency: FloatArray = np.asarray(np.fft.rfftfreq(piece, 1 / rate)[1:], dtype=float)
+        density = _averaged((np.asarray(total) / sum(len(x) for _, x in pairs))[1:])
+        ends = np.minimum((_WITHIN * np.arange(1, len(density) + 1)).astype(int), len(density))
+        least = np.array([density[first:end].min() for first, end in enumerate(ends)])
+        stands_out = density > _STANDS_OUT * least
+        moving = np.flatnonzero(stands_out & (frequency <= highest))
+        edge = float(frequency[moving[-1]]) if moving.size else 0.0
+        law = np.minimum(_law(frequency, density, ~stands_out, edge), density)
+        noise = np.where(frequency > edge, density, law)
+        beyond = density[stands_out & (frequency > highest)]
+        missed = math.sqrt(float(beyond.sum() * frequency[0]))
+        seconds = float(np.mean([time[-1] - time[0] for time in times]))
+        return cls(frequency, density - noise, noise, seconds, missed)
+
+    def left(self, cutoff: float) -> float:
+        """Standard deviation of the noise that a cut-off leaves in the accelerations, per s^2."""
+        return math.sqrt(self._sum(passed(self.frequency, cutoff) ** 2 * self.noise))
+
+    def error(self, cutoff: float) -> float:
+        """Root of the expected squared error of accelerations that passed a cut-off."""
+        through = passed(self.frequency, cutoff)
+        jerk = self._sum((2 * math.pi * self.frequency) ** 2 * self.motion)
+        between = self._sum((1 - through) ** 2 * self.motion + through**2 * self.noise)
+        return math.sqrt(between + _ENDS * jerk / (cutoff**3 * self.seconds))
+
+    @property
+    def moved(self) -> float:
+        """Root mean square acceleration of the motion."""
+        return math.sqrt(self._sum(self.motion))
+
+    def _sum(self, density: FloatArray) -> float:
+        return float(density.sum() * self.frequency[0])
+
+
+def _averaged(density: FloatArray) -> FloatArray:
+    """Mean over neighbouring frequencies."""
+    number = np.arange(len(density))
+    wide = np.maximum((_SHARE * (number + 1)).astype(int), _FEWEST)
+    low, high = np.maximum(number - wide, 0), np.minimum(number + wide + 1, len(density))
+    sums = np.concatenate([[0.0], np.cumsum(density)])
+    return np.asarray((sums[high] - sums[low]) / (high - low))
+
+
+def _law(frequency: FloatArray, density: FloatArray, quiet: np.ndarray, edge: float) -> FloatArray:
+    """Power law, not falling, that the noise above `edge` follows."""
+    begin = _CLEAR * edge
+    chosen = np.flatnonzero(quiet & (frequency >= begin) & (frequency <= max(_DECADE * begin, begin + 1.0)))
+    if len(chosen) < _FEWEST_FITTED:
+        return np.full_like(density, density[-1])
+    x, y = np.log(frequency[chosen]), np.log(np.maximum(density[chosen], np.finfo(float).tiny))
+    # A weight for every step of log f.
+    weight = 1 / frequency[chosen]
+    middle = [float(np.average(values, weights=weight)) for values in (x, y)]
+    off = x - middle[0]
+    rise = float((weight * off * (y - middle[1])).sum() / (weight * off**2).sum())
+    return np.asarray(np.exp(middle[1] + np.clip(rise, 0.0, _STEEPEST) * (np.log(frequency) - middle[0])))
+
+
+def _sizes(noises: Sequence[Noise]) -> FloatArray:
+    """RMS accelerations by which errors of several joints are measured, shape (n,).
+
+    A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its noise
+    must not take the motion from others, nor theirs pass for its motion.
+    """
+    moved = np.array([noise.moved for noise in noises])
+    size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _common_error(noises: Sequence[Noise], size: FloatArray, cutoff: float) -> float:
+    """Expected squared errors of several joints, each over its size, summed."""
+    return float(np.square([noise.error(cutoff) for noise in noises] / size).sum())
+
+
+def best_cutoff(noises: Sequence[Noise], highest: float) -> float:
+    """Cut-off, Hz, with the least expected error of several joints together."""
+    lowest = min(max(_LOWEST, _FEWEST_PERIODS / noises[0].seconds), highest)
+    count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
+    size = _sizes(noises)
+    tried = np.geomspace(lowest, highest, count).tolist()
+    return float(min(tried, key=lambda cutoff: _common_error(noises, size, cutoff)))
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Readings that accelerations may come from: positions differentiated twice, or velocities once."""
+
+    values: FloatArray
+    order: int
+    noises: tuple[Noise, ...]
+
+    @classmethod
+    def of(cls, sampling: Sampling, values: FloatArray, order: int) -> Source:
+        """Look at the spectra of readings, shape (N, n)."""
+        times = [sampling.time[stretch] for stretch in sampling.stretches]
+        highest, rate = _highest(sampling), 1 / sampling.step
+        parts = ([x[stretch] for stretch in sampling.stretches] for x in values.T)
+        return cls(values, order, tuple(Noise.of(times, x, rate, order, highest) for x in parts))
+
+    def left(self, cutoffs: FloatArray) -> FloatArray:
+        """Standard deviation of the noise that cut-offs leave in the accelerations, shape (n,)."""
+        return np.array([noise.left(float(f)) for noise, f in zip(self.noises, cutoffs, strict=True)])
+
+    @property
+    def seen(self) -> float:
+        """RMS acceleration that stands out of the noise, of all joints together."""
+        return float(np.sqrt(sum(noise.moved**2 for noise in self.noises)))
+
+
+def _highest(sampling: Sampling) -> float:
+    """Highest cut-off that the rule chooses, Hz."""
+    return min(_HIGHEST, _HIGHEST_SHARE / sampling.step)
+
+
+def chosen(
+    sources: Sequence[Source], sampling: Sampling, treatment: Treatment
+) -> tuple[Source, FloatArray, str]:
+    """Choose a source and its cut-offs.
+
+    The rule gives all joints one cut-off, so that they move together and torques can be compared. The source
+    is the one whose accelerations have the least expected error, of those that show the motion.
+
+    Returns
+    -------
+    source, cutoffs, rule
+        Cut-offs in Hz, shape (n,); and the rule they follow.
+    """
+    n = sources[0].values.shape[1]
+    if treatment.cutoff is not None:
+        cutoffs = _given(treatment.cutoff, n, sampling)
+        best = min(sources, key=lambda source: float((source.left(cutoffs) ** 2).sum()))
+        return best, cutoffs, "as asked for"
+    highest = _highest(sampling)
+    most = max(source.seen for source in sources)
+    seeing = [source for source in sources if source.seen >= _SEEN * most]
+    size = np.max([_sizes(source.noises) for source in seeing], axis=0)
+    own = [best_cutoff(source.noises, highest) for source in seeing]
+    errors = [_common_error(source.noises, size, f) for source, f in zip(seeing, own, strict=True)]
+    place = int(np.argmin(errors))
+    if highest < _HIGHEST:
+        _warn_of_missed(seeing[place], size, sampling)
+    rule = "least expected error of the accelerations"
+    if own[place] >= highest * 0.999:
+        slow = own[place] < _HIGHEST * 0.999
+        why = f"{_HIGHEST_SHARE:g} of the readings per second" if slow else "above it arms are not rigid"
+        rule = f"the highest of the rule: {why}"
+    return seeing[place], np.full(n, own[place]), rule
+
+
+def _warn_of_missed(source: Source, size: FloatArray, sampling: Sampling) -> None:
+    missed = np.array([noise.missed for noise in source.noises])
+    joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
+    if joints:
+        warnings.warn(
+            f"accelerations above {figures(_highest(sampling))} Hz in the log, left out: "
+            f"{named_joints(joints, len(size))}; {figures(1 / sampling.step)} readings per second are too "
+            "few for them, log faster",
+            GdAnalyzeWarning,
+            stacklevel=5,
+        )
+
+
+def _given(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> FloatArray:
+    given = np.full(n, cutoff) if isinstance(cutoff, float | int) else np.array(cutoff, dtype=float)
+    if given.shape != (n,):
+        expected = f"one for all joints, or {n}"
+        raise refusal("wrong number of cut-offs", "--cutoff", expected, str(given.size))
+    most = _LARGEST_SHARE / sampling.step
+    if given.max() > most:
+        raise refusal(
+            "the cut-off is too high for so few readings",
+            "--cutoff",
+            f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second",
+            f"{figures(float(given.max()))} Hz",
+            "give a lower one, or none: a rule chooses one then",
+        )
+    return given

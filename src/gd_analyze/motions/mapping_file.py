@@ -1,0 +1,176 @@
+"""The small TOML file that says how a log is to be read, so that the next one needs no options."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import read_at_most, write_text
+from gd_analyze.motions.mapping import Choice, Use, column_named
+from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, refusal
+from gd_analyze.motions.table import LogTable
+from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
+from gd_analyze.motions.units import units_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import TableLines
+from gd_analyze.text import LARGEST, in_python
+
+_FORMAT: Literal["gd-analyze log mapping 1"] = "gd-analyze log mapping 1"
+_LARGEST_FILE = 1_000_000
+
+
+class MappedColumn(BaseModel):
+    """A column: what it holds, of which joint of the arm, in which unit."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    column: str
+    role: Literal["time", "q", "qd", "qdd", "torque"]
+    joint: str = ""
+    unit: str
+
+
+class Mapping(BaseModel):
+    """The file's contents."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    format: Literal["gd-analyze log mapping 1"]
+    measured: bool
+    rate: float | None = Field(default=None, gt=0.0, le=LARGEST)
+    topic: str | None = None
+    names: list[str] = []
+    columns: list[MappedColumn]
+
+
+def write_mapping(choice: Choice, table: LogTable, arm: RobotArm, reading: Reading, time_unit: str) -> None:
+    """Write how a log was understood to `reading.save_mapping`, atomically; raises OutputError."""
+    times = choice.time.columns if choice.time else ()
+    columns = [(k, "time", "", unit) for k, unit in zip(times, (time_unit, "ns"), strict=False)]
+    columns += [(use.column, use.role, arm.joints[use.joint].name, use.unit) for use in choice.uses]
+    lines = [f'format = "{_FORMAT}"', f"measured = {'true' if choice.measured else 'false'}"]
+    if reading.rate is not None:
+        lines.append(f"rate = {reading.rate!r} # samples per second, Hz")
+    if reading.topic is not None:
+        lines.append(f"topic = {_quoted(reading.topic)}")
+    if tuple(name or "-" for name in table.names) == reading.columns:
+        lines.append(f"names = [{', '.join(map(_quoted, reading.columns))}]")
+    for k, role, joint, unit in columns:
+        name = table.names[k]
+        unique = name and table.names.count(name) == 1 and not name.startswith("#")
+        lines += [
+            "",
+            "[[columns]]",
+            f"column = {_quoted(name if unique else f'#{k + 1}')}",
+            f'role = "{role}"',
+        ]
+        lines += [f"joint = {_quoted(joint)}"] if joint else []
+        lines.append(f"unit = {_quoted(unit)}")
+    write_text(reading.save_mapping or "", "\n".join(lines) + "\n")
+
+
+def _quoted(text: str) -> str:
+    """A basic string of TOML."""
+    signs = {'"': '\\"', "\\": "\\\\"}
+    return '"' + "".join(signs.get(s, s if s.isprintable() else f"\\U{ord(s):08x}") for s in text) + '"'
+
+
+def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
+    """Read a mapping file, and where in it everything stands.
+
+    Raises
+    ------
+    TrajectoryError
+        If it cannot be read or does not fit; the message names the line.
+    """
+    path = Path(path)
+    try:
+        content = (read_at_most(path, _LARGEST_FILE) or b"").decode("utf-8")
+        lines = TableLines(path, content)
+        return Mapping.model_validate(tomllib.loads(content)), lines
+    except OSError as error:
+        found, expected = error.strerror or str(error), "a mapping file that may be read"
+        raise _misfit(Location(path), found, expected) from None
+    except UnicodeDecodeError:
+        raise _misfit(Location(path), "no text", "TOML in UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"line (\d+), column (\d+)", str(error))
+        where = Location(path, int(place[1]), int(place[2])) if place else Location(path)
+        raise _misfit(where, re.sub(r" \(at .*\)$", "", str(error)), "TOML") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        found, expected = in_python(first["input"]), first["msg"].removeprefix("Input should be ")
+        if first["type"] == "missing":
+            found, expected = "nothing", f"a key {first['loc'][-1]}"
+        raise _misfit(lines.locate(tuple(first["loc"])), found, expected) from None
+    except (ValueError, RecursionError):
+        raise _misfit(Location(path), "numbers or tables beyond any mapping", "a few columns") from None
+
+
+def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
+    return refusal(
+        "the mapping file cannot be used", where, expected, found, "write one anew with --save-mapping"
+    )
+
+
+def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
+    """Columns as a mapping file says.
+
+    Raises
+    ------
+    TrajectoryError
+        If the log has no such columns, the arm no such joints, or a role misses joints.
+    """
+    names = [joint.name for joint in arm.joints]
+    uses, times = [], []
+    for k, of in enumerate(mapping.columns):
+        column = column_named(of.column, table, str(lines.locate(("columns", k, "column"))))
+        joint = 0
+        if of.role == "time":
+            units = [*TIME_UNITS, SAMPLE]
+        elif of.joint in names:
+            joint = names.index(of.joint)
+            units = list(units_of(of.role, arm.joints[joint].kind == "revolute"))
+        else:
+            near = difflib.get_close_matches(of.joint, names, n=1)
+            expected = f"a joint of arm {arm.name}: {', '.join(names)}" + (f" ({near[0]}?)" if near else "")
+            raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
+        if of.unit not in units:
+            raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join(units))
+        if of.role == "time":
+            times.append((column, of.unit))
+        else:
+            uses.append(Use(column, of.role, joint, of.unit, "mapping file"))
+    for role in ROLES:
+        having = [use.joint for use in uses if use.role == role]
+        wrong = next((j for j in range(len(names)) if having.count(j) != 1), None)
+        if (having or role == "q") and wrong is not None:
+            found = f"{having.count(wrong)} columns for {role} of {names[wrong]}"
+            raise _misfit(Location(lines.path), found, f"one column for {role} of every joint")
+    used = {use.column for use in uses} | {column for column, _ in times}
+    return Choice(
+        uses=tuple(uses),
+        time=_time(times, mapping, lines),
+        unused={k: "not in the mapping file" for k in range(len(table.names)) if k not in used},
+        measured=mapping.measured,
+    )
+
+
+def _time(times: Sequence[tuple[int, str]], mapping: Mapping, lines: TableLines) -> TimeColumns | None:
+    units = [unit for _, unit in times]
+    if sorted(units) == ["ns", "s"]:
+        return TimeColumns(
+            tuple(c for c, unit in sorted(times, key=lambda t: t[1] == "ns")), "s", "mapping file"
+        )
+    if len(times) > 1 or ((not times or SAMPLE in units) and mapping.rate is None):
+        found = f"{len(times)} columns of time" + (", no rate" if mapping.rate is None else "")
+        expected = "one column of time, a pair in s and ns, or samples and their rate"
+        raise _misfit(Location(lines.path), found, expected)
+    return TimeColumns((times[0][0],), times[0][1], "mapping file") if times else None

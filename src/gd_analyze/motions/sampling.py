@@ -1,0 +1,206 @@
+"""The rows of a log as set points: in the order of time, one per instant, cut at gaps, angles unwrapped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions.reading import refusal
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import figures, named_joints
+
+# Readings of a stretch that is kept: a few in a row say nothing of accelerations.
+FEWEST = 16
+# A gap is longer than so many of the log's usual steps, and than this, s: a logger that stumbles is no gap.
+_GAP_STEPS, _GAP = 5.0, 0.05
+# Closer than this share of the usual step, stamps are the same.
+_SAME = 0.01
+# Time that starts farther from zero than this, s, is a date.
+_DATE = 1e6
+_TURN = 2 * math.pi
+# A jump that differs from full turns by more than this, rad, is none of a wrapped angle.
+_NEAR = math.pi / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Which rows of a log are set points, and when.
+
+    Parameters
+    ----------
+    rows
+        Numbers of the rows, from 0, in the order of time, shape (N,).
+    time
+        s, strictly increasing, shape (N,).
+    gaps
+        Set points before which there is a gap.
+    step
+        The usual time between two readings (median), s.
+    notes
+        What was done.
+    """
+
+    rows: NDArray[np.intp]
+    time: FloatArray
+    gaps: tuple[int, ...]
+    step: float
+    notes: tuple[str, ...]
+
+    @property
+    def stretches(self) -> list[slice]:
+        """Set points of each stretch."""
+        return [slice(a, b) for a, b in pairwise([0, *self.gaps, len(self.time)])]
+
+
+def sampling_of(
+    time: FloatArray, readable: NDArray[np.bool_], largest_gap: float | None, name: str, fewest: int
+) -> Sampling:
+    """Put the rows of a log in order.
+
+    Parameters
+    ----------
+    time
+        As logged, s, shape (M,).
+    readable
+        Rows that hold all that is needed.
+    largest_gap
+        Longest step that is no gap, s; None: five usual steps, and 0.05 s at least.
+    name
+        Of the log, for messages.
+    fewest
+        Readings of a stretch that is kept.
+
+    Raises
+    ------
+    TrajectoryError
+        If no stretch has enough readings.
+    """
+    notes: list[str] = []
+    rows = np.flatnonzero(readable & np.isfinite(time))
+    if len(rows) < len(time):
+        notes.append(f"rows with empty cells, left out: {len(time) - len(rows)}")
+    times = time[rows]
+    forward = np.diff(times)
+    if not (forward > 0).any():
+        raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
+    step = float(np.median(forward[forward > 0]))
+    gap = max(_GAP_STEPS * step, _GAP) if largest_gap is None else max(largest_gap, 1.5 * step)
+    rows, times = _in_order(rows, times, gap, notes)
+    # Of the same stamps the last: a message sent again holds what is newest.
+    kept = np.append(np.diff(times) > _SAME * step, True)
+    if not kept.all():
+        notes.append(f"rows with the stamp of the next one, left out: {int((~kept).sum())}")
+    rows, times = rows[kept], times[kept]
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(times) > gap) + 1])
+    lengths = np.diff(np.append(begins, len(times)))
+    enough = lengths >= fewest
+    if not enough.any():
+        among = f" at most, in {len(begins)} stretches between gaps" if len(begins) > 1 else ""
+        raise _too_few(name, f"{lengths.max()}{among}", fewest)
+    if not enough.all():
+        notes.append(
+            f"stretches of fewer than {fewest} readings between gaps, left out: {int((~enough).sum())} "
+            f"(rows: {int(lengths[~enough].sum())})"
+        )
+    kept = np.repeat(enough, lengths)
+    gaps = tuple(np.cumsum(lengths[enough])[:-1].tolist())
+    if gaps:
+        notes.append(
+            f"gaps longer than {figures(gap)} s: {len(gaps)}; nothing is differentiated, smoothed or bounded "
+            "across them"
+        )
+    return Sampling(rows[kept], _from_first(times[kept], notes), gaps, step, tuple(notes))
+
+
+def _from_first(times: FloatArray, notes: list[str]) -> FloatArray:
+    """Count from the first reading where stamps are dates, unless that takes digits that tell them apart."""
+    since = times - times[0]
+    if abs(times[0]) <= _DATE or not (np.diff(since) > 0).all():
+        return times
+    notes.append("time counts from the first reading")
+    return since
+
+
+def _in_order(
+    rows: NDArray[np.intp], times: FloatArray, gap: float, notes: list[str]
+) -> tuple[NDArray[np.intp], FloatArray]:
+    """Sort by time; where a clock starts again, what follows comes after what was before."""
+    begins = np.concatenate([[0], np.flatnonzero(np.diff(times) < -gap) + 1])
+    parts = np.split(times, begins[1:])
+    spans = sorted((float(part.min()), float(part.max())) for part in parts)
+    overlap = any(after[0] <= before[1] for before, after in pairwise(spans))
+    if len(parts) > 1 and overlap and len(parts) * FEWEST <= len(times):
+        moved, end = [], -np.inf
+        for part in parts:
+            moved.append(part + max(0.0, end + 2 * gap - float(part.min())))
+            end = float(moved[-1].max())
+        times = np.concatenate(moved)
+        notes.append(
+            f"restarts of time: {len(parts) - 1}, first at row {rows[begins[1]] + 1}; each begins a new "
+            "motion behind a gap"
+        )
+    unsorted = int((np.diff(times) < 0).sum())
+    if unsorted:
+        notes.append(f"stamps after a later one, sorted: {unsorted}")
+        order = np.argsort(times, kind="stable")
+        rows, times = rows[order], times[order]
+    return rows, times
+
+
+def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
+    expected = f"a stretch of at least {fewest} readings at different instants without a gap"
+    next_step = "check the unit of time, or give a larger --largest-gap" if "gaps" in found else None
+    return refusal("the log has too few readings in a row", name, expected, found, next_step)
+
+
+def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:
+    """Undo jumps of full turns within each stretch, of revolute joints.
+
+    Across a gap angles stay as logged, unless that is outside a joint's limits and full turns put the whole
+    stretch within.
+
+    Parameters
+    ----------
+    q
+        Joint variables, rad (m), shape (N, n).
+    arm, stretches
+        Whose joints, and the set points of each stretch.
+
+    Returns
+    -------
+    q, notes
+        The same without jumps, and what was done.
+    """
+    out = q.copy()
+    jumped: dict[int, int] = {}
+    for i in np.flatnonzero(arm.is_revolute).tolist():
+        lower, upper = arm.limits("lower")[i], arm.limits("upper")[i]
+        for stretch in stretches:
+            steps = np.diff(out[stretch, i])
+            turns = np.round(steps / _TURN)
+            turns[np.abs(steps - _TURN * turns) > _NEAR] = 0.0
+            if turns.any():
+                jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
+                out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)
+            out[stretch, i] += _TURN * _turns_into(out[stretch, i], lower, upper)
+    if not jumped:
+        return out, ()
+    return out, (
+        f"jumps of full turns undone: {sum(jumped.values())} ({named_joints([*jumped], arm.n_joints)})",
+    )
+
+
+def _turns_into(angle: FloatArray, lower: float, upper: float) -> int:
+    """Full turns that put angles within limits they are outside of; 0 where none do."""
+    low, high = float(angle.min()), float(angle.max())
+    if not (math.isfinite(lower) and math.isfinite(upper)) or (lower <= low and high <= upper):
+        return 0
+    turns = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
+    return turns if lower <= low + _TURN * turns and high + _TURN * turns <= upper else 0

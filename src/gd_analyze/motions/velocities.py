@@ -1,0 +1,184 @@
+"""Velocities and accelerations of a file: derived where missing, and compared with its positions where given.
+
+Accelerations come from the velocities where these are given: one differentiation amplifies noise by 1/h
+instead of 1/h^2, and the result agrees with the velocities the user stated.
+
+What is compared are integrals: the change of x, and that of its derivative v by the trapezoidal rule.
+Differentiating x would compare the noise of x instead. Between two set points v is taken to lie between its
+values there, so that the rule errs by half its change times the time step at most; of coarse set points,
+that pass over whole movements, the few intervals where the two disagree most are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, are_possible
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.smoothing import differentiated
+from gd_analyze.text import LARGEST, named_joints
+
+# A quintic with not-a-knot ends has six free coefficients before its first inner knot.
+FEWEST_SET_POINTS = 6
+# An arm may stop, turn or jerk between two set points: in as many intervals as this nothing is concluded, and
+# there must be more besides. Planned motions of any profile with up to four vias then show no contradiction.
+_LEFT_OUT, FEWEST_COMPARED = 3, 8
+# Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
+# or from a sensor of their own, miss up to 0.1 of it; the slips named here at least 0.9.
+_MISSED = 0.25
+# Movements below these are noise: of a joint beside the others, and in rad or m (per s).
+_STILL_SHARE, _STILL = 0.05, 1e-3
+# Nearer to a factor than this is that factor, and with no more than this share left over.
+_NEAR, _LEFT_OVER = 0.1, 0.2
+
+_DEGREES = math.degrees(1.0)
+_TIME = "times the derivative of {x}, as if time, which is read as seconds, were in"
+_MEANING = {
+    0.0: "0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived",
+    None: "not the derivative of {x}: check the units, and the order of the columns",
+    1e3: f"1000 {_TIME} milliseconds",
+    1e6: f"1e6 {_TIME} microseconds",
+    1e9: f"1e9 {_TIME} nanoseconds",
+    _DEGREES: "57.3 times the derivative of {x}, as if {v} were in degrees and {x} in radians: "
+    "columns in degrees are named {v}1_deg and so on",
+    1 / _DEGREES: "the derivative of {x} divided by 57.3, as if {x} were in degrees and {v} in radians: "
+    "columns in degrees are named {x}1_deg and so on",
+    -1.0: "the derivative of {x} with the other sign",
+}
+
+
+def completed(
+    time: FloatArray,
+    q: FloatArray,
+    qd: FloatArray | None,
+    qdd: FloatArray | None,
+    gaps: Sequence[int] = (),
+    where: str = "",
+) -> tuple[FloatArray, FloatArray, str]:
+    """Fill in missing velocities and accelerations.
+
+    Parameters
+    ----------
+    time
+        Strictly increasing, s, shape (N,).
+    q
+        Joint variables, rad (m), shape (N, n).
+    qd, qdd
+        Their velocities and accelerations, same shape, or None.
+    gaps
+        Set points before which nothing is known: every stretch has a spline of its own.
+    where
+        Of the motion, for messages.
+
+    Returns
+    -------
+    qd, qdd
+        Given or derived, shape (N, n).
+    derivatives_from
+        "given", or what was derived and how.
+
+    Raises
+    ------
+    TrajectoryError
+        If a stretch has fewer than 6 set points, or what is derived is too large.
+    """
+    if qd is not None and qdd is not None:
+        return qd, qdd, "given"
+    absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
+    shortest = int(np.diff([0, *gaps, len(time)]).min())
+    if shortest < FEWEST_SET_POINTS:
+        raise refusal(
+            f"too few set points to derive {' and '.join(absent)}",
+            where,
+            f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {' and '.join(absent)}",
+            str(shortest),
+            f"add {' and '.join(absent)}, or set points",
+        )
+    given = q if qd is None else qd
+    source = f"C4 (quintic) spline through the given {'q' if qd is None else 'qd'}"
+    parts = list(zip(np.split(time, gaps), np.split(given, gaps), strict=True))
+
+    def derived(order: int) -> FloatArray:
+        return np.concatenate([differentiated(*part, order) for part in parts])
+
+    if qdd is None:
+        qdd = derived(2 if qd is None else 1)
+    if qd is None:
+        qd = derived(1)
+    for name, values in (("qd", qd), ("qdd", qdd)):
+        if name in absent and not are_possible(values):
+            raise refusal(
+                f"{name} cannot be derived: it is too large for any motion",
+                where,
+                f"time steps in s, even enough that {name} stays below {LARGEST:g}",
+                f"time steps of {np.diff(time).min():g} s to {np.diff(time).max():g} s",
+                f"check the instants and their unit, or add {name}",
+            )
+    return qd, qdd, f"{' and '.join(absent)} derived: {source}"
+
+
+def contradictions(
+    time: FloatArray,
+    q: FloatArray,
+    qd: FloatArray,
+    qdd: FloatArray | None,
+    gaps: Sequence[int] = (),
+    derived: Sequence[str] = (),
+) -> list[str]:
+    """Which given velocities and accelerations are not derivatives, one line for each likely slip.
+
+    What was derived is not looked at; nor are accelerations where the velocities are wrong already, which
+    they would be compared with.
+    """
+    if len(time) < FEWEST_COMPARED:
+        return []
+    for name, of, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
+        joints_of: dict[float | None, list[int]] = {}
+        if v is not None and name not in derived:
+            for joint, factor in _contradicted(time, x, v, gaps).items():
+                joints_of.setdefault(factor, []).append(joint + 1)
+        if joints_of:
+            return [
+                f"{name} of {named_joints(joints, q.shape[1])} is {_MEANING[factor].format(x=of, v=name)}"
+                for factor, joints in joints_of.items()
+            ]
+    return []
+
+
+def _contradicted(
+    time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
+) -> dict[int, float | None]:
+    """Joints (from 0) where v is not the derivative of x, and the factor by which v is too large."""
+    steps = np.diff(time)[:, None]
+    changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
+    unsure = steps * np.abs(np.diff(v, axis=0)) / 2
+    for array in (changes, integrals, unsure):
+        array[np.array(gaps, dtype=int) - 1] = 0.0
+    worst = np.argsort(np.abs(changes - integrals), axis=0)[-_LEFT_OUT:]
+    for array in (changes, integrals, unsure):
+        np.put_along_axis(array, worst, 0.0, axis=0)
+    start = np.zeros((1, x.shape[1]))
+    moved, integrated = (np.vstack([start, np.cumsum(array, axis=0)]) for array in (changes, integrals))
+    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
+    missed = np.ptp(moved - integrated, axis=0) - unsure.sum(axis=0)
+    moves = size > max(_STILL, _STILL_SHARE * float(size.max()))
+    return {
+        int(joint): _factor(moved[:, joint], integrated[:, joint])
+        for joint in np.flatnonzero(moves & (missed > _MISSED * size))
+    }
+
+
+def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
+    """The known factor between two paths, if one is; 0 where only the first moves."""
+    if not np.ptp(integrated):
+        return 0.0
+    a, b = moved - moved.mean(), integrated - integrated.mean()
+    if not a.any():
+        return None
+    factor = float(a @ b / (a @ a))
+    if np.ptp(b - factor * a) > _LEFT_OVER * np.ptp(b):
+        return None
+    return next((known for known in _MEANING if known and abs(factor / known - 1) < _NEAR), None)

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
+
+
+@pytest.fixture(scope="session")
+def slider() -> RobotArm:
+    """A prismatic joint with limits behind a revolute joint without any."""
+    joints = (
+        Joint("1"),
+        Joint("slide", kind="prismatic", lower=0.0, upper=0.5, velocity_limit=1.0, acceleration_limit=4.0),
+    )
+    links = tuple(Link(str(i), 1.0, np.zeros(3), 0.1 * np.eye(3)) for i in (1, 2))
+    return RobotArm("slider", joints, links)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a file."""
+
+    def write(content: str | bytes, name: str = "log.csv") -> Path:
+        path = tmp_path / name
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def csv_file(log: Callable[..., Path]) -> Callable[[str | bytes], Path]:
+    return lambda content: log(content, "motion.csv")
+
+
+@pytest.fixture
+def read(log: Callable[..., Path]) -> Callable[..., Logged]:
+    """Writes a log and reads it; keywords are those of `Reading.of`."""
+
+    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> Logged:
+        return read_log(log(content, name), arm, Reading.of(**asked))
+
+    return call
+
+
+@pytest.fixture
+def warned() -> Callable[[], object]:
+    """Collects the texts of our warnings; any other warning stays an error."""
+
+    @contextmanager
+    def collect() -> Iterator[list[str]]:
+        texts: list[str] = []
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("error")
+            warnings.simplefilter("always", GdAnalyzeWarning)
+            yield texts
+        texts += [str(warning.message) for warning in caught]
+
+    return collect

@@ -1,0 +1,312 @@
+"""Which joint of the log is which of the arm; never silently by place where names disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from log_arms import UR, arm_of
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions.logged import Logged
+
+Read = Callable[..., Logged]
+
+
+def positions(names: Sequence[str]) -> str:
+    """A log in which column k holds k."""
+    values = ",".join(str(k) for k in range(len(names)))
+    return f"time,{','.join(names)}\n0.0,{values}\n0.1,{values}\n"
+
+
+PANDA = [f"panda_joint{k}" for k in range(1, 4)]
+
+
+@pytest.mark.parametrize(
+    ("names", "arm", "order"),
+    [
+        (["q1", "q2", "q3"], PANDA, [0, 1, 2]),
+        (["q0", "q1", "q2"], PANDA, [0, 1, 2]),
+        (["q3", "q1", "q2"], UR[:3], [1, 2, 0]),
+        (["panda_joint3", "panda_joint1", "panda_joint2"], PANDA, [1, 2, 0]),
+        (["panda_joint3_pos", "finger_joint1_pos", "panda_joint1_pos", "panda_joint2_pos"], PANDA, [2, 3, 0]),
+        (["elbow_joint", "shoulder_lift_joint", "shoulder_pan_joint"], UR[:3], [2, 1, 0]),
+        (["elbow/position", "shoulder_lift/position", "shoulder_pan/position"], UR[:3], [2, 1, 0]),
+        (["elbow_joint/position", "pan_joint/position"], ["left_pan_joint", "left_elbow_joint"], [1, 0]),
+        (
+            ["r1_elbow_joint.pos", "r1_pan_joint.pos", "r1_grip_joint.pos"],
+            ["pan_joint", "elbow_joint"],
+            [1, 0],
+        ),
+        (["joint_1", "joint_2", "joint_3", "joint_4"], ["joint_2", "joint_4"], [1, 3]),
+        (["q0", "q1", "q2", "q3"], ["joint2", "joint4"], [1, 3]),
+        (["J1", "J2"], ["1", "2"], [0, 1]),
+        (["angle"], ["hip"], [0]),
+        (["wrist_3_joint", "wrist_1_joint", "wrist_2_joint"], UR[3:], [1, 2, 0]),
+    ],
+)
+def test_matched(names: list[str], arm: list[str], order: list[int], read: Read) -> None:
+    np.testing.assert_array_equal(read(positions(names), arm_of(*arm)).q[0], order)
+
+
+def test_other_names_that_count_are_matched_by_number_and_said_so(read: Read, warned) -> None:
+    with warned() as texts:
+        logged = read(positions(["fer_joint2", "fer_joint1", "fer_joint3"]), arm_of(*PANDA))
+    np.testing.assert_array_equal(logged.q[0], [1, 0, 2])
+    (text,) = texts
+    assert "fer_joint1 is panda_joint1 ... fer_joint3 is panda_joint3" in text
+    assert "--map joint:panda_joint1=fer_joint1" in text
+
+
+def test_joints_as_the_user_says(read: Read, warned) -> None:
+    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)]
+    with warned() as texts:
+        logged = read(positions(["arm_a1", "arm_a2", "arm_a3"]), arm_of(*UR[:3]), map=said)
+    np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
+    assert not texts
+
+
+def test_columns_as_the_user_says(read: Read) -> None:
+    text = "clock,a,b,q1,q2\n0,1,2,3,4\n0.5,1,2,3,4\n"
+    logged = read(text, arm_of("hip", "knee"), map=["time=clock", "q:knee=a", "qd:hip=#3", "qd:2=b"])
+    np.testing.assert_array_equal(logged.q[0], [3, 1])
+    np.testing.assert_array_equal(logged.qd[0], [2, 2])
+
+
+def test_what_is_of_another_topic_is_not_set_beside(read: Read) -> None:
+    text = "time,/left/hip/position,/left/knee/position,/right/hip/velocity,/right/knee/velocity\n"
+    logged = read(text + "0,1,2,3,4\n0.1,1,2,3,4\n", arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q[0], [1, 2])
+    assert logged.qd is None
+
+
+def test_other_words_beside_numbers_where_the_log_counts(read: Read) -> None:
+    logged = read(
+        "time,q1,q2,torque_sensor1,torque_sensor2\n0,1,2,3,4\n1,1,2,3,4\n", arm_of(*UR[:2]), rate=1.0
+    )
+    np.testing.assert_array_equal(logged.torque[0], [3, 4])
+
+
+def test_more_joints_than_the_arm_has_are_told(read: Read, warned) -> None:
+    with warned() as texts:
+        logged = read(positions(["pos_0", "pos_1", "pos_2"]), arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q[0], [0, 1])
+    (text,) = texts
+    assert "3 joints in the log, 2 in arm made; left out: pos_2" in text
+
+
+NAMED = "time,name[0],name[1],position[0],position[1]\n0.0,knee,hip,1,2\n0.1,,,3,4\n"
+
+
+def test_names_in_cells(read: Read) -> None:
+    logged = read(NAMED + "0.2,knee,hip,5,6\n", arm_of("hip", "knee"))
+    np.testing.assert_array_equal(logged.q, [[2, 1], [4, 3], [6, 5]])
+
+
+def test_names_in_cells_that_change_are_refused(read: Read) -> None:
+    """Messages of two senders, or of one that sorts anew, would be read in the order of the first."""
+    later = "".join(f"{0.1 * k},knee,hip,1,2\n" for k in range(2, 300))  # beyond what the head shows
+    with pytest.raises(TrajectoryError) as caught:
+        read(NAMED + later + "30.0,hip,knee,1,2\n", arm_of("hip", "knee"))
+    for says in ("the joints' names change", "line 302, column 2", "hip; knee before"):
+        assert says in str(caught.value)
+
+
+def test_what_is_worked_out_is_no_reading(read: Read) -> None:
+    for word in ("model", "ff", "gravity", "residual"):
+        assert read(f"time,q1,tau_{word}_1\n0,1,2\n0.1,1,2\n", arm_of("hip")).torque is None
+
+
+def test_a_role_left_out(read: Read) -> None:
+    text = "time,q1,qd1,tau1\n0,1,2,3\n0.5,1,2,3\n"
+    assert read(text, arm_of("hip"), map=["qd=none"]).qd is None
+    assert read(text, arm_of("hip")).qd is not None
+
+
+CASES: dict[str, tuple[str, Sequence[str], dict[str, object], list[str]]] = {
+    "names that disagree": (
+        positions(["joint_a1", "joint_a2", "joint_a3"]),
+        UR[:3],
+        {},
+        [
+            "the log's joints are not those of arm made",
+            "line 1",
+            "expected: shoulder_pan_joint, shoulder_lift_joint, elbow_joint",
+            "found: joint_a1, joint_a2, joint_a3",
+            "--map joint:shoulder_pan_joint=joint_a1 --map joint:shoulder_lift_joint=joint_a2",
+        ],
+    ),
+    "numbers with words for an arm with names": (
+        positions([f"panda_joint{k}/position" for k in (1, 2)]),
+        UR[:2],
+        {},
+        ["are not those of arm made", "found: panda_joint1, panda_joint2"],
+    ),
+    "a joint too few": (
+        positions(["q1", "q2"]),
+        UR[:3],
+        {},
+        ["no position of joint elbow_joint", "found: q1, q2; beside it time", "--map 'q:elbow_joint=COLUMN'"],
+    ),
+    "a named joint too few": (
+        positions(list(UR[:2])),
+        UR[:3],
+        {},
+        ["no position of joint elbow_joint", "found: shoulder_pan_joint, shoulder_lift_joint"],
+    ),
+    "two spellings": (
+        positions(["q1", "q2", "pos1", "pos2"]),
+        UR[:2],
+        {},
+        [
+            "several columns may be the positions",
+            "q1 and so on; pos1 and so on",
+            "--family q or --family pos",
+        ],
+    ),
+    "two topics": (
+        positions(
+            [f"/{side}/joint_states/{joint}/position" for side in ("left", "right") for joint in UR[:2]]
+        ),
+        UR[:2],
+        {},
+        ["several columns may be the positions", "--family left or --family right"],
+    ),
+    "two torques": (
+        "time,q1,tau_a_1,tau_b_1\n0,1,2,3\n0.1,1,2,3\n",
+        ["joint1"],
+        {},
+        ["several columns may be the torques", "tau_a_1 and so on", "--family a or --family b"],
+    ),
+    "a name twice": (
+        positions(["position_1", "position_2", "position_2"]),
+        UR[:2],
+        {},
+        [
+            "2 columns hold q of joint shoulder_lift_joint",
+            "line 1, column 4",
+            "position_2 (column 3), position_2 (column 4)",
+            "--map 'q:shoulder_lift_joint=#3' or #4",
+        ],
+    ),
+    "nothing known": (
+        "time,alpha,beta\n0,1,2\n0.1,1,2\n",
+        UR[:2],
+        {},
+        ["no column is known to be a position", "time, alpha, beta", "--map 'q:shoulder_pan_joint=COLUMN'"],
+    ),
+    "no such family": (
+        positions(["actual_q_0", "target_q_0"]),
+        ["hip"],
+        {"family": "planned"},
+        ["no positions are of family planned", "actual, measured, q, target", "--family"],
+    ),
+    "no such column": (
+        positions(["Position1", "Position2"]),
+        UR[:2],
+        {"map": ["time=Postion1"]},
+        ["no column 'Postion1'", "where: --map; ", "did you mean Position1"],
+    ),
+    "a column of two": (
+        "time,a,a\n0,1,2\n1,1,2\n",
+        ["hip"],
+        {"map": ["q:hip=a"]},
+        ["2 columns are named a", "#2, #3", "give its number: #2"],
+    ),
+    "no such joint": (
+        positions(["q1"]),
+        ["hip"],
+        {"map": ["q:hipp=q1"]},
+        ["arm made has no joint 'hipp'", "did you mean hip?"],
+    ),
+    "no such role": (
+        positions(["q1"]),
+        ["hip"],
+        {"map": ["speed:hip=q1"]},
+        ["role 'speed:hip'", "qd:JOINT"],
+    ),
+    "a map that maps nothing": (positions(["q1"]), ["hip"], {"map": ["q1"]}, ["maps nothing", "found: 'q1'"]),
+    "some joints only": (
+        "time,q1,q2,a\n0,1,2,3\n1,1,2,3\n",
+        UR[:2],
+        {"map": ["qd:1=a"]},
+        [
+            "qd is given of some joints only",
+            "qd:shoulder_lift_joint too",
+            "--map 'qd:shoulder_lift_joint=COLUMN'",
+        ],
+    ),
+    "degrees of a joint that slides": (
+        positions(["q1_deg", "q2"]),
+        ["slide", "turn"],
+        {},
+        ["column q1_deg is in deg, but its joint is prismatic", "line 1, column 2", "expected: m, cm, mm"],
+    ),
+    "names given to a header": (
+        positions(["q1"]),
+        ["hip"],
+        {"columns": "time,q7"},
+        ["no column 'q7'", "where: --columns"],
+    ),
+    "names that do not fit": (
+        "0,1\n1,2\n",
+        ["hip"],
+        {"columns": "time,q1,q2"},
+        ["names given do not fit", "line 1", "expected: 2 names", "found: 3"],
+    ),
+    "a family of no role": (positions(["q1"]), ["hip"], {"family": "speed=a"}, ["role 'speed'"]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_message(case: str, read: Read) -> None:
+    content, names, asked, says = CASES[case]
+    kinds = ["prismatic" if name == "slide" else "revolute" for name in names]
+    with pytest.raises(TrajectoryError) as caught:
+        read(content, arm_of(*names, kinds=kinds), **asked)
+    for text in says:
+        assert text in str(caught.value)
+
+
+def test_what_the_messages_advise_settles_it(read: Read) -> None:
+    text, names, _, _ = CASES["two topics"]
+    np.testing.assert_array_equal(read(text, arm_of(*names), family="right").q[0], [2, 3])
+    text, names, _, _ = CASES["two torques"]
+    np.testing.assert_array_equal(read(text, arm_of(*names), family="torque=b").torque[0], [3])
+    text, names, _, _ = CASES["a name twice"]
+    logged = read(text, arm_of(*names), map=["q:shoulder_lift_joint=#4"])
+    np.testing.assert_array_equal(logged.q[0], [0, 2])
+
+
+BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
+    "a short line": ("time,q_0\n0,1\n1\n2,3\n", ["too few columns", "line 3, column 2", "expected: 2"]),
+    "a long line": ("time,q_0\n0,1\n1,2,3\n", ["too many columns", "line 3, column 3", "found: 3"]),
+    "a long and a short one": ("time,q_0\n0,1\n1,2,3\n2\n", ["too many columns", "line 3, column 3"]),
+    "a short line of blanks": ("time q_0\n0 1\n1\n", ["too few columns", "line 3, column 2"]),
+    "a word": ("time,q_0\n0,1\n1,abc\n", ["q_0 is not a number", "line 3, column 2", "found: 'abc'"]),
+    "infinity": ("time,q_0\n0,1\n1,-inf\n", ["q_0 is no finite number", "line 3, column 2", "-inf"]),
+    "too large": ("time,q_0\n0,1\n1,1e13\n", ["q_0 is too large", "line 3, column 2", "1e+12"]),
+    "an open quote": ('time,q_0\n0,1\n1,"2\n', ["not CSV", "line 3", "every quote closed"]),
+    "names that change": (
+        "1,2,,a,b,1,2\n1,3,,a,b,1,2\n1,4,,b,a,1,2\n",
+        ["the joints' names change", "line 3, column 4", "found: b; a before"],
+    ),
+    "a header only": ("time,q_0\n# end\n", ["a header only", "line 1"]),
+    "comments only": ("# a\n", ["the file is empty"]),
+    "a name of a page": ("time," + "q" * 300 + "\n0,1\n", ["name of column 2 is far too long"]),
+    "binary": (b"\x89HDF\r\n\x1a\n\0\0", ["binary file"]),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_broken_tables(case: str, log) -> None:
+    from gd_analyze.motions.read import read_trajectory
+
+    content, says = BROKEN[case]
+    path = log(content)
+    with pytest.raises(TrajectoryError) as caught:
+        read_trajectory(path, arm_of("hip"))
+    assert str(path) in str(caught.value)
+    for text in says:
+        assert text in str(caught.value)

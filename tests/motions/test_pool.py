@@ -1,0 +1,150 @@
+"""Several motions as one trajectory: nothing of any of them is lost, and each is found again."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions.logged import Recording
+from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
+from gd_analyze.motions.read import read_trajectory
+from gd_analyze.motions.trajectory import Trajectory
+from several_motions import swung
+
+
+@st.composite
+def made(draw: st.DrawFn) -> Trajectory:
+    count = draw(st.integers(1, 6))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    start = draw(st.sampled_from([0.0, -3.0, 100.0]))
+    gaps = (count - 1,) if count > 1 and draw(st.booleans()) else ()
+    name = draw(st.sampled_from(["a", "b", "a-2"]))
+    return Trajectory(
+        start + np.cumsum(rng.uniform(0.01, 1.0, count)), *rng.normal(size=(3, count, 2)), name, gaps=gaps
+    )
+
+
+@given(st.lists(made(), min_size=2, max_size=5))
+def test_every_motion_is_found_again(motions):
+    whole = pool(motions)
+    assert whole.n_set_points == sum(one.n_set_points for one in motions)
+    assert len({motion.name for motion in whole.motions}) == len(motions)
+    for one, motion, again in zip(motions, whole.motions, taken_apart(whole), strict=True):
+        for name in ("q", "qd", "qdd"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(one, name))
+        # Instants are moved by at most some seconds and back, from and to at most 200 s.
+        np.testing.assert_allclose(again.time, one.time, rtol=0, atol=8 * np.spacing(200.0))
+        assert again.gaps == one.gaps
+        assert motion.fingerprint == one.fingerprint
+        assert motion.first == 0 or motion.first in whole.gaps
+        assert motion.name.startswith(one.name)
+    assert len(whole.gaps) == len(motions) - 1 + sum(len(one.gaps) for one in motions)
+
+
+@given(st.lists(made(), min_size=2, max_size=4))
+def test_a_pool_of_pools_is_the_pool_of_all(motions):
+    apart = pool([pool(motions[:1]), pool(motions[1:])])
+    at_once = pool(motions)
+    np.testing.assert_array_equal(apart.q, at_once.q)
+    assert [motion.n_set_points for motion in apart.motions] == [one.n_set_points for one in motions]
+
+
+def test_one_motion_is_that_motion(swing, two_link):
+    assert pool([swing]) is swing
+    assert trajectory_of([swing], two_link) is swing
+    assert taken_apart(swing) == (swing,)
+
+
+def test_time_runs_on_with_a_pause_that_is_told():
+    whole = pool([swung(2.0, "a", 5), swung(4.0, "b", 5)])
+    # A tenth of their mean duration of 3 s.
+    assert whole.time[[0, 4, 5, 9]].tolist() == [0.0, 2.0, 2.3, 6.3]
+    assert whole.gaps == (5,)
+    assert whole.origin == "2 motions (a, b), one after the other with 0.3 s between"
+    still = Trajectory([7.0], *[[[0.0, 0.0]]] * 3, "still")
+    assert pool([still, still]).time.tolist() == [0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("names", "name"),
+    [
+        ("ab", "a+b"),
+        ("abc", "a+b+c"),
+        ("abcd", "a+3-more"),
+        ("aab", "a+a-2+b"),
+        (["a-2", "a", "a"], "a-2+a+a-3"),
+        (["x" * 60, "y" * 60], "x" * 60 + "+1-more"),
+    ],
+)
+def test_names(names, name):
+    whole = pool([swung(1.0, one) for one in names])
+    assert whole.name == name
+    assert len({motion.name for motion in whole.motions}) == len(names)
+
+
+def test_the_fingerprint_is_of_all_of_them():
+    a, b, c = (swung(duration, "m") for duration in (1.0, 2.0, 3.0))
+    prints = [pool(motions).fingerprint for motions in ([a, b], [b, a], [a, c], [a, b, c])]
+    assert len(set(prints)) == 4
+    assert pool([a, b]).fingerprint == prints[0]
+
+
+def test_where_derivatives_come_from():
+    given_, derived = (
+        swung(1.0, "a"),
+        dataclasses.replace(swung(1.0, "b"), derivatives_from="qdd derived from qd"),
+    )
+    assert pool([derived, derived]).derived == ("qdd",)
+    mixed = pool([given_, derived])
+    assert (mixed.derivatives_from, mixed.derived) == ("as each motion states", ())
+    assert [one.derivatives_from for one in taken_apart(mixed)] == ["given", "qdd derived from qd"]
+
+
+def test_readings_are_those_of_all_where_all_have_some():
+    def recorded(name, cutoff, torque=True):
+        motion = swung(1.0, name, 4)
+        readings = np.full((4, 2), 1.0)
+        one = np.ones(2)
+        recording = Recording(
+            motion.q, readings if torque else None, None, cutoff * one, cutoff * one, one, (), ("filtered",)
+        )
+        return dataclasses.replace(motion, recording=recording)
+
+    both = pool([recorded("a", 5.0), recorded("b", 3.0)]).recording
+    assert both.torque.shape == (8, 2)
+    # Of the joint's filters the one that passes least is told, of noise the most.
+    assert (both.cutoff.tolist(), both.noise_q.tolist()) == ([3.0, 3.0], [5.0, 5.0])
+    said = "each motion smoothed by itself, cut-off 3 Hz to 5 Hz"
+    assert both.treatment == ("a: filtered", "b: filtered", said)
+    assert pool([recorded("a", 5.0), recorded("b", 3.0, torque=False)]).recording.torque is None
+    assert pool([recorded("a", 5.0), swung(1.0, "plan")]).recording is None
+
+
+def test_motions_of_different_arms_are_named(swing, pick_and_place):
+    with pytest.raises(TrajectoryError, match="trajectory pick-and-place is not of the arm of") as caught:
+        pool([swing, pick_and_place])
+    assert caught.value.details["expected"] == "2 joints, as two-link-swing has"
+    assert caught.value.details["found"] == "6 joints"
+
+
+@pytest.mark.parametrize(("given_", "said"), [([], "there are no motions"), ([3], "this is no trajectory")])
+def test_nothing_to_put_together(given_, said):
+    with pytest.raises(TrajectoryError, match=said) as caught:
+        pool(given_)
+    assert caught.value.details["where"] == "motions"
+
+
+def test_files_names_and_values_together(two_link, swing, tmp_path):
+    from gd_analyze.motions.writing import write_trajectory
+
+    write_trajectory(swung(4.0, "quick"), tmp_path / "quick.csv")
+    whole = trajectory_of(["two-link-swing", tmp_path / "quick.csv", swung(5.0, "made")], two_link)
+    assert whole.name == "two-link-swing+quick+made"
+    assert whole.motions[0].fingerprint == swing.fingerprint
+    assert whole.motions[1].origin == f"read from {tmp_path / 'quick.csv'}"
+    assert read_trajectory(tmp_path / "quick.csv", two_link).fingerprint == whole.motions[1].fingerprint

@@ -1,0 +1,273 @@
+"""Logs in text files, however they are laid out: the numbers that come out, in SI units and by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from log_arms import UR, arm_of
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions import text as text_table
+from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
+
+Read = Callable[..., Logged]
+
+TWO = arm_of("hip", "knee")
+TIME = np.arange(6) * 0.008
+Q = np.column_stack([0.1 * np.arange(6) - 0.2, 1.0 / (1.0 + np.arange(6))])
+QD = np.column_stack([np.full(6, 12.5), -np.arange(6) * 0.3])
+
+
+def rows(*columns: np.ndarray, sign: str = ",", end: str = "\n") -> str:
+    table = np.column_stack(columns)
+    return "".join(sign.join(repr(float(x)) for x in row) + end for row in table)
+
+
+BODY = rows(TIME, Q, QD)
+LAYOUTS = {
+    "comma": "t,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY,
+    "semicolon": "t;hip_pos;knee_pos;hip_vel;knee_vel\n" + BODY.replace(",", ";"),
+    "tab": "t\thip_pos\tknee_pos\thip_vel\tknee_vel\n" + BODY.replace(",", "\t"),
+    "blanks": "t hip_pos knee_pos hip_vel knee_vel\n" + BODY.replace(",", "   "),
+    "blank before": "  t  hip_pos  knee_pos  hip_vel knee_vel\n  "
+    + BODY.replace(",", " ").replace("\n", "\n  "),
+    "decimal comma": "t;hip_pos;knee_pos;hip_vel;knee_vel\n" + BODY.replace(",", ";").replace(".", ","),
+    "decimal comma in quotes": "t,hip_pos,knee_pos,hip_vel,knee_vel\n"
+    + "".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")).replace(".", ",") + "\n" for line in BODY.split()
+    ),
+    "quotes": '"t","hip_pos","knee_pos","hip_vel","knee_vel"\n' + BODY.replace("0.0,", '"0.0",'),
+    "comments": "# a robot\n\nt,hip_pos,knee_pos,hip_vel,knee_vel\n"
+    + BODY.replace("\n0.016", "\n# here\n\n0.016"),
+    "savetxt": "# t hip_pos knee_pos hip_vel knee_vel\n" + BODY.replace(",", " "),
+    "CRLF": "t,hip_pos,knee_pos,hip_vel,knee_vel\r\n" + BODY.replace("\n", "\r\n"),
+    "CR": "t,hip_pos,knee_pos,hip_vel,knee_vel\r" + BODY.replace("\n", "\r"),
+    "byte order mark": "\ufefft,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY,
+    "no end": "t,hip_pos,knee_pos,hip_vel,knee_vel\n" + BODY.rstrip("\n"),
+    "a comma at the end": "t,hip_pos,knee_pos,hip_vel,knee_vel,\n" + BODY.replace("\n", ",\n"),
+    "another order": "knee_vel,hip_pos,t,knee_pos,hip_vel\n"
+    + rows(QD[:, 1], Q[:, 0], TIME, Q[:, 1], QD[:, 0]),
+    "extra columns": "mode,t,hip_pos,knee_pos,temp1,hip_vel,knee_vel,note\n"
+    + "".join(f"auto,{a},20,{b},ok\n" for a, b in zip(rows(TIME, Q).split(), rows(QD).split(), strict=True)),
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_layouts(layout: str, read: Read) -> None:
+    logged = read(LAYOUTS[layout], TWO)
+    # Every digit is written, and read as it stands; of decimal commas pandas may miss the last place.
+    ulp = 4 * np.finfo(float).eps if layout.startswith("decimal comma") else 0.0
+    np.testing.assert_allclose(logged.time, TIME, rtol=ulp, atol=0)
+    np.testing.assert_allclose(logged.q, Q, rtol=ulp, atol=0)
+    np.testing.assert_allclose(logged.qd, QD, rtol=ulp, atol=0)
+    assert (logged.qdd, logged.torque, logged.measured) == (None, None, True)
+
+
+def test_blocks_are_put_together(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_table, "_BLOCK", 100)
+    progress: list[tuple[int, int]] = []
+    text = LAYOUTS["comments"]
+    logged = read(text, TWO)
+    np.testing.assert_array_equal(logged.q, Q)
+    with pytest.raises(TrajectoryError, match="line 8, column 3"):
+        read(text.replace("0.3333333333333333", "x"), TWO)
+    assert progress == []
+
+
+def test_progress_is_told(log: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_table, "_BLOCK", 100)
+    told: list[tuple[int, int]] = []
+    path = log(LAYOUTS["comma"])
+    read_log(path, TWO, progress=lambda done, total: told.append((done, total)))
+    size = path.stat().st_size
+    assert told[-1] == (size, size)
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert len(told) > 3
+
+
+def test_empty_cells_are_no_numbers(read: Read) -> None:
+    logged = read(
+        "time,hip,knee,tau1,tau2\n0,,0.5,1,2\n0.1,0.2,nan,3,NA\n,7,7,7,7\n0.3,,,5,6\n0.4,0.4,0.6,,8\n", TWO
+    )
+    np.testing.assert_array_equal(logged.time, [0.0, 0.1, 0.4])
+    np.testing.assert_array_equal(logged.q, [[np.nan, 0.5], [0.2, np.nan], [0.4, 0.6]])
+    np.testing.assert_array_equal(logged.torque, [[1, 2], [3, np.nan], [np.nan, 8]])
+    assert "left out: 2" in logged.columns[0].why
+
+
+def test_units_of_names(read: Read) -> None:
+    logged = read(
+        "Time [ms],Joint 1 [deg],Joint 2 (deg),speed_1 [rpm],speed_2 [deg/s]\n"
+        "0,90,180,60,45\n8,0,-90,0,-45\n",
+        TWO,
+    )
+    np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
+    np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0, -0.5]]), rtol=1e-15)
+    np.testing.assert_allclose(logged.qd, np.pi * np.array([[2, 0.25], [0, -0.25]]), rtol=1e-15)
+    assert [use.unit for use in logged.columns] == ["ms", "deg", "deg", "rpm", "deg/s"]
+
+
+def test_units_of_motors_and_small_gears(read: Read) -> None:
+    logged = read("t,q1 [turns],q2 [turns],tau1 [Ncm],tau2 [Ncm]\n0,0.25,1,100,50\n0.1,0,0,0,0\n", TWO)
+    np.testing.assert_allclose(logged.q[0], [np.pi / 2, 2 * np.pi], rtol=1e-15)
+    np.testing.assert_allclose(logged.torque[0], [1, 0.5], rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", ["ticks", "counts", "increments", "grad", "‰"])
+def test_positions_in_units_that_are_not_known_are_none(unit: str, read: Read) -> None:
+    """Rates beside them must not let them pass for radians."""
+    with pytest.raises(TrajectoryError, match="no column is known to be a position"):
+        read(f"t,J1 pos [{unit}],J2 pos [{unit}],J1 vel,J2 vel\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO)
+    assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
+
+
+def test_a_line_of_units(read: Read) -> None:
+    logged = read("t;pos1;pos2;tau1;tau2;note\nms;deg;°;Nm;mNm;-\n5;90;180;1;2;x\n13;45;0;3;4;y\n", TWO)
+    np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
+    np.testing.assert_allclose(logged.q, np.pi * np.array([[0.5, 1], [0.25, 0]]), rtol=1e-15)
+    np.testing.assert_allclose(logged.torque, [[1, 0.002], [3, 0.004]], rtol=1e-15)
+
+
+def test_degrees_as_said(read: Read) -> None:
+    rail = arm_of("turn", "slide", kinds=["revolute", "prismatic"])
+    logged = read("time,q0,q1,tau0,tau1\n0,90,0.25,3,4\n0.1,180,0.5,5,6\n", rail, degrees=True)
+    np.testing.assert_allclose(logged.q, [[np.pi / 2, 0.25], [np.pi, 0.5]], rtol=1e-15)
+    np.testing.assert_array_equal(logged.torque, [[3, 4], [5, 6]])
+    assert [use.unit for use in logged.columns] == ["s", "deg", "m", "N m", "N"]
+
+
+def test_columns_given_to_a_file_without_names(read: Read) -> None:
+    body = "0,7,1,2\n0.1,7,3,4\n"
+    logged = read(body, TWO, columns="time,-,q1..q2")
+    np.testing.assert_array_equal(logged.q, [[1, 2], [3, 4]])
+    assert not logged.measured  # the names are those of set points
+    assert read(body, TWO, columns="time,-,position0..position1").measured
+
+
+def test_only_some_columns(read: Read) -> None:
+    text = "time,q_a_1,q_a_2,q_b_1,q_b_2\n0,1,2,3,4\n0.1,1,2,3,5\n"
+    logged = read(
+        text,
+        arm_of("joint1", "joint2"),
+        columns="time,q_b_1,q_b_2",
+        map=["joint:joint1=b_1", "joint:joint2=b_2"],
+    )
+    np.testing.assert_array_equal(logged.q, [[3, 4], [3, 5]])
+
+
+def test_joint_states_of_plotjuggler(read: Read) -> None:
+    names = [
+        f"/joint_states/{name}/{what}" for what in ("position", "velocity", "effort") for name in reversed(UR)
+    ]
+    values = np.arange(36.0).reshape(2, 18)
+    header = ",".join(
+        ["__time", "/joint_states/header/stamp/sec", "/joint_states/header/stamp/nanosec", *names]
+    )
+    text = f"{header}\n" + "".join(
+        f"{1.7e9 + 0.008 * k:.3f},1700000000,{8000000 * k},{','.join(map(str, row))}\n"
+        for k, row in enumerate(values)
+    )
+    logged = read(text, arm_of(*UR))
+    np.testing.assert_array_equal(logged.q, values[:, 5::-1])
+    np.testing.assert_array_equal(logged.qd, values[:, 11:5:-1])
+    np.testing.assert_array_equal(logged.torque, values[:, 17:11:-1])
+    assert logged.columns[0].unit == "s"
+    # 1700000000.008 - 1700000000, from its digits: a double of that size is off by 1e-7 s.
+    assert abs(logged.time[1] - 0.008) < 1e-15
+
+
+def test_rostopic_echo(read: Read) -> None:
+    header = (
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.name1,"
+        "field.position0,field.position1,field.velocity0,field.velocity1,field.effort0,field.effort1"
+    )
+    lines = [
+        f"{15 * 10**17 + k * 8000123},{k},{15 * 10**17 + k * 8000000},,knee,hip,{k},{10 + k},1,2,3,4"
+        for k in range(3)
+    ]
+    logged = read("\n".join([header, *lines, ""]), TWO)
+    np.testing.assert_array_equal(logged.q, [[10, 0], [11, 1], [12, 2]])  # by the names in the rows
+    np.testing.assert_array_equal(logged.torque[0], [4, 3])
+    np.testing.assert_allclose(logged.time, [0, 0.008, 0.016], rtol=1e-15)  # the message's stamp
+
+
+def test_ros2_topic_echo_csv(read: Read) -> None:
+    text = "".join(f"1700000000,{k * 8000001},base,knee,hip,{k},{10 + k},,3,4\n" for k in range(3))
+    logged = read(text, TWO)
+    np.testing.assert_array_equal(logged.q, [[10, 0], [11, 1], [12, 2]])
+    assert logged.qd is None
+    np.testing.assert_array_equal(logged.torque[0], [4, 3])
+    np.testing.assert_allclose(logged.time, [0, 0.008000001, 0.016000002], rtol=1e-15)
+
+
+def test_joint_trajectory_as_a_wide_table(read: Read) -> None:
+    kinds = ("positions", "velocities", "accelerations", "effort")
+    header = ",".join(["time_from_start", *(f"{j}.{kind}" for kind in kinds for j in ("hip", "knee"))])
+    logged = read(f"{header}\n0.0,1,2,3,4,5,6,7,8\n0.008,1,2,3,4,5,6,7,8\n", TWO)
+    np.testing.assert_array_equal(logged.qdd, [[5, 6], [5, 6]])
+    assert not logged.measured
+
+
+def test_rtde_takes_what_was_measured(read: Read) -> None:
+    columns = ["timestamp"]
+    for kind in (
+        "actual_q",
+        "target_q",
+        "actual_qd",
+        "target_qd",
+        "target_qdd",
+        "actual_current",
+        "target_moment",
+    ):
+        columns += [f"{kind}_0", f"{kind}_1"]
+    columns += ["actual_TCP_pose_0", "speed_scaling", "runtime_state"]
+    line = ",".join(str(k) for k in range(1, len(columns)))
+    text = f"{','.join(columns)}\n38.5,{line}\n38.502,{line}\n"
+    measured = read(text, TWO)
+    np.testing.assert_array_equal(measured.q[0], [1, 2])
+    np.testing.assert_array_equal(measured.qd[0], [5, 6])
+    assert (measured.qdd, measured.torque, measured.measured) == (None, None, True)
+    planned = read(text, TWO, family="target")
+    np.testing.assert_array_equal(planned.q[0], [3, 4])
+    np.testing.assert_array_equal(planned.qdd[0], [9, 10])
+    np.testing.assert_array_equal(planned.torque[0], [13, 14])
+    assert not planned.measured
+
+
+def test_libfranka(read: Read) -> None:
+    kinds = ("state.q", "state.q_d", "state.dq", "state.dq_d", "state.ddq_d", "state.tau_J", "state.tau_J_d",
+             "state.dtau_J", "state.tau_ext_hat_filtered", "state.theta", "state.dtheta")  # fmt: skip
+    names = [f"{kind}[{j}]" for kind in kinds for j in range(2)]
+    line = ",".join(str(k) for k in range(len(names)))
+    text = f"time_ms,success_rate,{','.join(names)}\n0,1,{line}\n1,1,{line}\n"
+    logged = read(text, arm_of("panda_joint1", "panda_joint2"))
+    np.testing.assert_array_equal(logged.q[0], [0, 1])
+    np.testing.assert_array_equal(logged.qd[0], [4, 5])
+    np.testing.assert_array_equal(logged.torque[0], [10, 11])
+    assert (logged.qdd, logged.measured) == (None, True)
+    assert logged.time[1] == 0.001
+
+
+def test_families_of_zeros_are_left_out(read: Read, warned) -> None:
+    """As logs of a Gen3: torques of three kinds, of which only one is not 0 throughout."""
+    names = ["Position", "Velocity", "Torque", "TorqueSm", "TorqueCur", "PositionCmptd", "TorqueCmptd"]
+    header = ",".join(["Time", *(f"{name}{j}" for name in names for j in (1, 2))])
+    line = "1,2,3,4,0,0,0,0,9,10,11,12,0,0"
+    with warned() as texts:
+        logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
+    assert texts == ["log log: Torque1, TorqueSm1 ... are 0 throughout; torques taken from TorqueCur1 ..."]
+    np.testing.assert_array_equal(logged.torque[0], [9, 10])
+    np.testing.assert_array_equal(logged.time, [0, 0.001])
+    why = {use.column: use.why for use in logged.columns}
+    assert why["Torque1"] == why["TorqueSm2"] == "0 throughout"
+    assert why["PositionCmptd1"] == "target beside measured"
+
+
+def test_bytes_instead_of_a_file() -> None:
+    logged = read_log("standard input", TWO, Reading(), data=LAYOUTS["comma"].encode())
+    np.testing.assert_array_equal(logged.q, Q)

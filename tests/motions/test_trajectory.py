@@ -1,0 +1,212 @@
+"""A trajectory as a value; velocities that are derived, and those that contradict positions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import gd_analyze as gd
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions.profiles import PROFILES
+from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint, Link
+from recordings import Motion, instants
+from strategies import examples
+
+EPS = np.finfo(float).eps
+TIME = np.arange(3.0)
+Q = np.arange(6.0).reshape(3, 2)
+
+
+def test_arrays_are_read_only_copies() -> None:
+    source = Q.copy()
+    trajectory = gd.Trajectory(TIME, source, Q, Q)
+    source[0, 0] = 99.0
+    assert trajectory.q[0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        trajectory.q[0, 0] = 1.0
+    assert (trajectory.n_set_points, trajectory.n_joints) == (3, 2)
+
+
+def test_fingerprint_follows_every_number() -> None:
+    base = gd.Trajectory(TIME, Q, Q, Q, name="a").fingerprint
+    assert gd.Trajectory(TIME, Q, Q, Q, name="b").fingerprint == base
+    changes = [(TIME + 1, Q, Q, Q), (TIME, Q + 1, Q, Q), (TIME, Q, Q + 1, Q), (TIME, Q, Q, Q + 1)]
+    assert len({base, *(gd.Trajectory(*changed).fingerprint for changed in changes)}) == 5
+
+
+@pytest.mark.parametrize(
+    ("given_", "message"),
+    [
+        ((TIME, Q[:0], Q, Q), "at least one set point"),
+        ((TIME[:2], Q, Q, Q), "time has the wrong shape"),
+        ((TIME, Q, Q[:, :1], Q), "qd has the wrong shape"),
+        ((TIME, Q, Q, np.where(Q == 3, np.nan, Q)), "qdd is not finite.* at set point 2"),
+        ((TIME, Q, Q, np.where(Q == 3, 1e13, Q)), "qdd is .* too large.* at set point 2"),
+        ((TIME[::-1], Q, Q, Q), "set point 2"),
+        ((TIME, [["a", "b"]], Q, Q), "q is not made of numbers"),
+    ],
+)
+def test_impossible_values_are_refused(given_, message: str) -> None:
+    for make in (gd.Trajectory, gd.Trajectory.from_arrays):
+        with pytest.raises(TrajectoryError, match=message):
+            make(*given_)
+
+
+@pytest.mark.parametrize("gaps", [(0,), (3,), (2, 1)])
+def test_gaps_are_those_of_set_points(gaps) -> None:
+    with pytest.raises(TrajectoryError, match="the gaps are not those of set points"):
+        gd.Trajectory(TIME, Q, Q, Q, gaps=gaps)
+
+
+def test_from_arrays(two_link) -> None:
+    motion, time = Motion.of(3), instants(125.0, 10.0)
+    q, qd, qdd = (motion.at(time, order) for order in range(3))
+    assert (
+        gd.Trajectory.from_arrays(time, q, qd, qdd).fingerprint == gd.Trajectory(time, q, qd, qdd).fingerprint
+    )
+    derived = gd.Trajectory.from_arrays(time.tolist(), q.tolist(), name="mine")
+    assert (derived.name, derived.derived) == ("mine", ("qd", "qdd"))
+    np.testing.assert_allclose(derived.qdd, qdd, atol=1e-3)
+    noisy = q + 1e-4 * np.random.default_rng(0).normal(size=q.shape)
+    measured = gd.Trajectory.from_arrays(time, noisy, measured=True, arm=two_link)
+    assert measured.recording.measured
+    np.testing.assert_array_equal(measured.recording.q, noisy)
+    with pytest.raises(TrajectoryError, match="too few set points to derive"):
+        gd.Trajectory.from_arrays(time[:5], q[:5])
+
+
+@given(
+    arrays(float, (6, 2), elements=st.floats(-1.0, 1.0)),
+    st.integers(FEWEST_SET_POINTS, 40),
+    st.floats(0.01, 10.0),
+)
+def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points: int, duration: float) -> None:
+    # The spline with not-a-knot ends contains every quintic, so only round-off is left: coefficients of up
+    # to 1, divided by h per derivative; the banded system of a quintic spline has a condition below 1e5.
+    x = np.linspace(0.0, 1.0, n_set_points)
+    q, qd, qdd = (
+        np.stack([np.polyval(np.polyder(c, order) if order else c, x) for c in coefficients.T], axis=1)
+        / duration**order
+        for order in range(3)
+    )
+    found_qd, found_qdd, _ = completed(x * duration, q, None, None)
+    h = duration / (n_set_points - 1)
+    assert np.abs(found_qd - qd).max() <= 1e5 * EPS * 6 / h
+    assert np.abs(found_qdd - qdd).max() <= 1e5 * EPS * 6 / h**2
+    kept, found_qdd, said = completed(x * duration, q, qd, None)
+    assert kept is qd
+    assert np.abs(found_qdd - qdd).max() <= 1e5 * EPS * 6 * np.abs(qd).max(initial=1.0) / h
+    assert said == "qdd derived: C4 (quintic) spline through the given qd"
+
+
+def test_accelerations_converge_with_the_fourth_order() -> None:
+    errors = []
+    for n in (50, 100, 200):
+        time = np.linspace(0.3, 4.3, n + 1)
+        q = np.sin(2 * time)[:, None]
+        errors.append(np.abs(completed(time, q, None, None)[1] + 4 * q).max())
+    # 2^4 per halving in the limit; the next term of the series may take a quarter of it.
+    assert errors[0] / errors[1] > 12
+    assert errors[1] / errors[2] > 12
+
+
+def test_a_clock_that_counts_from_1970_costs_nothing() -> None:
+    # Steps of 1/64 s and a whole number of seconds add without rounding: the results are the same bits.
+    time = np.arange(50) / 64
+    q = np.sin(3 * time)[:, None]
+    for plain, shifted in zip(
+        completed(time, q, None, None)[:2], completed(time + 1.7e9, q, None, None)[:2], strict=True
+    ):
+        np.testing.assert_array_equal(plain, shifted)
+
+
+ARM = RobotArm(
+    "three",
+    tuple(Joint(str(i)) for i in (1, 2, 3)),
+    tuple(Link(str(i), 1.0, np.zeros(3), 0.1 * np.eye(3)) for i in (1, 2, 3)),
+)
+
+
+def swing(n: int = 60, **changed: object) -> list[np.ndarray]:
+    """Two joints that swing at different rates, and a third that does not move."""
+    time = np.linspace(0, 3, n)
+    still = np.zeros(n)
+    numbers = {
+        "time": time,
+        "q": np.column_stack([np.sin(2 * time), np.cos(3 * time), still]),
+        "qd": np.column_stack([2 * np.cos(2 * time), -3 * np.sin(3 * time), still]),
+        "qdd": np.column_stack([-4 * np.sin(2 * time), -9 * np.cos(3 * time), still]),
+    }
+    return [*(numbers | changed).values()]
+
+
+T, SQ, SQD, SQDD = swing()
+SLIPS: dict[str, tuple[dict[str, object], str]] = {
+    "time in ms": ({"time": T * 1e3}, "qd of joints 1 and 2 is 1000 times"),
+    "time in us": ({"time": T * 1e6}, "microseconds"),
+    "velocities in degrees": ({"qd": np.degrees(SQD), "qdd": np.degrees(SQDD)}, "qd1_deg"),
+    "angles in degrees": ({"q": np.degrees(SQ)}, "q1_deg"),
+    "no velocities": ({"qd": 0 * SQD}, "qd of joints 1 and 2 is 0 throughout"),
+    "no accelerations": ({"qdd": 0 * SQDD}, "qdd of joints 1 and 2 is 0 throughout"),
+    "other sign": ({"qd": -SQD}, "with the other sign"),
+    "columns exchanged": ({"qd": SQD[:, [1, 0, 2]]}, "qd of joints 1 and 2 is not the derivative"),
+    "of one joint": ({"qd": SQD * [1, 0.5, 1], "qdd": SQDD * [1, 0.5, 1]}, "qd of joint 2 is not"),
+    "accelerations for velocities": ({"qdd": SQD}, "qdd of joints 1 and 2 is not the derivative of qd"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_is_named_once(slip: str) -> None:
+    changed, said = SLIPS[slip]
+    (found,) = contradictions(*swing(**changed))
+    assert said in found
+
+
+def test_sound_numbers_are_not_suspected() -> None:
+    for n in range(2, 61):
+        assert contradictions(*swing(n)) == []
+    # At 1 kHz the differences of q are all noise: a thousandth of a radian is a radian per second.
+    time, q, qd, qdd = swing(3000)
+    noise = np.random.default_rng(1).normal(size=(3, *q.shape))
+    noisy = (time, q + 1e-3 * noise[0], 0.95 * qd + 0.05 * noise[1], qdd + noise[2])
+    assert contradictions(*noisy) == []
+
+
+def test_a_jump_across_a_gap_is_no_contradiction() -> None:
+    q = SQ + np.repeat(np.arange(6), 10)[:, None]
+    gaps = tuple(range(10, 60, 10))
+    assert contradictions(T, q, SQD, SQDD, gaps) == []
+    assert contradictions(T, q, SQD, SQDD)
+    assert "57.3 times" in contradictions(T, q, np.degrees(SQD), SQDD, gaps)[0]
+
+
+@given(data=st.data())
+@examples(60)
+def test_planned_motions_are_not_suspected(data: st.DataObject) -> None:
+    """However coarse the set points, near each other the vias, and steep the movements between."""
+    profile = data.draw(st.sampled_from(sorted(PROFILES)))
+    vias = data.draw(st.sampled_from(PROFILES[profile].via_counts or tuple(range(5))))
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    knots = rng.uniform(-3, 3, (vias + 2, 3)) * rng.choice([0.0, 0.01, 1.0], 3)
+    duration = data.draw(st.floats(0.1, 100))
+    times = np.sort(rng.uniform(0.1, 0.9, vias)) * duration if data.draw(st.booleans()) and vias else None
+    schedule = gd.Schedule(duration, profile, data.draw(st.integers(2, 60)), times)
+    try:
+        made = gd.plan(ARM, knots[0], knots[-1], list(knots[1:-1]), schedule=schedule).trajectory
+    except TrajectoryError:  # all three joints stand still
+        assume(False)
+    assert contradictions(made.time, made.q, made.qd, made.qdd) == []
+
+
+def test_a_file_with_time_in_milliseconds(csv_file, warned) -> None:
+    rows = np.column_stack([1e3 * T, SQ, SQD, SQDD]).tolist()
+    header = "time,q1,q2,q3,qd1,qd2,qd3,qdd1,qdd2,qdd3"
+    with warned() as texts:
+        gd.read_trajectory(csv_file("\n".join([header, *(",".join(map(str, row)) for row in rows)])), ARM)
+    assert len(texts) == 1
+    assert "1000 times" in texts[0]

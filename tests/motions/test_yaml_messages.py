@@ -1,0 +1,151 @@
+"""Messages as `ros2 topic echo` and `rostopic echo` print them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from log_arms import arm_of
+
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.motions import echo
+from gd_analyze.motions.logged import Logged
+
+Read = Callable[..., Logged]
+TWO = arm_of("hip", "knee")
+
+STATE = """\
+header:
+  stamp:
+    sec: 1700000000
+    nanosec: {nano}
+  frame_id: ''
+name:
+- knee
+- hip
+position:
+- {knee}
+- 0.5
+velocity: [1.0, 2]
+effort: []
+---
+"""
+TRAJECTORY = """\
+header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}
+joint_names: [knee, hip]
+points:
+- positions: [1.0, 2.0]
+  velocities: [3.0, 4.0]
+  accelerations: [5.0, 6.0]
+  effort: [7.0, 8.0]
+  time_from_start: {sec: 0, nanosec: 0}
+- positions: [1.5, 2.5]
+  velocities: [3.0, 4.0]
+  accelerations: [5.0, 6.0]
+  effort: [7.0, 8.0]
+  time_from_start: {sec: 0, nanosec: 8000000}
+---
+"""
+
+
+def test_joint_states(read: Read) -> None:
+    text = "".join(STATE.format(nano=8000001 * k, knee=0.1 * k) for k in range(3))
+    logged = read(text, TWO, "states.yaml")
+    np.testing.assert_array_equal(logged.q, [[0.5, 0.0], [0.5, 0.1], [0.5, 0.2]])
+    np.testing.assert_array_equal(logged.qd, [[2, 1]] * 3)
+    np.testing.assert_allclose(logged.time, [0, 0.008000001, 0.016000002], rtol=1e-15)
+    assert (logged.torque, logged.measured) == (None, True)
+
+
+def test_a_trajectory_is_a_plan(read: Read) -> None:
+    logged = read(TRAJECTORY, TWO, "plan.yml")
+    np.testing.assert_array_equal(logged.q, [[2, 1], [2.5, 1.5]])
+    np.testing.assert_array_equal(logged.qdd[0], [6, 5])
+    np.testing.assert_array_equal(logged.torque[0], [8, 7])
+    np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
+    assert not logged.measured
+
+
+def test_ros_1(read: Read) -> None:
+    text = "".join(
+        f"header: \n  seq: {k}\n  stamp: \n    secs: 15\n    nsecs: {k}\n  frame_id: ''\n"
+        f'name: ["hip", "knee"]\nposition: [{k}.5, 2]\nvelocity: []\neffort: [3, 4]\n---\n'
+        for k in range(3)
+    )
+    logged = read(text, TWO, "echo.yaml")
+    np.testing.assert_array_equal(logged.q[:, 0], [0.5, 1.5, 2.5])
+    np.testing.assert_array_equal(logged.torque[0], [3, 4])
+    np.testing.assert_allclose(logged.time, [0, 1e-9, 2e-9], rtol=1e-12)
+
+
+def test_a_gripper_among_the_joints(read: Read) -> None:
+    """Two publishers on one topic: of the joints that a message lacks nothing is known at its instant."""
+    arm = "header: {stamp: {sec: 0, nanosec: %d}}\nname: [hip, knee]\nposition: [%d, 2]\n---\n"
+    grip = "header: {stamp: {sec: 0, nanosec: %d}}\nname: [finger]\nposition: [0.0]\n---\n"
+    text = "".join(grip % (2 * k) + arm % (2 * k + 1, k) for k in range(4))
+    logged = read(text, TWO, "both.yaml")
+    np.testing.assert_array_equal(logged.q[:, 0], [0, 1, 2, 3])
+    np.testing.assert_allclose(logged.time, [0, 2e-9, 4e-9, 6e-9], rtol=1e-12)
+
+
+def test_state_of_a_controller(read: Read) -> None:
+    text = "".join(
+        f"header: {{stamp: {{sec: 0, nanosec: {k}}}}}\njoint_names: [hip, knee]\n"
+        f"reference: {{positions: [1, {k}], velocities: [], accelerations: [], effort: []}}\n"
+        f"feedback: {{positions: [3, {k}], velocities: [5, 6], accelerations: [], effort: []}}\n"
+        f"error: {{positions: [7, 8]}}\n---\n"
+        for k in range(3)
+    )
+    measured = read(text, TWO, "state.yaml")
+    np.testing.assert_array_equal(measured.q[2], [3, 2])
+    np.testing.assert_array_equal(measured.qd[2], [5, 6])
+    planned = read(text, TWO, "state.yaml", family="reference")
+    np.testing.assert_array_equal(planned.q[2], [1, 2])
+    assert (measured.measured, planned.measured) == (True, False)
+
+
+def test_messages_too_large(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(echo, "_LARGEST_MESSAGE", 100)
+    with pytest.raises(TrajectoryError, match="too large to be read as YAML") as caught:
+        read("---\n" + STATE.format(nano=0, knee=0), TWO, "long.yaml")
+    assert "long.yaml, line 1" in str(caught.value)
+
+
+CASES: dict[str, tuple[str, list[str]]] = {
+    "no YAML": ("a: [1, 2\nb: 3\n", ["cannot be read as messages in YAML", "line 2, column"]),
+    "no YAML further down": (
+        STATE.format(nano=0, knee=0.1) + "a: [1, 2\nb: 3\n",
+        ["line 16, column", "cannot be read as messages"],
+    ),
+    "something else": ("- 1\n- 2\n", ["in document 1", "no JointState, JointTrajectory"]),
+    "cut short": (
+        STATE.format(nano=0, knee=0.1).replace("- 0.5\n", "- 0.5\n- '...'\n"),
+        ["in document 1", "cut short", "--full-length"],
+    ),
+    "another length": (
+        STATE.format(nano=0, knee=0.1).replace("velocity: [1.0, 2]", "velocity: [1.0]"),
+        ["in document 1", "1 of velocity for 2 joints"],
+    ),
+    "a word": (STATE.format(nano=0, knee="high"), ["in document 1", "a position that is no number"]),
+    "no stamp": (STATE.format(nano="soon", knee=0), ["in document 1", "a stamp without sec and nanosec"]),
+    "names of numbers": (
+        STATE.format(nano=0, knee=0).replace("- knee", "- 3"),
+        ["names of joints that are no list of words"],
+    ),
+    "no rows": ("---\n---\n", ["holds no motion", "found: no message"]),
+    "two plans": (TRAJECTORY * 2, ["holds 2 trajectories", "trajectories of 2, 2 points"]),
+    "lists without end": ("a: " + "[" * 100_000 + "\n", ["more than 50 of them", "line 1"]),
+    "lists down the page": ("- " * 100_000 + "\n", ["more than 50 of them"]),
+    "code": ("!!python/object/apply:os.system ['true']\n", ["cannot be read as messages in YAML", "line 1"]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_message(case: str, read: Read) -> None:
+    content, says = CASES[case]
+    with pytest.raises(TrajectoryError) as caught:
+        read(content, TWO, "bad.yaml")
+    assert "bad.yaml" in str(caught.value)
+    for text in says:
+        assert text in str(caught.value)

@@ -1,0 +1,174 @@
+"""One model for several motions: within the budget of each, ranked over all and along each, and stored."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
+from few_tries import few_tries
+from gd_analyze.errors import ModelError
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model_file import load_model, save_model
+from several_motions import swung
+from simplification.changed_files import refused
+from strategies import arms_with_states, examples, random_states
+
+# Allowed errors and shares of them are quotients, rounded once or twice.
+ROUNDED = 1.0 + 4 * float(np.finfo(float).eps)
+
+SLOW, FAST = swung(20.0, "slow"), swung(2.2, "fast")
+
+
+def other_motion(arm, seed: int) -> Trajectory:
+    states = random_states(arm.n_joints, 12, seed)
+    # A tenth of the rates and a hundredth of the accelerations: a slow one beside whatever the first is.
+    return Trajectory(0.1 * np.arange(12), states.q, 0.1 * states.qd, 0.01 * states.qdd, "other")
+
+
+def test_the_shipped_motions_of_the_puma(puma):
+    """Of terms that search, refit and counting weigh: the budget is nearly used up along each, and kept."""
+    names = ["pick-and-place", "large-slew", "wrist-move"]
+    for options in ({}, {"refit": True}, {"operations": 120}):
+        model = gd.simplify(puma, names, "1%", effort=0.1, **options)
+        assert model.saves
+        for name, stated in zip(names, model.accuracy.motions, strict=True):
+            found = gd.evaluate(model, name)
+            assert (found.errors.largest <= ROUNDED * stated.allowed).all()
+            scale = model.accuracy.allowed / gd.ExactDynamics.of(puma, names).allowed("1%")
+            assert (found.errors.largest <= ROUNDED * scale * found.dynamics.allowed("1%")).all()
+            assert (found.errors.largest > 0.3 * stated.allowed).any()
+
+
+@examples(18)
+@given(
+    arms_with_states(max_joints=3, count=12, massive=True),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from(["0.1%", "40%", "5% or 0.5", "0.3"]),
+    st.sampled_from([*LEVELS]),
+)
+@few_tries()
+def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
+    arm, states = drawn
+    both = [Trajectory(0.1 * np.arange(12), *states.arrays, "first"), other_motion(arm, seed)]
+    model = gd.simplify(arm, both, budget, level=level, effort=0.1)
+    for motion, stated in zip(both, model.accuracy.motions, strict=True):
+        found = gd.evaluate(model, motion)
+        exact = found.dynamics
+        needs = exact.peak_torque > 0.0
+        np.testing.assert_allclose(stated.allowed[needs], exact.allowed(budget)[needs], rtol=1e-14)
+        assert (found.errors.largest[needs] <= ROUNDED * exact.allowed(budget)[needs]).all()
+        np.testing.assert_array_equal(stated.errors.peak_torque, exact.peak_torque)
+    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
+
+
+def test_more_than_the_longest_search_looks_at(two_link, monkeypatch):
+    """A search looks at some states of many; those it did not look at are within the budget all the same."""
+    from gd_analyze.simplification import exact
+
+    monkeypatch.setattr(exact, "MOST_STATES", 8)
+    both = [swung(20.0, "slow", 301), swung(2.2, "fast", 301)]
+    model = gd.simplify(two_link, both, "20%")
+    assert model.saves
+    for motion in both:
+        found = gd.evaluate(model, motion)
+        assert (found.errors.largest <= ROUNDED * found.dynamics.allowed("20%")).all()
+
+
+def test_a_budget_by_the_slow_motion_counts_for_the_slow_motion_only(two_link):
+    """It would otherwise have to hold along the fast one, where torques are many times larger."""
+    exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
+    both = gd.simplify(two_link, [SLOW, FAST], "20%")
+    least = gd.Budget.of_torques(np.min([one.allowed for one in both.accuracy.motions], axis=0))
+    assert both.operations.total <= gd.simplify(two_link, [SLOW, FAST], least).operations.total
+    np.testing.assert_array_equal(both.accuracy.allowed, exact.allowed("20%"))
+    assert (both.accuracy.allowed >= [one.allowed for one in both.accuracy.motions]).all()
+
+
+def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_other(two_link):
+    """A share of nothing is nothing, and would forbid to drop anything."""
+    flat = dataclasses.replace(two_link, gravity=np.zeros(3))
+    rest = Trajectory([0.0, 1.0], *np.zeros((3, 2, 2)), "rest")
+    model = gd.simplify(flat, [rest, FAST], "20%")
+    at_rest, _ = model.accuracy.motions
+    np.testing.assert_array_equal(at_rest.allowed, model.accuracy.allowed)
+    assert model.operations.total == gd.simplify(flat, FAST, "20%").operations.total
+
+
+@pytest.mark.parametrize("level", ["term", "energy", "element"])
+def test_an_unusual_budget_or_level_comes_back_from_its_file(two_link, tmp_path, level):
+    model = gd.simplify(two_link, [SLOW, FAST], "5% or 0.1", level=level)
+    save_model(model, tmp_path / "model.json")
+    read = load_model(tmp_path / "model.json").accuracy
+    assert read.fitted_on == model.accuracy.fitted_on
+    assert read.fitted_on["motions"] == "slow, fast"
+    for one, other in zip(read.motions, model.accuracy.motions, strict=True):
+        assert (one.name, one.fingerprint, one.set_points) == (
+            other.name,
+            other.fingerprint,
+            other.set_points,
+        )
+        np.testing.assert_array_equal(one.allowed, other.allowed)
+        np.testing.assert_array_equal(one.errors.largest, other.errors.largest)
+    along = read.along(FAST.fingerprint)
+    assert (along.fitted_on["trajectory"], along.motions) == ("fast", ())
+    np.testing.assert_array_equal(along.allowed, read.motions[1].allowed)
+    assert read.along("of another") is read
+
+
+CHANGES = {
+    "an error above what is allowed": (
+        lambda d: d["motions"][0]["errors"][0].__setitem__("largest_error", 1e3),
+        "largest_error along slow of joint 1",
+    ),
+    "another allowed error": (
+        lambda d: d["motions"][1]["errors"][1].__setitem__("allowed_error", 1e3),
+        "allowed_error along fast of joint 2",
+    ),
+    "a peak above that of all": (
+        lambda d: d["motions"][0]["errors"][0].update(peak_torque=1e4, allowed_error=2000.0),
+        "peak_torque along slow of joint 1",
+    ),
+    "a joint less": (lambda d: d["motions"][0]["errors"].pop(), "joints of errors"),
+    "a motion less": (lambda d: d["motions"].pop(), "set_points of motions"),
+    "none of them": (lambda d: d.pop("motions"), "set_points of motions"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_model_file_that_contradicts_itself(two_link, tmp_path, name):
+    change, where = CHANGES[name]
+    model = gd.simplify(two_link, [SLOW, FAST], "20%")
+    error: ModelError = refused(model, tmp_path / "model.json", change)
+    assert where in error.details["where"]
+
+
+def test_a_decomposition_knows_its_motions(two_link):
+    dataset = gd.decompose(two_link, [SLOW, FAST])
+    model, same = (gd.simplify(two_link, given_, "20%") for given_ in (dataset, [SLOW, FAST]))
+    assert model.accuracy.fitted_on == same.accuracy.fitted_on
+    assert model.torques == same.torques
+    part = dataset.isel(time=slice(0, 30))
+    assert gd.ExactDynamics.of(two_link, part).states.motions == ()
+
+
+def test_terms_are_ranked_over_all_motions(two_link):
+    """By the torque of all set points alike, whatever the budget of any of them."""
+    ranked = gd.rank_terms(gd.ExactDynamics.of(two_link, [SLOW, FAST]).under("20%"))
+    states = gd.States(*(np.concatenate([getattr(m, k) for m in (SLOW, FAST)]) for k in ("q", "qd", "qdd")))
+    assert ranked.terms == gd.rank_terms(gd.ExactDynamics.of(two_link, states)).terms
+
+
+def test_a_trade_off_is_within_every_budget(two_link):
+    exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
+    for thorough in (False, True):
+        points = gd.trade_off(exact, "20%", factors=(1.0, 4.0), thorough=thorough)
+        assert all(point.error_share <= 0.2 * point.factor * ROUNDED for point in points)
+    whole = gd.simplify(two_link, [SLOW, FAST], "20%")
+    asked = {(p.level.name, p.refit): p for p in points if p.factor == 1.0}
+    assert asked["term", False].operations == whole.operations
