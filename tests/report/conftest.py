@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import Tab, opened, started
-from gd_analyze.motions.measured import motion_of
 from page_reader import Page
 from report_arms import ONE_JOINT, SLIDING
 
@@ -95,7 +94,7 @@ def recorded(two_link: RobotArm) -> Findings:
         ColumnUse("<b>temp</b>", "unused", why="no quantity of a joint"),
     )
     logged = Logged(time, q, None, None, None, measured=True, columns=columns, name="log", origin="made")
-    return find(two_link, motion_of(logged, two_link))
+    return find(two_link, Trajectory.from_log(logged, two_link))
 
 
 @pytest.fixture(scope="session")
