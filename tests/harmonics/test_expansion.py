@@ -35,7 +35,7 @@ def slides(arm: RobotArm) -> list[bool]:
     return [not turns for turns in arm.is_revolute]
 
 
-@examples(30)
+@examples(15)
 @given(
     arms(max_joints=4),
     st.integers(0, 2**32 - 1),
@@ -53,8 +53,8 @@ def test_it_is_what_the_program_computes(arm, seed, level, effort):
         for j in range(arm.n_joints)
     }
     apart = np.abs(torque_of(expansion, *states.arrays) - program.run(inputs).T).max(axis=0)
-    # The sum of waves itself is rounded, too: once per wave and some, which the bound for all states of the
-    # program's own magnitudes covers many times over.
+    # The sum of harmonics itself is rounded, too: once per harmonic and some, which the bound for all
+    # states of the program's own magnitudes covers many times over.
     limits = (np.abs(x).max(axis=0) for x in states.arrays)
     assert (apart <= 2 * expansion.round_off(*limits) + 1e-300).all()
 
@@ -94,7 +94,7 @@ def of(make: Callable[[Any, Any, Any], Any]) -> Program:
 SLIDING = [False, False, True]
 
 
-def test_a_sum_of_angles_is_one_wave():
+def test_a_sum_of_angles_is_one_harmonic():
     expansion = expanded(of(lambda q, qd, qdd: np.cos(q[0] - q[1] + q[0]) * q[2] * qd[0] * qd[1]), SLIDING)
     (row,) = expansion.rows
     assert row.multiples.tolist() == [[2, -1, 1]]

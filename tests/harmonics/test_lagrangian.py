@@ -45,8 +45,10 @@ def values(arm: RobotArm, torques: Torques, velocities: np.ndarray, states: Stat
 def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
     """How far D qdd, h and c may be off.
 
-    The waves themselves are as exact as `tolerances` argues. Writing them out leaves products below the noise
-    away: at most 2^(runs - 1) per wave, a cosine or sine of every run but for its sign, none of them above 1.
+    The harmonics themselves are as exact as `tolerances` argues. Writing them out leaves products below the
+    noise
+    away: at most 2^(runs - 1) per harmonic, a cosine or sine of every run but for its sign, none of them
+    above 1.
     An element in absolute velocities is a sum of r^2 others, r the longest run, and one in the joints'
     velocities of r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
     """
@@ -87,13 +89,13 @@ def test_built_in_arms(name):
     assert_exact(load_arm(name), 1, 50)
 
 
-@examples(20)
+@examples(10)
 @given(arms(max_joints=4), st.integers(0, 2**32 - 1))
 def test_arms_of_every_make(arm, seed):
     assert_exact(arm, seed)
 
 
-@examples(20)
+@examples(10)
 @given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
 def test_arms_with_parallel_axes(arm, seed):
     assert_exact(arm, seed)
@@ -145,13 +147,6 @@ def test_a_scara_collapses_to_few_terms():
     assert lines.keys() == {"12", "14", "24"}
     assert lines["12"] == "C2"
     assert {f.multiples for t in energies for f in t.monomial if (t.i, t.j) == (0, 3)} == {(0, 1, 0, -1)}
-
-
-def test_absolute_rates_of_a_run(puma):
-    velocities = harmonics_of(puma).velocities.matrix
-    wanted = np.eye(6)
-    wanted[2, 1] = -1.0  # qd3 = p3 - p2
-    np.testing.assert_array_equal(velocities, wanted)
 
 
 def test_one_term_by_hand():

@@ -46,8 +46,8 @@ def assert_exact(harmonics: Harmonics, seed: int, count: int = 5) -> None:
                         harmonics.christoffel(i, j, k)(q)[effect] - numeric["christoffel"][:, effect, i, j, k]
                     )
                     assert np.abs(error).max() <= allowed["christoffel"], (i, j, k, effect)
-    for i, waves in enumerate(harmonics.gravity_loading):
-        error = waves(q)[0] - numeric["gravity_loading"][:, i]
+    for i, polynomial in enumerate(harmonics.gravity_loading):
+        error = polynomial(q)[0] - numeric["gravity_loading"][:, i]
         assert np.abs(error).max() <= allowed["gravity_loading"], i
         for s, values in enumerate(harmonics.potential_by_link.derivative(i)(q)):
             error = values - numeric["gravity_loading_by_link"][:, s, i]
@@ -58,19 +58,13 @@ def test_built_in_arms(built_in):
     assert_exact(built_in, 1, 50)
 
 
-@examples(60)
+@examples(30)
 @given(arms(max_joints=5), st.integers(0, 2**32 - 1))
 def test_arms_of_every_make(arm, seed):
     assert_exact(harmonics_of(arm), seed)
 
 
-@examples(6)
-@given(arms(max_joints=8), st.integers(0, 2**32 - 1))
-def test_longer_arms_of_every_make(arm, seed):
-    assert_exact(harmonics_of(arm), seed, 2)
-
-
-@examples(60)
+@examples(30)
 @given(arms_with_runs(max_joints=5), st.integers(0, 2**32 - 1))
 def test_arms_with_parallel_axes(arm, seed):
     assert_exact(harmonics_of(arm), seed)
@@ -97,20 +91,6 @@ def test_given_structures(turns, rng):
     assert_exact(harmonics_of(arm), 2, 3)
 
 
-def test_the_error_is_near_round_off(built_in):
-    """The tolerances above are bounds; what happens is far less: some eps of the largest element."""
-    arm = built_in.arm
-    states = states_of(arm, 200, 3)
-    numeric = decompose_states(arm, states)["inertia"].sum(axis=1)
-    largest = np.abs(numeric).max()
-    for (i, j), parts in built_in.inertia.items():
-        # A sum of K terms in any order errs by at most K roundings of its largest partial sum; 10 for how D
-        # itself is computed.
-        terms = 2 * len(parts)
-        error = np.abs(parts(states.q.T).sum(axis=0) - numeric[:, i, j]).max()
-        assert error <= 10 * (10 + terms) * np.finfo(float).eps * largest
-
-
 def test_links_sum_to_the_whole(built_in):
     n = built_in.arm.n_joints
     for (i, j), whole in built_in.inertia.items():
@@ -127,12 +107,12 @@ def test_structural_zeros_are_clear(built_in):
     # kg m^2, is 1e5 times the cut.
     assert built_in.gap > 1e3
     parts = [(part, built_in.cut[0]) for part in built_in.inertia.values()]
-    for waves, cut in [*parts, (built_in.potential, built_in.cut[1])]:
-        amplitudes = np.abs(waves.coefficients[waves.coefficients != 0.0])
+    for polynomial, cut in [*parts, (built_in.potential, built_in.cut[1])]:
+        amplitudes = np.abs(polynomial.coefficients[polynomial.coefficients != 0.0])
         assert amplitudes.min(initial=np.inf) > 1e3 * cut
 
 
-@examples(20)
+@examples(10)
 @given(arms(max_joints=4, massive=True), st.integers(-20, 20))
 def test_coefficients_scale_with_the_masses(arm, power):
     """A power of two scales every rounding too: the same functions, the same digits."""
@@ -149,29 +129,20 @@ def test_coefficients_scale_with_the_masses(arm, power):
         np.testing.assert_array_equal(factor * one.coefficients, other.coefficients)
 
 
-@examples(20)
-@given(arms_with_runs(max_joints=5))
-def test_an_element_depends_only_on_the_joints_between_axis_and_link(arm):
-    harmonics = harmonics_of(arm)
-    for (s, i, _), parts in harmonics.inertia_by_link.items():
-        for joint in (*range(i + 1), *range(s + 1, arm.n_joints)):
-            assert len(parts.derivative(joint)) == 0
-
-
 def two_link_of_the_text() -> Harmonics:
     return harmonics_of(two_link_of(1.0, 2.0, 1.0))
 
 
-def named(harmonics: Harmonics, waves: TrigonometricPolynomial) -> dict[str, float]:
+def named(harmonics: Harmonics, polynomial: TrigonometricPolynomial) -> dict[str, float]:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.languages import Plain
     from gd_analyze.formulas.writing import powers
 
-    rows = to_terms(waves, harmonics.velocities, harmonics.noise[0])
+    rows = to_terms(polynomial, harmonics.velocities, harmonics.noise[0])
     return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 
-@examples(15)
+@examples(10)
 @given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(1.0, 30.0))
 def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
     """[FGL87] section 3.4.2: term by term, and no term more."""
@@ -203,7 +174,7 @@ def test_two_link_has_the_closed_forms_of_the_text(length, m1, m2, g):
         (1, 0, 0): {"S2": close(half)},
     }
     assert not any(harmonics.christoffel(*key).coefficients[1].any() for key in h)
-    assert [named(harmonics, waves) for waves in harmonics.gravity_loading] == [
+    assert [named(harmonics, polynomial) for polynomial in harmonics.gravity_loading] == [
         {"C1": close((m1 / 2 + m2) * g * length), "C12": close(m2 * g * length / 2)},
         {"C12": close(m2 * g * length / 2)},
     ]

@@ -42,7 +42,7 @@ def along_a_step(tree, inputs, along) -> np.ndarray:
     return np.broadcast_to(np.imag(evaluated(tree, moved)) / step, COUNT)
 
 
-@examples(300)
+@examples(120)
 @given(small_trees, directions, st.integers(0, 2**32 - 1))
 def test_it_is_the_slope_along_the_direction(tree, along, seed):
     inputs = drawn(seed)
@@ -50,7 +50,7 @@ def test_it_is_the_slope_along_the_direction(tree, along, seed):
     assert np.abs(found - along_a_step(tree, inputs, along)).max() <= CLOSE
 
 
-@examples(150)
+@examples(60)
 @given(small_trees, directions, fixed, st.integers(0, 2**32 - 1))
 def test_some_inputs_may_have_their_numbers(tree, along, values, seed):
     inputs = drawn(seed) | {name: np.full(COUNT, value) for name, value in values.items()}
@@ -61,21 +61,7 @@ def test_some_inputs_may_have_their_numbers(tree, along, values, seed):
     assert np.abs(program.run(inputs)[0] - along_a_step(tree, inputs, along)).max() <= CLOSE
 
 
-@examples(100)
-@given(st.lists(small_trees, min_size=2, max_size=3), st.integers(0, 2**32 - 1))
-def test_central_differences_agree(roots, seed):
-    """Several outputs at once; truncation is h^2 f''' / 6, and f''' of such a tree at most 8^3 2^8 or so."""
-    program, step = program_of(*roots), 1e-5
-    inputs = drawn(seed)
-    there, back = (program.run(inputs | {"x1": inputs["x1"] + sign * step}) for sign in (1.0, -1.0))
-    found = derivative(program, {"x1": 1.0}).run(inputs)
-    assert found.shape == (len(roots), COUNT)
-    assert (
-        np.abs(found - (there - back) / (2 * step)).max() <= 8**3 * 2**8 * step**2 + CLOSE / step * 2.0**-11
-    )
-
-
-@examples(200)
+@examples(80)
 @given(trees, fixed, st.integers(0, 2**32 - 1))
 def test_with_values_computes_the_same(tree, values, seed):
     """To the last bit: what is folded is computed as it would have been."""
@@ -131,17 +117,10 @@ def test_nothing_superfluous_remains(trace):
     assert not Program.of(trace, [x * y + z]).with_values({"x1": 0.0, "x3": 2.0}).steps
 
 
-def test_of_a_constant_number_alone(trace):
-    (x,) = trace.inputs("x", 1)[:, 0]
-    program = Program.of(trace, [x]).with_values({"x1": 2.5})
-    assert program.outputs == (2.5,)
-    assert derivative(program, {"x1": 1.0}).outputs == (0.0,)
-
-
 whole_numbers = st.integers(-3, 3).map(float)
 
 
-@examples(60)
+@examples(25)
 @given(
     st.integers(1, 4).flatmap(
         lambda degree: st.tuples(

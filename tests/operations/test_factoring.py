@@ -46,13 +46,13 @@ def operations(polynomial: dict[tuple[str, ...], float]) -> int:
     return Program.of(trace, [factored(polynomial, inputs.__getitem__)]).count.total
 
 
-@examples(200)
+@examples(80)
 @given(polynomials)
 def test_the_value_is_that_of_the_sum(polynomial):
     assert factored(polynomial, VALUES.__getitem__) == naive(polynomial, VALUES.__getitem__)
 
 
-@examples(200)
+@examples(80)
 @given(polynomials)
 def test_no_more_operations_than_the_sum(polynomial):
     assert operations(polynomial) <= naive_operations(polynomial)

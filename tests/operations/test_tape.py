@@ -20,7 +20,7 @@ def _inputs(seed: int, count: int = 5) -> dict[str, np.ndarray]:
     return {f"x{k + 1}": rng.uniform(-1.0, 1.0, count) for k in range(INPUTS)}
 
 
-@examples(60)
+@examples(25)
 @given(roots=st.lists(trees, min_size=1, max_size=3), seed=st.integers(0, 2**16))
 def test_values_are_those_of_the_program(roots: list[object], seed: int) -> None:
     program, inputs = program_of(*roots), _inputs(seed)
@@ -79,7 +79,7 @@ def test_numbers_can_be_others() -> None:
     )
 
 
-@examples(60)
+@examples(25)
 @given(roots=st.lists(trees, min_size=1, max_size=3))
 def test_what_is_alone_for_a_step_goes_with_it(roots: list[object]) -> None:
     program = program_of(*roots)

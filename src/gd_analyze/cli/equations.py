@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +16,13 @@ from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
+from gd_analyze.text import visible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gd_analyze.harmonics.equations import Equation
+    from gd_analyze.harmonics.terms import Factor
     from gd_analyze.harmonics.transform import Harmonics
     from gd_analyze.result import Result, Table
 
@@ -117,60 +120,82 @@ def equations(
         stage("identifying")
         harmonics = harmonics_for(arm, elements)
         stage("writing out", len(elements_named(elements, arm.n_joints)))
-        found = [*each_equation(harmonics, elements, min_share=min_share, progress=stage.advance)]
-        body = _written(found, form, digits, arm.n_joints)
-        header = _header(harmonics, found, form, whole=not elements, min_share=min_share)
+        found, texts, heading = [], [], _Heading(harmonics, form, min_share, whole=not elements)
+        for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
+            heading.note(equation)
+            texts.append(_written(equation, form, digits))
+            # Terms take much more memory than their text.
+            found += [equation] if terms or output.as_json else []
+        body = _before(form, arm.n_joints) + "".join(texts)
+        header = str(heading)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, header + body)
     if output.as_json or terms or out is not None:
-        output.give(_result(harmonics, found, form, body, digits, tables=terms), wrote=out)
+        output.give(_result(harmonics, found, heading.terms, form, body, digits), wrote=out)
     else:
         lines(body if output.quiet else header + body)
 
 
-def _written(found: Sequence[Equation], form: str, digits: int, n_joints: int) -> str:
-    """All equations, one after the other, in one of the formats."""
+def _before(form: str, n_joints: int) -> str:
+    from gd_analyze.formulas.sympy import sympy_head
+
+    return sympy_head(n_joints) if form == "sympy" else ""
+
+
+def _written(equation: Equation, form: str, digits: int) -> str:
     from gd_analyze.formulas.languages import Latex, MathML, Plain
-    from gd_analyze.formulas.sympy import sympy_head, sympy_line
+    from gd_analyze.formulas.sympy import sympy_line
     from gd_analyze.formulas.writing import element_formula
 
     if form == "sympy":
-        return sympy_head(n_joints) + "".join(f"{sympy_line(equation)}\n" for equation in found)
-    formulas = map(element_formula, found)
+        return f"{sympy_line(equation)}\n"
+    formula = element_formula(equation)
     if form == "text":
-        plain = Plain(digits)
-        return "".join(f"{plain.wrapped(formula, WIDTH)}\n" for formula in formulas)
-    printer = Latex(digits) if form == "latex" else MathML(digits)
-    return "".join(f"{printer.line(formula)}\n" for formula in formulas)
+        return f"{Plain(digits).wrapped(formula, WIDTH)}\n"
+    return f"{(Latex(digits) if form == 'latex' else MathML(digits)).line(formula)}\n"
 
 
-def _header(
-    harmonics: Harmonics, found: Sequence[Equation], form: str, *, whole: bool, min_share: float
-) -> str:
+@dataclass
+class _Heading:
     """Arm, number of terms, units and legend, as a comment of the format."""
-    from gd_analyze.formulas.languages import Plain
-    from gd_analyze.formulas.writing import factor_legend
-    from gd_analyze.text import visible
 
-    arm = harmonics.arm
-    cut = f", shares of at least {100 * min_share:g} %" if min_share > 0 else ""
-    about = [f"{arm.title or arm.name}: {sum(len(equation.terms) for equation in found)} terms{cut}"]
-    about.append("Units: kg, m, s, rad" + "; D is symmetric, and elements not shown are zero" * whole)
-    if any(equation.symbol.startswith("h") for equation in found):
-        about[-1] += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
-    factors = {factor for equation in found for term in equation.terms for factor in term.factors}
-    about += [", ".join(Plain().legend(factor_legend(factors)))] if factors else []
-    before, after = _COMMENTS[form]
-    # Two hyphens would end a comment of XML.
-    about = [re.sub("-(?=-)", "- ", text) if form == "mathml" else text for text in about if text]
-    room = WIDTH - len(before) - len(after)
-    pieces = [piece for text in about for piece in textwrap.wrap(f"{visible(text)}.", room)]
-    return "".join(f"{before}{piece}{after}\n" for piece in pieces) + "\n"
+    harmonics: Harmonics
+    form: str
+    min_share: float
+    whole: bool
+    terms: int = 0
+    has_christoffel: bool = False
+    factors: set[Factor] = field(default_factory=set)
+
+    def note(self, equation: Equation) -> None:
+        """Count an equation, and collect its factors."""
+        self.terms += len(equation.terms)
+        self.has_christoffel |= equation.symbol.startswith("h")
+        self.factors.update(factor for term in equation.terms for factor in term.factors)
+
+    def __str__(self) -> str:
+        from gd_analyze.formulas.languages import Plain
+        from gd_analyze.formulas.writing import factor_legend
+
+        arm = self.harmonics.arm
+        cut = f", shares of at least {100 * self.min_share:g} %" if self.min_share > 0 else ""
+        units = "Units: kg, m, s, rad" + "; D is symmetric, and elements not shown are zero" * self.whole
+        if self.has_christoffel:
+            units += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
+        legend = ", ".join(Plain().legend(factor_legend(self.factors)))
+        before, after = _COMMENTS[self.form]
+        room, out = WIDTH - len(before) - len(after), ""
+        for text in filter(None, (f"{arm.title or arm.name}: {self.terms} terms{cut}", units, legend)):
+            # Two hyphens would end a comment of XML.
+            safe = re.sub("-(?=-)", "- ", text) if self.form == "mathml" else text
+            pieces = textwrap.wrap(f"{visible(safe)}.", room)
+            out += "".join(f"{before}{piece}{after}\n" for piece in pieces)
+        return f"{out}\n"
 
 
 def _result(
-    harmonics: Harmonics, found: Sequence[Equation], form: str, body: str, digits: int, *, tables: bool
+    harmonics: Harmonics, found: Sequence[Equation], terms: int, form: str, body: str, digits: int
 ) -> Result:
     from dataclasses import asdict
 
@@ -187,14 +212,14 @@ def _result(
         title=f"{arm.title or arm.name}: exact equations",
         facts=(
             Fact("arm", "", arm.name),
-            Fact("", "Terms", sum(len(equation.terms) for equation in found), shown="count"),
+            Fact("", "Terms", terms, shown="count"),
             Fact("noise", "", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
             Fact("gap", "", harmonics.gap),
             Fact("equations", "", documents),
             Fact("format", "", form),
             Fact("written", "", body),
         ),
-        parts=tuple(_table(equation, digits) for equation in found) if tables else (),
+        parts=tuple(_table(equation, digits) for equation in found),
     )
 
 
