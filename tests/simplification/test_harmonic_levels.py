@@ -54,6 +54,7 @@ def test_puma_with_drives_within_one_percent_at_a_hundred_operations(puma):
     assert (measured(model, states) <= 0.01 * np.abs(exact).max(axis=0)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("refit", [False, True])
 def test_puma_at_the_energy_level(puma, puma_energy, refit):
     states = states_in_box(puma)

@@ -199,7 +199,9 @@ def test_a_model_of_all_terms_is_exact(level, name, drives):
 
 
 @every_level
-@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+@pytest.mark.parametrize(
+    "name", ["two_link", *(pytest.param(name, marks=pytest.mark.slow) for name in ("puma560", "stanford"))]
+)
 def test_without_a_budget_nothing_that_acts_is_lost(level, name):
     """Over many states what makes no torque beyond round-off anywhere makes none elsewhere."""
     arm = load_arm(name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -49,6 +50,7 @@ def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: 
     expanded(program, [not turns for turns in arm.is_revolute])
 
 
+@pytest.mark.slow
 def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:
     exact = ExactDynamics.of(kr6(), random_states(6, 100, 0))
     tight, wide = (exact.allowed(budget) for budget in ("0.5%", "2%"))
@@ -60,6 +62,7 @@ def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:
     assert _largest(exact, further, wide) <= 1.0 + 1e-9 < _largest(exact, further, tight)
 
 
+@pytest.mark.slow
 def test_roundings_decide_nothing() -> None:
     """With the states in another order every sum has other last digits, as on another processor."""
     states = random_states(4, 200, 3)
@@ -81,6 +84,7 @@ def test_a_zero_budget_leaves_the_recursion() -> None:
     assert _largest(exact, changes, 1e-9 * exact.peak_torque) <= 1.0 + 1e-9
 
 
+@pytest.mark.slow
 def test_errors_that_count_more_are_smaller() -> None:
     """Where an error counts ten times, a tenth of the budget is all there is."""
     states = random_states(6, 80, 3)
@@ -94,6 +98,7 @@ def test_errors_that_count_more_are_smaller() -> None:
     assert errors[40:].max() > 0.1
 
 
+@pytest.mark.slow
 def test_six_joints_of_general_make_take_little_more_than_half() -> None:
     """KR6 of PSDM's Table 1 at 1 % of every joint's peak: 481 operations are exact, 300 are asked for."""
     arm = kr6()
@@ -122,6 +127,7 @@ def test_states_of_no_motion_stay_as_they_are(two_link):
     assert joined_by_near_states(exact) is exact
 
 
+@pytest.mark.slow
 def test_the_budget_nearly_holds_near_the_motion():
     arm = gd.load_arm("stanford")
     start = np.array([0.1, -0.5, 0.4, 0.3, -0.6, 0.2])

@@ -66,6 +66,7 @@ def in_box(puma) -> ExactDynamics:
     return ExactDynamics.of(puma, states_in_box(puma, 100), drives=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
 def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     """What each step gains is told with the model, in the order the steps are made."""
@@ -100,7 +101,7 @@ def test_the_same_search_finds_the_same(puma, swing, two_link, thorough):
     assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
 
 
-@pytest.mark.parametrize("asked", [0, 40, 100, 10_000])
+@pytest.mark.parametrize("asked", [0, 40, 10_000])
 def test_as_many_operations_as_asked_for(in_box, asked):
     model = simplify_exact(in_box, Budget(), SearchOptions(ENERGY, operations=asked, thorough=asked == 40))
     assert model.operations.total <= asked
@@ -119,6 +120,7 @@ def test_a_scaled_budget_is_scaled_for_every_joint(in_box):
     assert np.ptp(ratio) <= 1e-14 * ratio[0]
 
 
+@pytest.mark.slow
 def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     """Some states stand for all while searching; what was promised is measured on all of them."""
     count = 6_000
@@ -134,6 +136,7 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     assert model.accuracy.fitted_on == states.described
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("refit", "effort"), [(False, 1e-7), (False, 1e-4), (True, 1e-7), (True, 1e-4), (True, 1e-2)]
 )
@@ -147,6 +150,7 @@ def test_a_search_ends_at_its_effort(puma, refit, effort):
     assert "effort used up" in model.accuracy.search
 
 
+@pytest.mark.slow
 @few_tries()
 def test_a_planar_arm_of_nine_joints_comes_back(rng):
     """All its terms matter to many others; the search used to go on without end."""
@@ -158,6 +162,7 @@ def test_a_planar_arm_of_nine_joints_comes_back(rng):
     assert model.operations_full.total < 300
 
 
+@pytest.mark.slow
 def test_of_terms_too_many_to_weigh_the_next_step_is_the_recursion(rng):
     exact = ExactDynamics(ExactForm(generic_chain(6)), States(*rng.normal(size=(3, 40, 6))))
     with pytest.raises(TooManyTermsError, match="too many of the 12064 terms") as caught:
@@ -166,7 +171,7 @@ def test_of_terms_too_many_to_weigh_the_next_step_is_the_recursion(rng):
 
 
 @few_tries()
-@examples(4)
+@examples(2)
 @given(arms_with_states(max_joints=3, count=30, massive=True), st.sampled_from([0.01, 0.1]))
 def test_no_level_that_was_tried_takes_fewer_operations(case, share):
     exact = ExactDynamics.of(*case)
@@ -239,7 +244,7 @@ def test_where_the_terms_left_take_too_many_they_are_not_searched(two_link, swin
     assert "matter within that budget" in str(model.accuracy.levels)
 
 
-@pytest.mark.parametrize("operations", [0, 9, 14])
+@pytest.mark.parametrize("operations", [0, 9])
 def test_of_so_many_operations_it_is_the_smallest_budget(two_link, swing, operations):
     exact = ExactDynamics.of(two_link, swing)
     model = simplify_exact(exact, "1%", SearchOptions(operations=operations, effort=0.1))

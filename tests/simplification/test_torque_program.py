@@ -132,6 +132,7 @@ def test_written_step_by_step_they_have_the_value_of_the_terms(case, data):
         assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
 
 
+@pytest.mark.slow
 def test_steps_end_before_the_first_that_takes_too_many_operations():
     form = ExactForm(load_arm("puma560"))
     listed = [*form.torques.items()]
@@ -150,7 +151,7 @@ PRINT = """
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.torque_program import torque_program, torque_programs
-from gd_analyze.robots import load_arm
+from gd_analyze.robots.catalogue import load_arm
 
 form = ExactForm(load_arm("two_link"))
 print(torque_program(form.velocities, form.torques, THOROUGH).outputs)

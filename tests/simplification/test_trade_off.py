@@ -62,6 +62,7 @@ def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     assert point.error_share == model.accuracy.errors.largest_share.max()
 
 
+@pytest.mark.slow
 def test_quick_points_of_the_puma(puma, pick_and_place):
     exact = ExactDynamics.of(puma, pick_and_place)
     points = {(p.level, p.refit, p.factor): p for p in trade_off(exact, thorough=False, factors=(0.5, 5.0))}
@@ -144,6 +145,7 @@ def moving(puma, pick_and_place) -> ExactDynamics:
     return ExactDynamics.of(puma, pick_and_place, drives=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "refit"), [("term", False), ("term", True), ("element", False)])
 def test_along_a_motion_of_the_puma(moving, level, refit):
     how = SearchOptions(level, refit, thorough=False)
@@ -157,6 +159,7 @@ def test_along_a_motion_of_the_puma(moving, level, refit):
         assert len(path[0].terms) > len(model.terms) > len(path[-1].terms)
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_place):
     """Without drives level energy gives the exact model at 1 %, and saves something at ten times that."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=False)
