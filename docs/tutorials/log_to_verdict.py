@@ -29,7 +29,7 @@ print(model)
 # %% [markdown]
 # ## The verdict
 #
-# `validate` holds the model against the exact dynamics: does it keep what it promises?
+# `validate` compares the model with the exact dynamics: does it keep its promise?
 
 # %%
 verdict = gd.validate(model, motion, fail_over="2%")
