@@ -170,9 +170,14 @@ def _result(given: ExportInput) -> Result:
                 "Functions",
                 (
                     Column("function", "function", [each.name for each in given.functions], shown="text"),
-                    Column("multiplications", "multiplications", [x.multiplications for x in counts]),
-                    Column("additions", "additions", [x.additions for x in counts]),
-                    Column("sines_cosines", "sin and cos", [x.sines_cosines for x in counts]),
+                    Column(
+                        "multiplications",
+                        "multiplications",
+                        [x.multiplications for x in counts],
+                        shown="count",
+                    ),
+                    Column("additions", "additions", [x.additions for x in counts], shown="count"),
+                    Column("sines_cosines", "sin and cos", [x.sines_cosines for x in counts], shown="count"),
                 ),
             ),
             Table("joints", "", (Column("name", "", names), Column("identifier", "", given.joints))),
