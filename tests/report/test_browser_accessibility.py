@@ -11,10 +11,9 @@ from browser import NARROW, WIDE, Tab, opened
 
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
+from gd_analyze.results.findings import Findings
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.comparison import compare, comparison_result
-from gd_analyze.studies.main_job import find
-from several_motions import swung
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
@@ -47,12 +46,10 @@ def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path, scheme:
         assert violations(tab) == []
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_no_rule_is_broken_by_several_motions(browser: Any, tmp_path: Path, scheme: str) -> None:
+def test_no_rule_is_broken_by_several_motions(browser: Any, tmp_path: Path, two_motions: Findings) -> None:
     path = tmp_path / "report.html"
-    findings = find("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
-    path.write_text(render_html(findings), encoding="utf-8")
-    with opened(browser, path, NARROW, color_scheme=scheme) as tab:
+    path.write_text(render_html(two_motions), encoding="utf-8")
+    with opened(browser, path, NARROW, color_scheme="dark") as tab:
         tab.unfold()
         assert violations(tab) == []
 

@@ -47,9 +47,6 @@ def test_at_the_budget_asked_for_the_page_is_as_without_scripts(browser: Any, fi
     with opened(browser, file, java_script_enabled=False) as still:
         torques = still.page.inner_text(".torques")
         assert " ".join(torques.split()) == " ".join(tab.run(text).split())
-        assert "With scripts on, a slider changes the budget" in still.page.inner_text("#budget")
-        assert not still.page.is_visible("#budget-slider")
-        assert still.page.is_visible("svg.stroboscope")
 
 
 def test_signs_and_brackets_stay_right(tab: Tab) -> None:
@@ -97,9 +94,9 @@ def test_what_is_proven_is_so_at_the_budget_of_the_report_only(tab: Tab) -> None
     tab.drag_budget(12)
     assert not tab.page.is_visible(".proven-mark >> nth=0")
     assert "not proven" in tab.page.inner_text("#budget-about")
-    assert tab.run("document.querySelector('.at-budget').childElementCount") == 1
+    assert tab.page.is_visible("svg.panel .at-budget")
     tab.click("#budget-reset")
-    assert tab.run("document.querySelector('.at-budget').childElementCount") == 0
+    assert not tab.page.is_visible("svg.panel .at-budget")
 
 
 def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:

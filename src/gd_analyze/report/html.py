@@ -233,7 +233,7 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
 def legend_html(keys: Sequence[Key]) -> str:
     """Entries of a legend in a line."""
     entries = "".join(
-        f'<span><i class="key {key.kind}" style="color:var(--{key.colour})'
+        f'<span><i class="key key-{key.kind}" style="color:var(--{key.colour})'
         f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
         for key in keys
     )
