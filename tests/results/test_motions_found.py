@@ -12,7 +12,8 @@ import xarray as xr
 import gd_analyze as gd
 from gd_analyze.dynamics import long_decomposition
 from gd_analyze.errors import StoreError
-from gd_analyze.results.run_result import run_result, strict_notice, subtitle, verdict_rows
+from gd_analyze.results.motion_result import strict_notice, verdict_rows
+from gd_analyze.results.run_result import run_result, subtitle
 from gd_analyze.results.store import SEAL_LENGTH, load_findings, save_results, seal
 from gd_analyze.studies.main_job import default_folder
 from gd_analyze.studies.main_job_files import write_findings

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.cli.terminal import table, width
-from gd_analyze.results.words import drives_told
+from gd_analyze.results.model_facts import drives_text as drives_told
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.text import fitting, joint_name, number, percent, short_name
 

@@ -23,15 +23,10 @@ from gd_analyze.harmonics.terms import EnergyTerm, TorqueTerm, Velocity
 from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import table_of
+from gd_analyze.results.motion_result import effect_of
 from gd_analyze.results.recursion_parts import recursion_parts
-from gd_analyze.results.rows import dropped_parts, element_rows, joint_rows, trade_off_rows
-from gd_analyze.results.run_result import (
-    bound_ratio,
-    effect_of,
-    margins,
-    tube_bound,
-)
+from gd_analyze.results.rows import dropped_parts, element_rows, joint_rows, table_of, trade_off_rows
+from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import inertia_label, joined, number, pretty

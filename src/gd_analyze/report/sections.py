@@ -22,23 +22,20 @@ from gd_analyze.formulas.writing import (
 from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import rows_of, table_of
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.rows import element_rows, joint_rows
-from gd_analyze.results.run_result import (
-    VERDICTS,
+from gd_analyze.results.motion_result import (
     effect_of,
     friction_tables,
     is_recorded,
     mark_of,
     measured_table,
     motion_rows,
-    not_worth_keeping,
     recording_parts,
     strict_notice,
-    text_comparison,
     verdict_rows,
 )
+from gd_analyze.results.rows import element_rows, joint_rows, rows_of, table_of
+from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import amount, given, number, percent, pretty
 

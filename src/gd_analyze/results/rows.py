@@ -1,13 +1,21 @@
-"""Rows of the tables that several views show, beside what belongs to them from other tables."""
+"""Rows of the tables: as frames, as plain values, as tables of a result, and beside what belongs to them."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+import numpy as np
 
 from gd_analyze.dynamics.dominance import text_verdicts
+from gd_analyze.result import Column, Shown, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import rows_of
 from gd_analyze.simplification.element import kept_effects
+from gd_analyze.text import joint_name
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 Row = dict[str, Any]
 
@@ -91,3 +99,82 @@ def budget_rows(findings: Findings) -> list[Row]:
         | {"largest_error": table.largest_error.values[k].tolist(), "kept": kept[k]}
         for k in range(table.sizes["factor"])
     ]
+
+
+def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
+    """Take what a table says along one dimension, or of every pair of labels of two.
+
+    Parameters
+    ----------
+    table
+        A table of `gd_analyze.schema.GROUPS`.
+    dims
+        The dimensions; their labels are the first columns. Where one is named, a variable that has a second
+        besides gives one column per label of that, "part_peak_translation"; others are left out.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Units that differ between rows stand in columns of their own.
+    """
+    import pandas as pd
+
+    if len(dims) > 1:
+        return table.to_dataframe(dim_order=list(dims)).reset_index()
+    return pd.DataFrame(_columns(table, dims[0]))
+
+
+def rows_of(table: xr.Dataset, *dims: str) -> list[dict[str, Any]]:
+    """Take the same as plain values, as JSON has them; what is not a number is None."""
+    columns: Any = _columns(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
+    plain = {name: np.asarray(columns[name]).tolist() for name in columns}
+    return [
+        {name: None if isinstance(x, float) and x != x else x for name, x in zip(plain, row, strict=True)}
+        for row in zip(*plain.values(), strict=True)
+    ]
+
+
+def table_of(
+    key: str,
+    title: str,
+    rows: Sequence[Mapping[str, Any]],
+    labels: Mapping[str, tuple[str, ...]],
+    note: str = "",
+    top: int | None = None,
+) -> Table:
+    """Make rows the table of a result: JSON has all of them, people see the columns that have a label.
+
+    Parameters
+    ----------
+    key, title, note, top
+        Of the table.
+    rows
+        Values by the names of columns; "joint_name" beside "joint" names joints. Names that begin with
+        "shown_" are for people only.
+    labels
+        By names of columns: heading, unit, which "@" makes the name of a column of units, and how values are
+        shown.
+    """
+    names = [*labels, *(name for name in (rows[0] if rows else {}) if name not in labels)]
+    columns: list[Column] = []
+    if rows and "joint_name" in rows[0]:
+        pairs = [joint_name(row["joint"], row["joint_name"]) for row in rows]
+        columns.append(Column("", "joint", pairs, shown="name"))
+    for name in names if rows else ():
+        given = labels.get(name, ("",))
+        label, unit, shown = given + ("", "", "number")[len(given) :]
+        units: Any = [row[unit[1:]] for row in rows] if unit.startswith("@") else unit
+        stored = "" if name.startswith("shown_") else name
+        columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, shown)))
+    return Table(key, title, tuple(columns), note, top)
+
+
+def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
+    columns: dict[str, np.ndarray] = {dim: table[dim].values}
+    for name, array in (*table.data_vars.items(), *table.coords.items()):
+        if array.dims == (dim,):
+            columns[str(name)] = array.values
+        elif len(array.dims) == 2 and array.dims[0] == dim:
+            labels = table[array.dims[1]].values
+            columns |= {f"{name}_{label}": array.values[:, k] for k, label in enumerate(labels)}
+    return columns

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +11,12 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.tube import Margin
 from gd_analyze.dynamics.dominance import text_verdicts
-from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Column, Fact, Part, Result, Section, Table, joint_columns
+from gd_analyze.result import Fact, Part, Result, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import rows_of, table_of
 from gd_analyze.results.model_facts import (
-    WorstError,
     drives_text,
     headline,
     joint_errors,
@@ -29,17 +24,30 @@ from gd_analyze.results.model_facts import (
     operation_facts,
     worst_error,
 )
-from gd_analyze.results.rows import Row, budget_rows, dropped_parts, element_rows, joint_rows
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.results.motion_result import (
+    effect_of,
+    mark_of,
+    measured_parts,
+    motion_parts,
+    recording_notices,
+    recording_parts,
+    strict_notice,
+)
+from gd_analyze.results.rows import (
+    Row,
+    budget_rows,
+    dropped_parts,
+    element_rows,
+    joint_rows,
+    rows_of,
+    table_of,
+)
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.schema import UNITS
-from gd_analyze.simplification.accuracy import share_of
-from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import amount, joined, named_joints, number, with_error
+from gd_analyze.text import joined, number
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {
@@ -49,19 +57,6 @@ VERDICTS = {
     "gravity": "gravity",
     "negligible": "negligible",
     "neither": "zero",
-}
-_NOTHING = {"negligible", "neither"}
-# Elements that a fact names, and motions that have a column each.
-_NAMED, _MOST_COLUMNS = 8, 12
-# A motion that allows a joint so many times less than others is named: it may be what costs the operations.
-_STRICT = 20.0
-# Where to look for the reason why a measured torque contradicts the model.
-_CHECK = {
-    "too light": ("masses", "payload", "the unit of the torques"),
-    "too heavy": ("masses", "the unit of the torques"),
-    "other sign": ("the directions of the axes",),
-    "another joint's": ("the order of the columns",),
-    "does not follow": ("the columns of the torques", "the units of the motion"),
 }
 
 
@@ -213,12 +208,6 @@ def tube_bound(findings: Findings) -> FloatArray | None:
     return None if bound.isnull().any() else np.asarray(bound.values)
 
 
-def tube_error(findings: Findings) -> WorstError | None:
-    """Error that is proven near the motion, of the joint where it is worst; None where nothing is."""
-    bound = tube_bound(findings)
-    return None if bound is None else worst_error(findings.model, bound)
-
-
 def bound_ratio(findings: Findings) -> float | None:
     """How far the certified bound lies above the worst error found, at most, where that is an error."""
     rows = rows_of(findings.tables["beyond"], "joint")
@@ -229,7 +218,7 @@ def bound_ratio(findings: Findings) -> float | None:
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before believing the numbers."""
     note = str(findings.tables["tube"].attrs["note"])
-    said = [*_recording_notices(findings), strict_notice(findings), findings.model.notice, note]
+    said = [*recording_notices(findings), strict_notice(findings), findings.model.notice, note]
     return tuple(filter(None, [*said, symmetry_notice(findings)]))
 
 
@@ -271,13 +260,6 @@ def cross_check_row(findings: Findings) -> Row:
     return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
 
 
-def verdict_counts(findings: Findings) -> dict[str, int]:
-    """How many elements of D and h are of each verdict."""
-    dominance = findings.dominance
-    split = dominance.verdict.values[dominance.quantity.values != "gravity_loading"]
-    return dict(Counter(split.tolist()))
-
-
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
     """Compare with the founding text's verdicts; None for an arm it does not show.
 
@@ -315,12 +297,6 @@ def not_worth_keeping(findings: Findings) -> int | None:
     return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
 
 
-def effect_of(row: Row, what: str = "verdict") -> str:
-    """The "verdict", "dominant" or "kept" effect of a row of `element_rows`; gravity has no effects."""
-    effect: str = row[what]
-    return "gravity" if row["quantity"] == "gravity_loading" and effect not in _NOTHING else effect
-
-
 def ranking_table(findings: Findings, top: int | None = None) -> Table:
     """Elements by torque: what each consists of, which effect dominates, and which is kept."""
     rows = element_rows(findings)
@@ -347,298 +323,6 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     }
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
     return table_of("dominance", title, shown, labels, top=top)
-
-
-def measured_parts(findings: Findings) -> tuple[Part, ...]:
-    """Measured torque beside the model's, and the friction fitted; nothing where none was measured."""
-    if "measured_torque" not in findings.tables:
-        return ()
-    table = findings.tables["measured_torque"]
-    parts: list[Part] = [
-        Fact("described", "", is_described(table)),
-        Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
-        measured_table(table, findings.arm),
-        *friction_tables(table, findings.arm),
-    ]
-    return (Section("measured_torque", "", tuple(parts)),)
-
-
-def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
-    """Measured torque beside the exact one, joint by joint."""
-    rows = [
-        row | {"effort_unit": joint.effort_unit, "shown_verdict": verdict_text(row)}
-        for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
-    ]
-    labels = {
-        "correlation": ("correlation",),
-        "slope": ("slope",),
-        "rms_difference": ("RMS difference", "@effort_unit"),
-        "explained": ("explained", "", "percent"),
-        "shown_verdict": ("verdict", "", "text"),
-    }
-    title = "Measured torque beside the exact one"
-    return table_of("joints", title, rows, labels)
-
-
-def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple[Table, ...]:
-    """Friction and offset fitted to each joint's difference, with standard errors, where it was asked for."""
-    if "coulomb" not in table:
-        return ()
-    rows = rows_of(table, "joint")
-    efforts = [joint.effort_unit for joint in arm.joints]
-    viscous = [UNITS["viscous"][unit == "N m"] for unit in efforts]
-
-    def cells(name: str, units: Sequence[str]) -> list[str]:
-        known = ((row[name], row[f"{name}_error"]) for row in rows)
-        pairs = zip(known, units, strict=True)
-        return [
-            "–" if value is None else f"{with_error(value, error or 0.0, 1)} {unit}"
-            for (value, error), unit in pairs
-        ]
-
-    columns = (
-        *joint_columns(arm.joints),
-        Column("", "Coulomb", cells("coulomb", efforts), shown="text"),
-        Column("", "viscous", cells("viscous", viscous), shown="text"),
-        Column("", "offset", cells("offset", efforts), shown="text"),
-        Column("", "RMS left", [row["rms_beside_friction"] for row in rows], efforts),
-    )
-    title = f"Friction and offset fitted to the difference{beside}, with standard errors"
-    return (Table("", title, columns),)
-
-
-def verdict_text(row: Mapping[str, Any]) -> str:
-    """How a joint's measurement and model go together: "too light by a factor 1.9"."""
-    verdict: str = row["verdict"]
-    slope = row["slope_beside_friction"]
-    if verdict == "another joint's":
-        return f"follows the model of joint {row['resembles']}"
-    if verdict in ("too light", "too heavy") and slope:
-        factor = slope if verdict == "too light" else 1.0 / slope
-        return (
-            f"{verdict} by a factor {factor:.0f}" if factor > 99.5 else f"{verdict} by a factor {factor:.2g}"
-        )
-    return verdict
-
-
-def is_described(table: xr.Dataset) -> bool:
-    """Whether no measured torque contradicts the model."""
-    return not {*table.verdict.values.tolist()} & {*CONTRADICTING}
-
-
-def torque_warning(table: xr.Dataset, arm: str) -> str:
-    """At which joints a model is not what was measured, and what to check."""
-    rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
-    places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
-    said = "; ".join(f"joint {row['joint']} {verdict_text(row)}" for row in rows)
-    return f"measured torques contradict the model of {arm}: {said}. Check {', '.join(places)}"
-
-
-def motion_rows(findings: Findings) -> list[Row]:
-    """One row per motion: set points, duration, torques and errors of the joints, and the worst of these.
-
-    `used` is the largest error of every joint over what the budget allows it along the motion, `worst` the
-    largest of them and `joint` its joint, from 1.
-    """
-    table = findings.tables["motions"]
-    used = share_of(table.largest_error.values, table.allowed_error.values)
-    per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
-    return [
-        {
-            "motion": str(table.motion.values[k]),
-            "origin": str(table.motion_origin.values[k]),
-            "set_points": int(table.set_points.values[k]),
-            "duration": float(table.duration.values[k]),
-            **{name: table[name].values[k].tolist() for name in per_joint},
-            "used": used[k].tolist(),
-            "worst": float(used[k].max()),
-            "joint": int(used[k].argmax()) + 1,
-        }
-        for k in range(table.sizes["motion"])
-    ]
-
-
-def verdict_rows(findings: Findings) -> list[Row]:
-    """One row per element, ranked over all motions: verdict and torque share along each, and if they change.
-
-    That an element is zero along one motion and negligible along another is no change.
-    """
-    table = findings.tables["motions"]
-    rows = []
-    for k, element in enumerate(table.element.values.tolist()):
-        quantity = str(table.quantity.values[k])
-        found = table.verdict.values[k].tolist()
-        verdicts = [effect_of({"quantity": quantity, "verdict": verdict}) for verdict in found]
-        rows.append(
-            {
-                "element": element,
-                "verdicts": verdicts,
-                "torque_shares": table.torque_share.values[k].tolist(),
-                "changes": len({"" if verdict in _NOTHING else verdict for verdict in verdicts}) > 1,
-            }
-        )
-    return rows
-
-
-def mark_of(verdict: str) -> str:
-    """A verdict where there is no room for words."""
-    return "–" if verdict == "negligible" else LETTERS[verdict]
-
-
-def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]:
-    """Errors along each of several motions, and the verdicts that change between them."""
-    if "motions" not in findings.tables:
-        return ()
-    rows, verdicts = motion_rows(findings), verdict_rows(findings)
-    worst = max(rows, key=lambda row: row["worst"])
-    changing = [row for row in verdicts if row["changes"]]
-    labels = {
-        "motion": ("motion", "", "name"),
-        "set_points": ("set points", "", "count"),
-        "duration": ("duration", "s"),
-        "worst": ("error of allowed", "", "percent"),
-        "joint": ("joint", "", "count"),
-    }
-    parts: list[Part] = [
-        Fact(
-            "worst_of_allowed",
-            "Largest share of the allowed error",
-            worst["worst"],
-            shown="percent",
-            note=f"joint {worst['joint']} along {worst['motion']}",
-        ),
-        Fact(
-            "changing",
-            "Verdicts that differ by motion",
-            [row["element"] for row in changing],
-            text=_named([row["element"] for row in changing]),
-        ),
-        table_of("each", "Motions", rows, labels),
-        Fact("verdicts", "", verdicts),
-    ]
-    if changing and len(rows) <= _MOST_COLUMNS:
-        marks = [
-            Column("", row["motion"], [mark_of(one["verdicts"][k]) for one in changing], shown="text")
-            for k, row in enumerate(rows)
-        ]
-        names = Column("", "element", [row["element"] for row in changing], shown="text")
-        title = "Dominant effect along each motion: T translation, R rotation, – negligible"
-        parts.append(Table("", title, (names, *marks), top=top))
-    return (Section("motions", "", tuple(parts)),)
-
-
-def _named(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{len(names)}: {', '.join(names[:_NAMED])}{more}" if names else "none"
-
-
-def strict_notice(findings: Findings) -> str:
-    """Name the joint of which one motion allows far less than another, and what settles it; "" if none."""
-    if "motions" not in findings.tables:
-        return ""
-    table, arm, asked = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
-    allowed = table.allowed_error.values
-    ratio = allowed.max(axis=0) / allowed.min(axis=0)
-    if not (ratio >= _STRICT).any() or not asked.wholes & {"peak", "uncertainty"}:
-        return ""
-    joint = int(ratio.argmax())
-    least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
-    names, peak = table.motion.values, float(table.peak_torque.values[least, joint])
-    needs = amount(peak, arm.joints[joint].effort_unit)
-    said = (
-        f"Joint {joint + 1} needs at most {needs} along {names[least]} and is allowed "
-        f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
-    )
-    if findings.model.notice:
-        return said
-    friction = ReferenceTorques(arm, np.zeros(arm.n_joints)).all("friction")
-    if len(asked.entries) == 1 and np.isfinite(friction).all():
-        return f'{said} --budget "{asked} or 10% friction" sets a floor.'
-    return f"{said} An amount in N m in --budget, or a share of friction, sets a floor."
-
-
-def is_recorded(findings: Findings) -> bool:
-    """Whether the motion was measured."""
-    return "recording" in findings.tables
-
-
-def noise_rows(findings: Findings) -> list[Row]:
-    """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
-    names = ["cutoff", "noise_q", "noise_qdd", "torque_noise"]
-    rows = rows_of(findings.tables["recording"][names], "joint")
-    allowed = findings.model.accuracy.allowed.tolist()
-    return [
-        row
-        | {
-            "joint_name": joint.name,
-            "unit": joint.unit,
-            "qdd_unit": f"{joint.unit}/s^2",
-            "effort_unit": joint.effort_unit,
-            "allowed": budget,
-            "of_allowed": row["torque_noise"] / budget,
-        }
-        for row, joint, budget in zip(rows, findings.arm.joints, allowed, strict=True)
-    ]
-
-
-def recording_parts(findings: Findings) -> tuple[Part, ...]:
-    """Of a measured motion: what was done with the readings, and what their noise does."""
-    if not is_recorded(findings):
-        return ()
-    table = findings.tables["recording"]
-    elements, noise = table.element.values, table.element_noise.values
-    within = elements[table.within_noise.values].tolist()
-    undecided = elements[table.verdict_open.values].tolist()
-    labels = {
-        "cutoff": ("cut-off", "Hz"),
-        "noise_q": ("noise of q", "@unit"),
-        "noise_qdd": ("noise of qdd", "@qdd_unit"),
-        "torque_noise": ("torque of it", "@effort_unit"),
-        "of_allowed": ("of allowed", "", "percent"),
-    }
-    columns = [
-        {key.removeprefix("column_"): value for key, value in row.items()} for row in rows_of(table, "column")
-    ]
-    parts = (
-        Fact("treatment", "", table.attrs["treatment"].split("\n")),
-        Fact(
-            "within_noise",
-            f"Elements of D within twice the noise, of {np.count_nonzero(noise)}" * bool(within),
-            within,
-            text=_named(within),
-        ),
-        Fact(
-            "verdict_open",
-            "Elements whose verdict the noise decides" * bool(undecided),
-            undecided,
-            text=_named(undecided),
-        ),
-        table_of("joints", "Noise of the readings (standard deviation)", noise_rows(findings), labels),
-        Fact("elements", "", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
-        Fact("columns", "", columns),
-    )
-    return (Section("recording", "", parts),)
-
-
-def _recording_notices(findings: Findings) -> list[str]:
-    if not is_recorded(findings):
-        return []
-    table = findings.tables["recording"]
-    if findings.trajectory.motions:
-        lowest = number(float(table.cutoff.values.min()))
-        smoothed = f"readings smoothed without delay, cut-off {lowest} Hz or higher"
-    else:
-        smoothed = table.attrs["treatment"].split("\n")[-1].partition(";")[0]
-    said = [f"Measured motion, not a plan: {smoothed}."]
-    rows = noise_rows(findings)
-    beyond = [row["joint"] for row in rows if row["of_allowed"] > 1.0]
-    if beyond:
-        said.append(
-            "Noise left in the accelerations exceeds the allowed torque error at "
-            f"{named_joints(beyond, len(rows))}: models for this budget follow the noise, too. A lower "
-            "--cutoff leaves less."
-        )
-    return said
 
 
 def _tables(findings: Findings) -> tuple[Part, ...]:

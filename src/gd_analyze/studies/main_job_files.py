@@ -14,7 +14,7 @@ from gd_analyze.files import (
     require_writable,
 )
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.frames import frame_of
+from gd_analyze.results.rows import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.simplification.model_file import model_text
 

@@ -12,10 +12,10 @@ import numpy as np
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.motions.states import in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, joint_columns
-from gd_analyze.results.frames import rows_of
 from gd_analyze.results.model_facts import drives_text
+from gd_analyze.results.motion_result import friction_tables, measured_table
 from gd_analyze.results.motion_tables import measured_torque_table
-from gd_analyze.results.run_result import friction_tables, measured_table
+from gd_analyze.results.rows import rows_of
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.studies.validation import ValidatedMotion, Validation
 from gd_analyze.text import joint_name, visible
