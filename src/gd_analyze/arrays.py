@@ -1,4 +1,4 @@
-"""Three-vectors and 3x3 tensors whose last axis runs over the set points.
+"""Arrays: vectors and tensors with the set points last, round-off, and checks of given arrays.
 
 The component axis comes just before the set-point axis: vectors are ``(..., 3, N)``, tensors
 ``(..., 3, 3, N)``. One set point is N = 1. The long axis being contiguous, every operation below
@@ -115,8 +115,8 @@ def round_off_of(torque: FloatArray, explained: float = 0.0) -> float:
     torque
         Torques, N m, shape (N, n).
     explained
-        What round-off explains where no joint needs any torque, as `pinocchio_check.round_off_bounds` has it:
-        then there is no real torque to take a share of.
+        What round-off explains where no joint needs any torque (`pinocchio_check.round_off_bounds`): then
+        there is no real torque to take a share of.
     """
     largest = float(np.abs(torque).max())
     return explained if largest <= explained else ROUND_OFF_SHARE * largest

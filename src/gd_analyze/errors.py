@@ -8,8 +8,7 @@ from pathlib import Path
 
 from gd_analyze.text import shortened, visible
 
-# A value from a file is told on a line or two, whatever its length; a path of common length stays whole, and
-# so does a list of names that we made.
+# A value from a file takes a line or two; a path of common length and a list of ours stay whole.
 _LONGEST = {"what": 240, "where": 400, "found": 160, "expected": 1000, "next": 1000}
 
 
@@ -31,10 +30,10 @@ class Location:
 
 
 class GdAnalyzeError(Exception):
-    """Something the user can mend.
+    """Something the user can fix.
 
-    Names and values of files and commands stand in it as they are given: what acts on a terminal is written
-    out, and what is long is cut here.
+    Names and values of files and commands may be passed as given: control characters are escaped and long
+    texts are cut here.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ class GdAnalyzeError(Exception):
     where
         File, line and column, or the argument or element concerned.
     expected, found
-        What was wanted and what was there instead; several things found are each told on a line's length.
+        What was wanted, and what was there instead; of several things found each is cut to a length.
     next_step
         What to do now.
     """
@@ -57,9 +56,9 @@ class GdAnalyzeError(Exception):
         found: str | Sequence[str] | None = None,
         next_step: str | None = None,
     ) -> None:
-        self.what = _told("what", what)
+        self.what = _line("what", what)
         self.details = {
-            label: _told(label, value)
+            label: _line(label, value)
             for label, value in {
                 "where": where,
                 "expected": expected,
@@ -73,7 +72,7 @@ class GdAnalyzeError(Exception):
         )
 
 
-def _told(label: str, value: Location | str | Sequence[str]) -> str:
+def _line(label: str, value: Location | str | Sequence[str]) -> str:
     """One line of a message."""
     items = [value] if isinstance(value, Location | str) else value
     return "; ".join(shortened(visible(str(item)), _LONGEST[label]) for item in items)
@@ -84,7 +83,7 @@ class UsageError(GdAnalyzeError):
 
 
 class ArmError(GdAnalyzeError):
-    """An arm is unknown, or its description is malformed or impossible."""
+    """An arm is unknown, or its description is malformed or physically inconsistent."""
 
 
 class TrajectoryError(GdAnalyzeError):
@@ -108,10 +107,7 @@ class StorageError(OutputError):
 
 
 class GdAnalyzeWarning(UserWarning):
-    """Something suspicious that does not stop the work; also shown inside the reports.
-
-    As in a `GdAnalyzeError`, what acts on a terminal is written out.
-    """
+    """Something suspicious that does not stop the work; reports show it, too."""
 
     def __init__(self, text: str) -> None:
         super().__init__(visible(text))

@@ -1,4 +1,4 @@
-"""Numbers and units as a reader expects them; terminal, HTML and PDF show the same digits."""
+"""Numbers, units and names as a reader meets them; terminal, HTML and PDF show the same digits."""
 
 from __future__ import annotations
 
@@ -57,17 +57,7 @@ _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Unit with the prefix that gives values of that size up to three digits before their point.
 
-    Parameters
-    ----------
-    largest
-        The largest of the values that shall stand in one unit.
-    unit
-        Theirs, such as "N m" or "kg m^2"; one that no prefix goes with is left alone.
-
-    Returns
-    -------
-    factor, unit
-        What one of the new unit is in the old.
+    Returns what one of the new unit is in the old, and the new; a unit that takes no prefix is unchanged.
 
     Examples
     --------
@@ -86,9 +76,9 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def fitting(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Unit with the prefix in which all values of a row are told, as `prefixed` gives it.
+    """Unit with the prefix for all values of a row: the largest's, or the next smaller one.
 
-    That of the largest, or the next smaller one where another would need a power of ten in it.
+    The next smaller one where another value would need a power of ten otherwise.
 
     Examples
     --------
@@ -116,7 +106,7 @@ def amount(value: float, unit: str) -> str:
 
 
 def with_error(value: float, error: float, digits: int = 2) -> str:
-    """Format a value as far as the digits that its standard error is told with, and the error.
+    """Format a value to the digits of its standard error, and the error.
 
     Examples
     --------
@@ -244,12 +234,8 @@ def markup_of_powers(text: str) -> Markup:
     return Markup(re.sub(r"\^([\d.]+)", r"<sup>\1</sup>", typeset))
 
 
-# Of a long text so much of the end stays: where a path has its name, and a message its line and column.
-_END = 40
-
-
 def visible(text: str) -> str:
-    r"""Write out every sign of a text that shows nothing but acts: control, format and line signs.
+    r"""Escape control, format and line characters, which act on a terminal or a page instead of showing.
 
     Examples
     --------
@@ -258,7 +244,13 @@ def visible(text: str) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(sign if _shows(sign) else _written_out(sign) for sign in text)
+    # Spaces of every width are not printable to Python, yet do no harm.
+    return "".join(
+        sign
+        if sign.isprintable() or unicodedata.category(sign) == "Zs"
+        else sign.encode("unicode_escape").decode("ascii")
+        for sign in text
+    )
 
 
 def in_python(value: object) -> str:
@@ -276,26 +268,11 @@ def in_python(value: object) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Cut the middle out of a text of more than `most` signs, and say how long it was.
-
-    Examples
-    --------
-    >>> shortened("x" * 1000, 100)
-    'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx ... (1000 characters) ... xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx'
-    """
+    """Cut the middle out of a text of more than `most` characters, and say how long it was."""
     if len(text) <= most:
         return text
-    gap = f" ... ({len(text)} characters) ... "
-    return f"{text[: most - _END - len(gap)]}{gap}{text[-_END:]}"
-
-
-def _shows(sign: str) -> bool:
-    # Spaces of every width are no printable signs to Python, yet do no harm.
-    return sign.isprintable() or unicodedata.category(sign) == "Zs"
-
-
-def _written_out(sign: str) -> str:
-    return sign.encode("unicode_escape").decode("ascii")
+    gap, end = f" ... ({len(text)} characters) ... ", 40  # a path's name, a message's line and column
+    return f"{text[: most - end - len(gap)]}{gap}{text[-end:]}"
 
 
 def joined(joints: Iterable[int]) -> str:
@@ -311,34 +288,21 @@ def joined(joints: Iterable[int]) -> str:
 
 
 def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...] | None:
-    """Read what `joined` wrote; commas may also part one digit from the other.
+    """Read what `joined` wrote, of as many joints as `lengths` has; commas may stand between digits as well.
 
-    Parameters
-    ----------
-    index
-        Digits and commas.
-    n_joints
-        Joints of the arm.
-    lengths
-        How many indices there may be.
-
-    Returns
-    -------
-    tuple of int or None
-        Joints, from 0; None where this names none, or could name several.
+    None where this names no joints (from 0) of the arm, or could name several.
 
     Examples
     --------
     >>> parted("12", 10, {2}), parted("1,10", 10, {2}), parted("10", 10, {1}), parted("10", 9, {1})
     ((0, 1), (0, 9), (9,), None)
     """
-    readings = {tuple(index.split(","))} | (set() if "," in index else {tuple(index)})
-    found = {
-        tuple(int(number) - 1 for number in reading)
-        for reading in readings
-        if len(reading) in lengths and all(number.isdecimal() for number in reading)
-    }
-    found = {joints for joints in found if all(0 <= joint < n_joints for joint in joints)}
+    found = set()
+    for reading in {tuple(index.split(",")), (index,) if "," in index else tuple(index)}:
+        if len(reading) in lengths and all(number.isdecimal() for number in reading):
+            joints = tuple(int(number) - 1 for number in reading)
+            if all(0 <= joint < n_joints for joint in joints):
+                found.add(joints)
     return found.pop() if len(found) == 1 else None
 
 
@@ -366,9 +330,9 @@ def joint_name(number: int, name: str) -> str:
     return name if name == str(number) else f"{number} {name}"
 
 
-# SI: a billion tonnes, seven times as far as the sun, 32 000 years. What is larger is a slip of the unit or
+# SI: a billion tonnes, seven times as far as the sun, 32 000 years. What is larger is an error of the unit or
 # a damaged file. It also keeps results finite: torque is of the first power in mass and of the second in
-# lengths and in rates, so that its square stays below 1e130; doubles end at 1.8e308.
+# lengths and in velocities, so that its square stays below 1e130; doubles end at 1.8e308.
 LARGEST = 1e12
 
 # A term's coefficient is made of a mass and two lengths, 1e36 at most; a program may add them up and divide
@@ -392,18 +356,15 @@ def number_in(text: str) -> float | None:
     return float(stripped) if _NUMBER.fullmatch(stripped) else None
 
 
-_WORDS = "text-align: left"
-
-
 def html_of(
     title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str = "", more: str = ""
 ) -> str:
-    """Write a value as HTML; names in it may be anybody's, and are escaped.
+    """Write a value as HTML for notebooks; names in it are escaped.
 
     Parameters
     ----------
     title, headings, rows
-        Its table; cells that begin with a letter stand on the left.
+        Its table; cells that begin with a letter are aligned left.
     note
         A sentence below.
     more
@@ -414,24 +375,24 @@ def html_of(
     >>> html_of("an arm", ["joint"], [["1 <waist>"]])
     '<table><caption>an arm</caption><tr><th>joint</th></tr><tr><td>1 &lt;waist&gt;</td></tr></table>'
     """
-    head = "".join(f"<th>{_text(heading)}</th>" for heading in headings)
-    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
-    table = f"<table><caption>{_text(title)}</caption><tr>{head}</tr>{body}</table>"
-    below = f"<p>{_text(note)}</p>" if note else ""
-    lines = "\n".join(_text(line) for line in more.splitlines())
+
+    def text(shown: str) -> str:
+        return str(escape(visible(shown)))
+
+    def cell(shown: str) -> str:
+        return f'<td style="text-align: left">{text(shown)}' if shown[:1].isalpha() else f"<td>{text(shown)}"
+
+    head = "".join(f"<th>{text(heading)}</th>" for heading in headings)
+    body = "".join(f"<tr>{''.join(f'{cell(one)}</td>' for one in row)}</tr>" for row in rows)
+    table = f"<table><caption>{text(title)}</caption><tr>{head}</tr>{body}</table>"
+    below = f"<p>{text(note)}</p>" if note else ""
+    lines = "\n".join(text(line) for line in more.splitlines())
     folded = f"<details><summary>equations</summary><pre>{lines}</pre></details>" if more else ""
     return table + below + folded
 
 
-def _cell(text: str) -> str:
-    style = f' style="{_WORDS}"' if text[:1].isalpha() else ""
-    return f"<td{style}>{_text(text)}</td>"
-
-
-def _text(text: str) -> str:
-    return str(escape(visible(text)))
-
-
+# Levels of simplification, here so that the command line offers them without loading NumPy; a new one is a
+# file in `simplification/` and a line here.
 LEVEL_NAMES = {
     "element": "parts of D and h as a whole, the founding text's method",
     "term": "torque terms one by one: the fewest operations for arms of few terms",

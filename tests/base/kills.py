@@ -21,8 +21,8 @@ from pathlib import Path
 import pandas as pd
 
 import gd_analyze as gd
-import gd_analyze.report.html
-import gd_analyze.report.pdf
+import gd_analyze.report.main_page
+import gd_analyze.report.main_pdf
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.files import mark_in
 from gd_analyze.results.findings import Findings
@@ -45,10 +45,10 @@ def two_runs() -> list[Findings]:
 
 
 def render_once(runs: list[Findings]) -> None:
-    pages = {run.provenance["run"]: gd_analyze.report.html.render_html(run) for run in runs}
-    papers = {run.provenance["run"]: gd_analyze.report.pdf.prepare_pdf(run)() for run in runs}
-    gd_analyze.report.html.render_html = lambda run: pages[run.provenance["run"]]
-    gd_analyze.report.pdf.prepare_pdf = lambda run: lambda: papers[run.provenance["run"]]
+    pages = {run.provenance["run"]: gd_analyze.report.main_page.render_html(run) for run in runs}
+    papers = {run.provenance["run"]: gd_analyze.report.main_pdf.prepare_pdf(run)() for run in runs}
+    gd_analyze.report.main_page.render_html = lambda run: pages[run.provenance["run"]]
+    gd_analyze.report.main_pdf.prepare_pdf = lambda run: lambda: papers[run.provenance["run"]]
 
 
 def with_hdf5_copied(runs: list[Findings], folder: Path) -> Callable[[Callable[[], None]], None]:
@@ -148,7 +148,7 @@ def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
             wrong.append(f"{name} beside others of another run, {others}: {said!r}")
     if len(pd.read_csv(folder / FILES["csv"])) != 7:  # D11, D12, D22, h1, h2, c1, c2
         wrong.append("the ranking is cut off")
-    if not (folder / FILES["html"]).read_text(encoding="utf-8").endswith("</html>"):
+    if not (folder / FILES["html"]).read_text(encoding="utf-8").rstrip().endswith("</html>"):
         wrong.append("the page is cut off")
     if not (folder / FILES["pdf"]).read_bytes().rstrip().endswith(b"%%EOF"):
         wrong.append("the PDF is cut off")

@@ -28,14 +28,6 @@ def test_every_variable_says_what_it_is(group):
         assert not {"units", "units_in"} <= attributes.keys()
 
 
-def test_variables_of_the_decomposition_say_where_they_are_defined():
-    for variable in GROUPS["decomposition"].values():
-        attributes = variable.attributes([True, True])
-        assert attributes.keys() == {"units", "symbol", "equation", "long_name"}
-        assert all(attributes.values())
-        assert variable.dims[0] == "time"
-
-
 def test_units_follow_the_joints():
     assert unit_of("inertia", True, True) == "kg m^2"
     assert unit_of("inertia", True, False) == "kg m"

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pint
 import pytest
 
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import cross_check
-from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.main_job_files import write_findings
 
 UNITS = pint.UnitRegistry()
 
@@ -142,21 +139,3 @@ def test_a_difference_is_told_in_the_unit_of_the_entry(mixed_findings):
     with pytest.raises(gd.GdAnalyzeError, match="gravity_loading disagrees") as caught:
         cross_check(arm, spoiled)
     assert caught.value.details["found"] == "1.0e-03 N"
-
-
-def test_the_csv_says_the_units(findings, tmp_path):
-    write_findings(findings, tmp_path, ("csv",))
-    rows = pd.read_csv(tmp_path / "dominance.csv")
-    assert rows["unit"].tolist() == findings.dominance.unit.values.tolist()
-    assert rows["torque_unit"].tolist() == findings.dominance.torque_unit.values.tolist()
-
-
-def test_units_survive_the_file(findings, tmp_path):
-    write_findings(findings, tmp_path, ("h5",))
-    again = load_findings(tmp_path / "analysis.h5")
-    for group, table in findings.tables.items():
-        for name in (*table.data_vars, *table.coords):
-            before, after = table[name], again.tables[group][name]
-            assert after.attrs == before.attrs, (group, name)
-            if str(name).endswith("unit"):
-                assert after.values.tolist() == before.values.tolist()
