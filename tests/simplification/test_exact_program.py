@@ -157,7 +157,7 @@ def test_a_scara_takes_few_operations():
     """Its angles add up across the slide: 58 and 59 terms with the roll a run of its own."""
     form = ExactForm(scara())
     assert form.operations.total <= 53
-    # The fast profile of Lloyd et al. 2021: the full circle, rates of 1 and accelerations of 10.
+    # The fast profile of Lloyd et al. 2021: the full circle, velocities of 1 and accelerations of 10.
     rng = np.random.default_rng(0)
     q, qd, qdd = (rng.uniform(-x, x, (1000, 4)) for x in (np.pi, 1.0, 10.0))
     model = simplify(scara(), States(q, qd, qdd), "1%")

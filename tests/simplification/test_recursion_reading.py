@@ -96,7 +96,7 @@ def test_omega_is_the_angular_velocity_of_the_link(arm: RobotArm, seed: int):
             omega = omega + axes[link] * states.last[1][link]
         own = np.array([values[Quantity("omega", link, axis)] for axis in "xyz"])
         # The frame is turned about an unknown angle: lengths are those in any frame. A sum of as many unit
-        # vectors times rates as there are joints rounds below that many eps of the largest.
+        # vectors times velocities as there are joints rounds below that many eps of the largest.
         assert np.allclose(np.linalg.norm(own, axis=0), np.linalg.norm(omega, axis=0), atol=1e-12)
         if arm.is_revolute[link] and not regrouped_link.is_round:
             along = regrouped_link.sign * np.einsum("an,an->n", omega, axes[link])
@@ -116,13 +116,13 @@ def test_the_field_a_is_what_omega_and_its_rate_make(arm: RobotArm, seed: int):
     states = random_states(arm.n_joints, 4, seed)
     values = told_values(ExactForm(arm).recursion, states)
     for link in range(arm.n_joints):
-        omega, rate = (
+        omega, velocity = (
             np.array([values[Quantity(kind, link, axis)] for axis in "xyz"]) for kind in ("omega", "omegad")
         )
         for b, point in enumerate(np.eye(3)):
-            made = np.cross(rate.T, point) + np.cross(omega.T, np.cross(omega.T, point))
+            made = np.cross(velocity.T, point) + np.cross(omega.T, np.cross(omega.T, point))
             stated = [values[Quantity("A", link, "xyz"[a] + "xyz"[b])] for a in range(3)]
-            # Two products and a sum each: a few eps of the squares of the rates.
+            # Two products and a sum each: a few eps of the squares of the velocities.
             assert np.allclose(np.transpose(stated), made, rtol=0.0, atol=1e-13 * (1.0 + np.abs(made).max()))
 
 

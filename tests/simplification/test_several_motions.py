@@ -27,7 +27,7 @@ SLOW, FAST = swung(20.0, "slow"), swung(2.2, "fast")
 
 def other_motion(arm, seed: int) -> Trajectory:
     states = random_states(arm.n_joints, 12, seed)
-    # A tenth of the rates and a hundredth of the accelerations: a slow one beside whatever the first is.
+    # A tenth of the velocities and a hundredth of the accelerations: a slow one beside whatever the first is.
     return Trajectory(0.1 * np.arange(12), states.q, 0.1 * states.qd, 0.01 * states.qdd, "other")
 
 

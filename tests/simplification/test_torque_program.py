@@ -34,12 +34,12 @@ WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
 
 @st.composite
 def term_sets(draw):
-    """An arm's absolute rates, and some torque terms of random rates and products: many alike."""
+    """An arm's absolute velocities, and some torque terms of random velocities and products: many alike."""
     arm = load_arm(draw(st.sampled_from(ARMS)))
-    rates = AbsoluteVelocities.of(arm)
-    n = rates.n_joints
+    velocities = AbsoluteVelocities.of(arm)
+    n = velocities.n_joints
     factors = []
-    for run in rates.runs:
+    for run in velocities.runs:
         turns = arm.is_revolute[run[0]]
         for within in itertools.product(range(-2, 3) if turns else (1,), repeat=len(run)):
             # Of an angle and its negative one is enough.
@@ -58,18 +58,18 @@ def term_sets(draw):
             st.builds(TorqueTerm, joints, moving, monomials), st.sampled_from(WEIGHTS), max_size=12
         )
     )
-    return rates, terms
+    return velocities, terms
 
 
-def evaluated(rates: AbsoluteVelocities, terms, states) -> tuple[np.ndarray, np.ndarray]:
+def evaluated(velocities: AbsoluteVelocities, terms, states) -> tuple[np.ndarray, np.ndarray]:
     """Torques by the terms' definition, and the sum of the magnitudes of the terms in each."""
-    back = np.linalg.inv(rates.matrix)
+    back = np.linalg.inv(velocities.matrix)
     moving = {1: states.qd @ back.T, 2: states.qdd @ back.T}
     parts = np.zeros((2, *states.q.shape))
     for term, weight in terms.items():
         value = np.full(len(states.q), weight)
-        for rate in term.velocities:
-            value = value * moving[rate.order][:, rate.joint]
+        for velocity in term.velocities:
+            value = value * moving[velocity.order][:, velocity.joint]
         for kind, multiples in term.monomial:
             value = value * FUNCTIONS[kind](states.q @ np.array(multiples, dtype=float))
         parts[0, :, term.row] += value
@@ -82,10 +82,10 @@ def run(program, states) -> np.ndarray:
     return program.run({f"{name}{i + 1}": row for name, array in named for i, row in enumerate(array.T)}).T
 
 
-def assert_ways_agree(rates: AbsoluteVelocities, terms) -> None:
-    states = random_states(rates.n_joints, 20, 5)
-    wanted, scale = evaluated(rates, terms, states)
-    programs = {effort: torque_program(rates, terms, effort) for effort in EFFORTS}
+def assert_ways_agree(velocities: AbsoluteVelocities, terms) -> None:
+    states = random_states(velocities.n_joints, 20, 5)
+    wanted, scale = evaluated(velocities, terms, states)
+    programs = {effort: torque_program(velocities, terms, effort) for effort in EFFORTS}
     for program in programs.values():
         assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
     # More effort holds what less effort finds against something else.
@@ -120,15 +120,15 @@ def test_the_order_of_the_terms_does_not_matter():
 @examples(10)
 @given(term_sets(), st.data())
 def test_written_step_by_step_they_have_the_value_of_the_terms(case, data):
-    rates, terms = case
+    velocities, terms = case
     order = data.draw(st.permutations(sorted(terms)))
     ends = sorted(data.draw(st.lists(st.integers(0, len(order)), min_size=1, max_size=4, unique=True)))
     steps = [{term: terms[term] for term in order[:end]} for end in ends]
-    states = random_states(rates.n_joints, 20, 5)
-    programs = torque_programs(rates, steps, 10_000)
+    states = random_states(velocities.n_joints, 20, 5)
+    programs = torque_programs(velocities, steps, 10_000)
     assert len(programs) == len(steps)
     for program, some in zip(programs, steps, strict=True):
-        wanted, scale = evaluated(rates, some, states)
+        wanted, scale = evaluated(velocities, some, states)
         assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
 
 

@@ -166,7 +166,7 @@ class Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself of any other."""
         for one in self.motions:
             if one.fingerprint == fingerprint:
-                fitted_on = {
+                fitted_on: dict[str, str | int] = {
                     "trajectory": one.name,
                     "trajectory_fingerprint": one.fingerprint,
                     "set_points": one.set_points,

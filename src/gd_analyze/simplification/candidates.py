@@ -138,7 +138,7 @@ def _swept(
 ) -> tuple[Terms, float]:
     """Terms left when the smallest have gone, and the largest error over allowed that these make together.
 
-    How small a term is, a few of the states tell where there are very many terms.
+    Where there are very many terms, a few of the states decide which are small.
     """
     items, n, states = list(every.items()), exact.arm.n_joints, exact.states
     looked_at = _RANKED if np.isinf(sweep) else _GLANCE

@@ -239,4 +239,4 @@ class ElementLevel(CandidateLevel):
         return parts[entry.part], 1.0
 
 
-ELEMENT = ElementLevel()
+ELEMENT: ElementLevel = ElementLevel()

@@ -1,6 +1,6 @@
 """The order in which candidates go, the least missed first, and what is lost on the way.
 
-Squared torque error is a quadratic form in what is kept, so one Gram matrix tells, whatever the number of
+Squared torque error is a quadratic form in what is kept, so one Gram matrix shows, whatever the number of
 states, which candidate will be missed least: the one that adds the least squared error for every operation it
 saves, beside all that went before it and after what remains has been refitted, if that is wanted. The order
 is a guess of what a budget in largest errors wants; the budget itself is checked on every state.

@@ -30,7 +30,7 @@ class _EnergyEntry(Checked):
 
 
 class EnergyLevel(HarmonicLevel):
-    """Terms of D' in absolute rates and of the potential: the model is a mechanical system itself."""
+    """Terms of D' in absolute velocities and of the potential: the model is a mechanical system itself."""
 
     name: ClassVar[str] = "energy"
     keeps: ClassVar[str] = "energy terms"
@@ -63,4 +63,4 @@ class EnergyLevel(HarmonicLevel):
         return term, entry.coefficient
 
 
-ENERGY = EnergyLevel()
+ENERGY: EnergyLevel = EnergyLevel()

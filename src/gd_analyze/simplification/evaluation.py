@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """A model's torque at states, N m, shape (N, n), what it was held against, and the error between them.
+    """A model's torque at states, N m, shape (N, n), what it was compared with, and the error between them.
 
     Shares of the torque's norm are at 95 % and 99.9 % of the states, and at what the model's budget asks.
     """

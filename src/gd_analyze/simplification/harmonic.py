@@ -52,7 +52,7 @@ class HarmonicLevel(CandidateLevel):
         return gathered((number, self.source(form, term)) for term, number in terms.items())
 
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque of everything that a term makes; each product of factors and rates is formed once."""
+        """Torque of everything that a term makes; each product of factors and velocities is formed once."""
         form, states = exact.form, (x.T for x in exact.states.arrays)
         values = TorqueVariables(form.velocities, states)
         known: dict[tuple[Velocity | Factor, ...], FloatArray] = {}
@@ -69,7 +69,7 @@ class HarmonicLevel(CandidateLevel):
         """Operations by the set of terms that need them: a guess at what factoring will find.
 
         A torque term takes its coefficient and its sum; equal products of sines and cosines are formed once,
-        and rates multiply the sum of all terms behind them.
+        and velocities multiply the sum of all terms behind them.
         """
         users: dict[TorqueTerm, set[int]] = defaultdict(set)
         products: dict[Monomial, set[int]] = defaultdict(set)
@@ -83,8 +83,8 @@ class HarmonicLevel(CandidateLevel):
             costs[frozenset(members)] += 2
         for monomial, members in products.items():
             costs[frozenset(members)] += max(len(monomial) - 1, 0)
-        for (_, rates), members in brackets.items():
-            costs[frozenset(members)] += len(rates)
+        for (_, velocities), members in brackets.items():
+            costs[frozenset(members)] += len(velocities)
         return dict(costs)
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
@@ -102,11 +102,11 @@ class HarmonicLevel(CandidateLevel):
         return programs
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Torques in absolute rates, terms with the same rates in brackets before them."""
+        """Torques in absolute velocities, terms with the same velocities in brackets before them."""
         return torque_formulas(form.velocities, self.torques(form, terms))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
-        """Absolute rates, sines and cosines."""
+        """Absolute velocities, sines and cosines."""
         return torque_legend(form.velocities, self.torques(form, terms))
 
 

@@ -35,33 +35,12 @@ from gd_analyze.simplification.replacement import Replacement, replacements, rou
 from gd_analyze.simplification.search import Progress
 from gd_analyze.simplification.search_options import SearchOptions
 
-# How far in position, joints that turn and that slide, and as shares of each joint's peak rate and
-# acceleration; as the default of `certification.Margin`.
-TURNING, SLIDING, RATE, ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
+# Margins of position, revolute and prismatic, and as shares of each joint's peak velocity and acceleration;
+# as the default of `certification.Margin`.
+ANGLE, DISTANCE, VELOCITY, ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
 # How many are drawn, always the same. Of a budget of 1 % along 61 set points of a seven-joint arm the largest
 # error within these margins was 27 % of peak torque with none, 1.8 % with 100 to 200, and 1.5 % with 1000.
 _COUNT = 120
-
-
-def joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
-    """Add some states near those of a motion, that count like these; none to other states."""
-    states = exact.states
-    if "trajectory" not in states.described:
-        return exact
-    random = np.random.default_rng(0)
-    some = np.linspace(0, len(states) - 1, _COUNT).round().astype(np.intp)
-    turning = np.array([joint.kind == "revolute" for joint in exact.arm.joints])
-    rate, acceleration = (np.abs(x).max(axis=0, initial=0.0) for x in (states.qd, states.qdd))
-    margins = (np.where(turning, TURNING, SLIDING), RATE * rate, ACCELERATION * acceleration)
-
-    def near(values: FloatArray, margin: FloatArray) -> FloatArray:
-        return values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
-
-    q, qd, qdd = (near(values, margin) for values, margin in zip(states.arrays, margins, strict=True))
-    weights = None if states.weights is None else states.weights[some]
-    return exact.at(states.joined_by(q, qd, qdd, weights))
-
-
 # States looked at, beside those that turn out to matter, which join in bunches.
 _STATES, _JOINING = 300, 40
 # Several replacements are made at a time, as long as the mean square error grows no more than so many times:
@@ -78,6 +57,29 @@ _ROOM = 0.6
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
 # the allowed one may promise to be; a power of errors that tells the largest.
 _SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
+# Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
+# more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by
+# this power of the number of joints.
+_QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
+
+
+def joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
+    """Add some states near those of a motion, that count like these; none to other states."""
+    states = exact.states
+    if "trajectory" not in states.described:
+        return exact
+    random = np.random.default_rng(0)
+    some = np.linspace(0, len(states) - 1, _COUNT).round().astype(np.intp)
+    revolute = np.array([joint.kind == "revolute" for joint in exact.arm.joints])
+    velocity, acceleration = (np.abs(x).max(axis=0, initial=0.0) for x in (states.qd, states.qdd))
+    margins = (np.where(revolute, ANGLE, DISTANCE), VELOCITY * velocity, ACCELERATION * acceleration)
+
+    def near(values: FloatArray, margin: FloatArray) -> FloatArray:
+        return values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
+
+    q, qd, qdd = (near(values, margin) for values, margin in zip(states.arrays, margins, strict=True))
+    weights = None if states.weights is None else states.weights[some]
+    return exact.at(states.joined_by(q, qd, qdd, weights))
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,12 +340,6 @@ def prune(
     return here.changes
 
 
-# Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
-# more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by
-# this power of the number of joints.
-_QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
-
-
 def pruned(
     exact: ExactDynamics,
     allowed: FloatArray,
@@ -363,7 +359,7 @@ def pruned(
 
 
 def quick_pruned_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[float], int]:
-    """Tell about how many operations multiples of a budget take; each goes on from the next smaller known."""
+    """Estimate operations of multiples of a budget, each from the next smaller one known."""
     known: dict[float, dict[Change, float]] = {0.0: {}}
     near = joined_by_near_states(exact)
 

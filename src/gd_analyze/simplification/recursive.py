@@ -95,4 +95,4 @@ def has_constant(step: Expression) -> bool:
     return step.operation != "input" and not all(isinstance(x, Expression) for x in step.arguments)
 
 
-RECURSIVE = RecursiveLevel()
+RECURSIVE: RecursiveLevel = RecursiveLevel()

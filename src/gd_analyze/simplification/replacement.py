@@ -2,10 +2,10 @@
 
 Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order. So for every pair
 of steps the c that makes squares least, and these squares, follow from two products of matrices; operations
-that are saved are those that are alone for v and that u does not need. What is linear in rates stands in for
-such only, and what has neither rates nor accelerations for all but that. A second step is looked for beside
-the best first ones. What is most promising is then looked at together with what a fit of all numbers makes
-of it.
+that are saved are those that are alone for v and that u does not need. What is linear in velocities stands in
+for such only, and what has neither velocities nor accelerations for all but that. A second step is looked for
+beside the best first ones. What is most promising is then looked at together with what a fit of all numbers
+makes of it.
 """
 
 from __future__ import annotations

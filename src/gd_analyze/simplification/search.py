@@ -244,7 +244,7 @@ def dropped(
 
 
 def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Tell about how many operations multiples of a budget take, from one elimination."""
+    """Estimate operations of multiples of a budget from one elimination."""
     candidates = candidates_of(exact, level, allowed)
     elimination, one = eliminate(candidates), np.ones(len(candidates))
     return lambda factor: candidates.count(elimination.within(factor), one, COUNTING).total

@@ -32,7 +32,7 @@ class _TorqueEntry(Checked):
 
 
 class TermLevel(HarmonicLevel):
-    """Terms of tau' in absolute rates."""
+    """Terms of tau' in absolute velocities."""
 
     name: ClassVar[str] = "term"
     keeps: ClassVar[str] = "torque terms"
@@ -59,19 +59,23 @@ class TermLevel(HarmonicLevel):
         return Numbers(parameter.astype(int), magnitude)
 
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
-        """Write row, rates, factors and weight."""
+        """Write row, velocities, factors and weight."""
         factors = factor_entries(term.monomial)
         return _TorqueEntry(row=term.row, velocities=list(term.velocities), factors=factors, weight=weight)
 
     def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
-        """Read it back, in absolute rates that the arm has."""
-        rates = tuple(Velocity(*rate) for rate in entry.velocities)
-        term = TorqueTerm(entry.row, rates, monomial_of(form.arm, entry.factors))
+        """Read it back, in absolute velocities that the arm has."""
+        velocities = tuple(Velocity(*velocity) for velocity in entry.velocities)
+        term = TorqueTerm(entry.row, velocities, monomial_of(form.arm, entry.factors))
         joints = range(form.arm.n_joints)
         pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
-        if term.row not in joints or rates not in {(), *((Velocity(2, joint),) for joint in joints), *pairs}:
+        if term.row not in joints or velocities not in {
+            (),
+            *((Velocity(2, joint),) for joint in joints),
+            *pairs,
+        }:
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
 
 
-TERM = TermLevel()
+TERM: TermLevel = TermLevel()

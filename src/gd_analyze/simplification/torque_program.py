@@ -25,19 +25,19 @@ class TorqueVariables:
     States q, qd, qdd are values of every joint, of any kind that can be added up, n of each.
     """
 
-    def __init__(self, rates: AbsoluteVelocities, states: Iterable[Any]) -> None:
+    def __init__(self, velocities: AbsoluteVelocities, states: Iterable[Any]) -> None:
         self._q, qd, qdd = states
-        self._moving = {1: rates.absolute(qd), 2: rates.absolute(qdd)}
+        self._moving = {1: velocities.absolute(qd), 2: velocities.absolute(qdd)}
         self._known: dict[Velocity | Factor, Any] = {}
 
     @classmethod
-    def traced(cls, rates: AbsoluteVelocities, trace: Trace) -> TorqueVariables:
+    def traced(cls, velocities: AbsoluteVelocities, trace: Trace) -> TorqueVariables:
         """Expressions on a trace."""
-        states = (trace.inputs(name, rates.n_joints)[:, 0] for name in ("q", "qd", "qdd"))
-        return cls(rates, states)
+        states = (trace.inputs(name, velocities.n_joints)[:, 0] for name in ("q", "qd", "qdd"))
+        return cls(velocities, states)
 
     def __call__(self, variable: Velocity | Factor) -> Any:
-        """Value of a rate or a factor."""
+        """Value of a velocity or a factor."""
         if variable not in self._known:
             self._known[variable] = self._made(variable)
         return self._known[variable]
@@ -53,7 +53,7 @@ class TorqueVariables:
         return argument if kind == "power" else UFUNCS[kind](argument)
 
 
-# Brackets of other rates or rows that are a multiple of a known one share it; equal but for round-off.
+# Brackets of other velocities or rows that are a multiple of a known one share it; equal but for round-off.
 _PROPORTIONAL = 1e-9
 
 _Key = tuple[int, tuple[Velocity, ...]]
@@ -61,20 +61,21 @@ _Polynomial = dict[Monomial, float]
 _Polynomials = dict[_Key, _Polynomial]
 
 
-def nested_program(rates: AbsoluteVelocities, terms: Torques, *, in_line: bool = False) -> Program:
+def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: bool = False) -> Program:
     """Write torques in nested form: a few milliseconds for some hundred terms.
 
-    With `in_line` a bracket of a single term is multiplied out, so that sums of rates are taken out of it.
+    With `in_line` a bracket of a single term is multiplied out, so that sums of velocities are taken out of
+    it.
     """
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
             polynomials[term.row, term.velocities][term.monomial] = weight
     trace = Trace()
-    variables = TorqueVariables.traced(rates, trace)
+    variables = TorqueVariables.traced(velocities, trace)
     distinct, places = _distinct(polynomials)
     brackets = [factored(polynomial, variables) for polynomial in distinct]
-    rows: list[dict[tuple[Hashable, ...], float]] = [{} for _ in range(rates.n_joints)]
+    rows: list[dict[tuple[Hashable, ...], float]] = [{} for _ in range(velocities.n_joints)]
     for (row, moving), polynomial in polynomials.items():
         number, ratio = places[row, moving]
         if isinstance(brackets[number], float):
@@ -88,7 +89,7 @@ def nested_program(rates: AbsoluteVelocities, terms: Torques, *, in_line: bool =
     def value(variable: Any) -> Any:
         return brackets[variable] if isinstance(variable, int) else variables(variable)
 
-    return Program.of(trace, rates.joint_rows(factored(row, value) for row in rows))
+    return Program.of(trace, velocities.joint_rows(factored(row, value) for row in rows))
 
 
 def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, tuple[int, float]]]:
@@ -123,7 +124,7 @@ _NESTED = 1.5
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
-def torque_program(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
+def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
     """Write torque terms as a program of the torques of the joints themselves.
 
     Brackets nested take milliseconds. Looking for what all rows share takes 10 ms for 50 terms, 0.1 s for 150
@@ -132,20 +133,22 @@ def torque_program(rates: AbsoluteVelocities, terms: Torques, effort: Effort) ->
     kept for the next run.
     """
     if len(terms) > effort.shared:
-        return nested_program(rates, terms)
+        return nested_program(velocities, terms)
     if not effort.rearranging:
-        return next(_shared(rates, terms, effort))
-    key = ["torques", rates.runs, rates.signs, _listed(terms), effort]
+        return next(_shared(velocities, terms, effort))
+    key = ["torques", velocities.runs, velocities.signs, _listed(terms), effort]
 
     def are_right(programs: Sequence[Program]) -> bool:
-        return len(programs) == 1 and _is_right(rates, terms, *programs)
+        return len(programs) == 1 and _is_right(velocities, terms, *programs)
 
-    return kept_programs(Task.of(key, rates.n_joints, lambda: [_thorough(rates, terms, effort)], are_right))[
-        0
-    ]
+    return kept_programs(
+        Task.of(key, velocities.n_joints, lambda: [_thorough(velocities, terms, effort)], are_right)
+    )[0]
 
 
-def torque_programs(rates: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> tuple[Program, ...]:
+def torque_programs(
+    velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
+) -> tuple[Program, ...]:
     """Write torques that gain terms step by step, each from the one before: as thoroughly, in less time.
 
     The last step has all terms that occur. It ends before the first program that takes more than `most`
@@ -155,27 +158,29 @@ def torque_programs(rates: AbsoluteVelocities, steps: Sequence[Torques], most: i
     for number, terms in enumerate(steps):
         joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
     listed = [[*entry, joins[entry[0]]] for entry in _listed(steps[-1])]
-    key = ["growing torques", rates.runs, rates.signs, len(steps), listed, most]
+    key = ["growing torques", velocities.runs, velocities.signs, len(steps), listed, most]
 
     def are_right(programs: Sequence[Program]) -> bool:
         # Fewer where the next took too many operations.
-        return all(_is_right(rates, *each) for each in zip(steps, programs, strict=False))
+        return all(_is_right(velocities, *each) for each in zip(steps, programs, strict=False))
 
-    return kept_programs(Task.of(key, rates.n_joints, lambda: _growing(rates, steps, most), are_right))
+    return kept_programs(
+        Task.of(key, velocities.n_joints, lambda: _growing(velocities, steps, most), are_right)
+    )
 
 
-def _growing(rates: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
-    hopeful = [*takewhile(lambda terms: _may_take(rates, terms, most), steps)]
-    written: Iterable[Program] = (torque_program(rates, terms, POINT) for terms in hopeful)
+def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
+    hopeful = [*takewhile(lambda terms: _may_take(velocities, terms, most), steps)]
+    written: Iterable[Program] = (torque_program(velocities, terms, POINT) for terms in hopeful)
     if len(hopeful) > 1:
-        rows = [_rows(rates, terms) for terms in hopeful]
-        written = (_program(rates, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
+        rows = [_rows(velocities, terms) for terms in hopeful]
+        written = (_program(velocities, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
     yield from takewhile(lambda program: program.count.total <= most, written)
 
 
-def _may_take(rates: AbsoluteVelocities, terms: Torques, most: int) -> bool:
-    """Whether a program may be found of so few operations, as one of brackets nested tells."""
-    return len(terms) <= POINT.shared and nested_program(rates, terms).count.total <= _NESTED * most
+def _may_take(velocities: AbsoluteVelocities, terms: Torques, most: int) -> bool:
+    """Whether a program may be found of so few operations, judged by its nested brackets."""
+    return len(terms) <= POINT.shared and nested_program(velocities, terms).count.total <= _NESTED * most
 
 
 def _listed(terms: Torques) -> list[Any]:
@@ -183,37 +188,37 @@ def _listed(terms: Torques) -> list[Any]:
     return [[term, terms[term]] for term in sorted(terms)]
 
 
-def _thorough(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
-    ways = [nested_program(rates, terms, in_line=in_line) for in_line in (False, True)]
-    return min([*ways, *_shared(rates, terms, effort)], key=lambda way: way.count.total)
+def _thorough(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
+    ways = [nested_program(velocities, terms, in_line=in_line) for in_line in (False, True)]
+    return min([*ways, *_shared(velocities, terms, effort)], key=lambda way: way.count.total)
 
 
-def _is_right(rates: AbsoluteVelocities, terms: Torques, program: Program) -> bool:
+def _is_right(velocities: AbsoluteVelocities, terms: Torques, program: Program) -> bool:
     """Whether a program gives the terms' torques at some states."""
-    states = some_states(rates.n_joints)
-    values, shape = TorqueVariables(rates, states.last), (rates.n_joints, len(states))
+    states = some_states(velocities.n_joints)
+    values, shape = TorqueVariables(velocities, states.last), (velocities.n_joints, len(states))
     rows, sizes = np.zeros(shape), np.zeros(shape)
     for term, weight in terms.items():
         variables: tuple[Velocity | Factor, ...] = (*term.velocities, *term.monomial)
         torque = weight * reduce(np.multiply, map(values, variables), np.ones(len(states)))
         rows[term.row] += torque
         sizes[term.row] += np.abs(torque)
-    wanted, size = np.array(rates.joint_rows(rows)), np.array(rates.joint_rows(sizes))
+    wanted, size = np.array(velocities.joint_rows(rows)), np.array(velocities.joint_rows(sizes))
     return bool((np.abs(program.run(inputs_of(states)) - wanted) <= _SAME * size.max()).all())
 
 
-def _shared(rates: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
-    for sums in shared_sums(_rows(rates, terms), _circles(terms), effort.rearranging):
-        yield _program(rates, sums)
+def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
+    for sums in shared_sums(_rows(velocities, terms), _circles(terms), effort.rearranging):
+        yield _program(velocities, sums)
 
 
-def _program(rates: AbsoluteVelocities, sums: SharedSums) -> Program:
+def _program(velocities: AbsoluteVelocities, sums: SharedSums) -> Program:
     trace = Trace()
-    return Program.of(trace, rates.joint_rows(sums.values(TorqueVariables.traced(rates, trace))))
+    return Program.of(trace, velocities.joint_rows(sums.values(TorqueVariables.traced(velocities, trace))))
 
 
-def _rows(rates: AbsoluteVelocities, terms: Torques) -> list[dict[Any, float]]:
-    rows: list[dict[Any, float]] = [{} for _ in range(rates.n_joints)]
+def _rows(velocities: AbsoluteVelocities, terms: Torques) -> list[dict[Any, float]]:
+    rows: list[dict[Any, float]] = [{} for _ in range(velocities.n_joints)]
     # In an order of its own: the program must not depend on the order the terms came in.
     for term in sorted(terms):
         if terms[term] != 0.0:
