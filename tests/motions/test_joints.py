@@ -93,7 +93,7 @@ def test_more_joints_than_the_arm_has_are_told(read: Read, warned) -> None:
         logged = read(positions(["pos_0", "pos_1", "pos_2"]), arm_of("hip", "knee"))
     np.testing.assert_array_equal(logged.q[0], [0, 1])
     (text,) = texts
-    assert "3 joints in the log, 2 in arm made; left out: pos_2" in text
+    assert "3 joints logged, 2 in arm made; left out: pos_2" in text
 
 
 NAMED = "time,name[0],name[1],position[0],position[1]\n0.0,knee,hip,1,2\n0.1,,,3,4\n"
@@ -220,12 +220,7 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], list[str]]] = {
         {"map": ["q:hipp=q1"]},
         ["arm made has no joint 'hipp'", "did you mean hip?"],
     ),
-    "no such role": (
-        positions(["q1"]),
-        ["hip"],
-        {"map": ["speed:hip=q1"]},
-        ["role 'speed:hip'", "qd:JOINT"],
-    ),
+    "no such role": (positions(["q1"]), ["hip"], {"map": ["speed:hip=q1"]}, ["role 'speed:hip'", "qd:JOINT"]),
     "a map that maps nothing": (positions(["q1"]), ["hip"], {"map": ["q1"]}, ["maps nothing", "found: 'q1'"]),
     "some joints only": (
         "time,q1,q2,a\n0,1,2,3\n1,1,2,3\n",

@@ -177,7 +177,6 @@ def test_overshoot_past_a_position_limit_is_an_error(two_link: RobotArm) -> None
 def test_joints_without_limits_are_not_checked_and_said_so(slider: RobotArm) -> None:
     planned = plan(slider, [0, 0.1], [100, 0.2], schedule=Schedule(1.0))
     assert planned.limits.violations == ()
-    assert planned.limits.unchecked == ("joint 1: no limit stated for position, velocity, acceleration",)
     row = planned.limits.rows[0]
     assert (row.lower, row.upper, row.velocity_limit, row.acceleration_limit) == (None,) * 4
 

@@ -94,10 +94,7 @@ def test_a_given_cutoff_is_taken():
 
 @pytest.mark.parametrize(
     ("cutoff", "message", "found"),
-    [
-        (40.0, "too high for so few readings", "40.0 Hz"),
-        ((1.0, 2.0, 3.0), "wrong number of cut-offs", "3"),
-    ],
+    [(40.0, "too high for so few readings", "40.0 Hz"), ((1.0, 2.0, 3.0), "wrong number of cut-offs", "3")],
 )
 def test_cutoffs_that_do_not_suit_are_refused(cutoff, message, found):
     with pytest.raises(TrajectoryError, match=message) as error:

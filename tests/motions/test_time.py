@@ -90,13 +90,7 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
     "steps of 1": (
         table("Time", [0, 1, 2]),
         {},
-        [
-            "Time counts samples",
-            "line 1, column 1",
-            "steps of 1",
-            "--rate HZ",
-            "--time-unit s",
-        ],
+        ["Time counts samples", "line 1, column 1", "steps of 1", "--rate HZ", "--time-unit s"],
     ),
     "steps of 1, with velocities that tell": (
         "Time,q_0,qd_0\n" + MOVING,
@@ -160,11 +154,7 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         {"rate": 125.0},
         ["time counts no samples", "found: time in ms", "leave --rate out"],
     ),
-    "no such unit": (
-        table("time", [0, 1]),
-        {"time_unit": "h"},
-        ["unit of time", "s, ms, us, ns", "'h'"],
-    ),
+    "no such unit": (table("time", [0, 1]), {"time_unit": "h"}, ["unit of time", "s, ms, us, ns", "'h'"]),
     "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, ["contradict each other", "5 Hz and s"]),
     "empty": ("time,q_0\n,1\n,2\n", {}, ["no row has a time and a position", "empty cells"]),
     "no number": (table("time", [0, "x", 2]), {}, ["time is not a number", "line 3, column 1", "found: 'x'"]),

@@ -170,12 +170,7 @@ def _result(made: Plan) -> Result:
             Fact("trajectory", "", motion.name),
             Fact("set_points", "Set points", motion.n_set_points, shown="count"),
             Fact("knot_times", "", made.knot_times),
-            Fact(
-                "shortest_duration",
-                "" if shortest is None else "Shortest duration",
-                shortest,
-                "s",
-            ),
+            Fact("shortest_duration", "" if shortest is None else "Shortest duration", shortest, "s"),
             *(Fact(name, "", getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
         ),
         parts=(Table("joints", "Extremes, between the set points too", tuple(columns)),),

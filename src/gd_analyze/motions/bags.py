@@ -18,10 +18,7 @@ _TOLD_EVERY = 1000
 def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
     """Read the messages of one topic; a .db3 or .mcap need not have its metadata.yaml beside it.
 
-    Raises
-    ------
-    TrajectoryError
-        If the library is missing, the bag damaged, or no topic or several fit; the message lists them.
+    TrajectoryError if the library is missing, the bag damaged, or no topic or several fit.
     """
     try:
         from rosbags.highlevel import AnyReader

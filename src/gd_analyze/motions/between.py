@@ -70,13 +70,7 @@ class Between:
         nothing = np.zeros_like(q0)
         base = [q0, v0 * width, a0 * width**2 / 2, (a1 - a0) * width**2 / 6, nothing, nothing]
         rise = off_q + off_v / 2
-        quintic = _sum(
-            base,
-            [3, 4, 5],
-            10 * rise - 4 * off_v,
-            7 * off_v - 15 * rise,
-            6 * rise - 3 * off_v,
-        )
+        quintic = _sum(base, [3, 4, 5], 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v)
         moved = base[2] + base[3] + rise
         turned = 2 * base[2] + 3 * base[3] + off_v
         cubic = [q0, v0 * width, 3 * moved - turned, turned - 2 * moved, nothing, nothing]

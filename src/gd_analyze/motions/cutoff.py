@@ -226,15 +226,10 @@ def _highest(sampling: Sampling) -> float:
 def chosen(
     sources: Sequence[Source], sampling: Sampling, treatment: Treatment
 ) -> tuple[Source, FloatArray, str]:
-    """Choose a source and its cut-offs.
+    """Choose a source, its cut-offs in Hz, shape (n,), and the rule they follow.
 
     The rule gives all joints one cut-off, so that they move together and torques can be compared. The source
     is the one whose accelerations have the least expected error, of those that show the motion.
-
-    Returns
-    -------
-    source, cutoffs, rule
-        Cut-offs in Hz, shape (n,); and the rule they follow.
     """
     n = sources[0].values.shape[1]
     if treatment.cutoff is not None:

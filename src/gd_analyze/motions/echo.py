@@ -49,13 +49,7 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
 
 
 def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
-    """Read messages that stand below each other, with `---` between them.
-
-    Raises
-    ------
-    TrajectoryError
-        If it is no YAML, or its documents are no messages of joints.
-    """
+    """Read messages with `---` between them; TrajectoryError if it is no YAML, or no messages of joints."""
     data = read_at_most(path, _LARGEST_FILE)
     if data is None:
         raise _too_large(Location(path), _LARGEST_FILE)

@@ -75,15 +75,7 @@ _Match = tuple[Words, Mapping[int, tuple[int, ...]], Sequence[int], str, tuple[t
 
 
 def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
-    """Sort columns into families and match each with the arm's joints.
-
-    Parameters
-    ----------
-    meanings, written
-        Meaning and name of every column of the log.
-    names
-        Names of the arm's joints.
-    """
+    """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
     # A log that numbers its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
     counts = any(m.role in ROLES and m.number is not None and not m.label for m in meanings)

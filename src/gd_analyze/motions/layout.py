@@ -63,13 +63,7 @@ def is_number(cell: str) -> bool:
 
 
 def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
-    """Find out how a text table is laid out, from its first lines.
-
-    Raises
-    ------
-    TrajectoryError
-        If there is no row, or a name is no column's.
-    """
+    """Find out how a text table is laid out; TrajectoryError if there is no row, or a name is no column's."""
     rows = [
         (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
     ]
@@ -188,8 +182,5 @@ def require_number(cell: str, name: str, where: Location) -> None:
             "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell",
         )
     if not are_possible(number):
-        expected, next_step = (
-            f"numbers up to {LARGEST:g}",
-            "check its unit: time is in seconds",
-        )
+        expected, next_step = (f"numbers up to {LARGEST:g}", "check its unit: time is in seconds")
         raise refusal(f"{name} is too large for any motion", where, expected, in_python(cell), next_step)

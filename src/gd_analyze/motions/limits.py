@@ -111,21 +111,6 @@ class LimitReport:
     violations: tuple[Violation, ...]
 
     @property
-    def unchecked(self) -> tuple[str, ...]:
-        """What could not be checked because the arm states no limit, one line per joint."""
-        lines = []
-        for row in self.rows:
-            limits = {
-                "position": None if row.lower is None else row.upper,
-                "velocity": row.velocity_limit,
-                "acceleration": row.acceleration_limit,
-            }
-            missing = [quantity for quantity, limit in limits.items() if limit is None]
-            if missing:
-                lines.append(f"{joint_label(row.joint, row.name)}: no limit stated for {', '.join(missing)}")
-        return tuple(lines)
-
-    @property
     def least_stretch(self) -> float | None:
         """Factor on the duration at which velocities and accelerations just meet their limits.
 
@@ -142,15 +127,7 @@ class LimitReport:
 
 
 def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> LimitReport:
-    """Compare a motion's extremes with the arm's limits.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    motion
-        A trajectory, judged at its set points, or a path, judged between them too.
-    """
+    """Compare extremes with limits: of a trajectory at its set points, of a path between them too."""
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
         lowest, highest, velocity, acceleration = _extremes(motion, i)

@@ -77,13 +77,22 @@ class AmbiguityError(TrajectoryError):
     families: tuple[Family, ...] = ()
 
 
+@dataclass(frozen=True)
+class _Log:
+    """A log whose names were read: its table, the arm, what the user says, families, those of zeros."""
+
+    table: LogTable
+    arm: RobotArm
+    reading: Reading
+    meanings: Sequence[Meaning]
+    families: Sequence[Family]
+    zero: frozenset[object]
+
+
 def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()) -> Choice:
     """Choose columns; `zero` are the keys of families that are 0 throughout.
 
-    Raises
-    ------
-    TrajectoryError
-        If the names do not tell, or tell of other joints than the arm's; the message lists the choices.
+    TrajectoryError if the names do not tell, or tell of other joints than the arm's; it lists the choices.
     """
     meanings = _meanings(table, arm, reading)
     if table.set_points and not reading.map:
@@ -94,7 +103,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
                 raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
     # q1 of a file of set points is the arm's first joint, whatever its name.
     names = [str(k + 1) if table.set_points else joint.name for k, joint in enumerate(arm.joints)]
-    families = families_of(meanings, names, table.names)
+    log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
     said = _said(table, arm, reading)
     chosen: dict[str, Family] = {}
     uses: list[Use] = []
@@ -104,22 +113,22 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
             continue
         family = None
         if len(given) < arm.n_joints:
-            family = _family(role, families, chosen.get("q"), given, table, arm, reading, zero, meanings)
+            family = _family(log, role, chosen.get("q"), given)
         if family is not None:
             chosen[role] = family
         if family is not None or given:
-            uses += _uses(role, family, given, table, arm, reading, meanings)
+            uses += _uses(log, role, family, given)
     target = "q" in chosen and chosen["q"].kind == "target"
     accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
     named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     planned = target or accelerated or named if table.planned is None else table.planned
     measured = not planned if reading.measured is None else reading.measured
-    time = _time(table, meanings, said, reading)
+    time = _time(log, said)
     exact = table.set_points and not measured and reading.rate is None and time is not None
     if exact and time is not None:
         why = "as files of set points have it" if reading.time_unit is None else "as given"
         time = replace(time, unit=reading.time_unit or "s", why=why)
-    unused = _unused({use.column for use in uses}, meanings, families, chosen, zero)
+    unused = _unused(log, {use.column for use in uses}, chosen)
     if exact and not (reading.columns or reading.map or reading.family):
         _require_no_rest(unused, table, arm)
     return Choice(
@@ -128,7 +137,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
         unused=unused,
         measured=measured,
         set_points=exact,
-        remarks=tuple(_remarks(families, chosen, zero, table, arm)),
+        remarks=tuple(_remarks(log, chosen)),
         families=chosen,
     )
 
@@ -253,28 +262,18 @@ def _listed(names: Sequence[str]) -> str:
     return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
 
 
-def _family(
-    role: str,
-    families: Sequence[Family],
-    q: Family | None,
-    given: Mapping[int, int],
-    table: LogTable,
-    arm: RobotArm,
-    reading: Reading,
-    zero: frozenset[object],
-    meanings: Sequence[Meaning],
-) -> Family | None:
+def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) -> Family | None:
     """Choose the family of a role; one of the positions must be found."""
-    words = [word for asked in reading.words_for(role) for word in words_of(asked)]
-    of_role = [f for f in families if f.role == role and all(word in f.words for word in words)]
+    words = [word for asked in log.reading.words_for(role) for word in words_of(asked)]
+    of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
     if role != "q" and q is not None and not words:
         # Beside positions belong what is of the same topic, and commanded as they are.
         commanded = q.kind == "target"
         of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
-    complete = [f for f in of_role if all(j in f.columns or j in given for j in range(arm.n_joints))]
-    alive = [family for family in complete if family.key not in zero]
+    complete = [f for f in of_role if all(j in f.columns or j in given for j in range(log.arm.n_joints))]
+    alive = [family for family in complete if family.key not in log.zero]
     if not complete and role == "q":
-        raise _no_positions(of_role, families, table, arm, meanings, words)
+        raise _no_positions(log, of_role, words)
     if not complete or (not alive and role != "q"):
         return None
 
@@ -286,21 +285,13 @@ def _family(
     best = min(map(preference, ranked))
     choices = [family for family in ranked if preference(family) == best]
     if len(choices) > 1:
-        raise _ambiguous(role, choices, table)
+        raise _ambiguous(role, choices, log.table)
     return choices[0]
 
 
-def _uses(
-    role: Quantity,
-    family: Family | None,
-    given: Mapping[int, int],
-    table: LogTable,
-    arm: RobotArm,
-    reading: Reading,
-    meanings: Sequence[Meaning],
-) -> list[Use]:
+def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, int]) -> list[Use]:
     uses = []
-    for joint, of in enumerate(arm.joints):
+    for joint, of in enumerate(log.arm.joints):
         columns = family.columns.get(joint, ()) if family is not None else ()
         if joint in given:
             column, why = given[joint], "as given"
@@ -309,63 +300,62 @@ def _uses(
                 f"{role} is given of some joints only",
                 "--map",
                 f"a column for each joint, {role}:{of.name} too",
-                ", ".join(arm.joints[j].name for j in sorted(given)),
+                ", ".join(log.arm.joints[j].name for j in sorted(given)),
                 f"add --map '{role}:{of.name}=COLUMN'",
             )
         elif len(columns) > 1:
             raise refusal(
                 f"{len(columns)} columns hold {role} of joint {of.name}",
-                table.where(None, columns[1]),
+                log.table.where(None, columns[1]),
                 "one",
-                _listed([f"{table.names[c]} (column {c + 1})" for c in columns]),
+                _listed([f"{log.table.names[c]} (column {c + 1})" for c in columns]),
                 f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}",
             )
         else:
             column, why = columns[0], family.why
-        uses.append(Use(column, role, joint, _unit(role, meanings[column], of, table, column, reading), why))
+        uses.append(Use(column, role, joint, _unit(log, role, column, of), why))
     return uses
 
 
-def _unit(role: str, meaning: Meaning, joint: Joint, table: LogTable, column: int, reading: Reading) -> str:
+def _unit(log: _Log, role: str, column: int, joint: Joint) -> str:
+    meaning = log.meanings[column]
     revolute = joint.kind == "revolute"
     if meaning.unit:
         unit = fitting_unit(meaning.unit, role, revolute)
         if unit is None:
             raise refusal(
-                f"column {table.names[column]} is in {meaning.unit}, but its joint is {joint.kind}",
-                table.where(None, column),
+                f"column {log.table.names[column]} is in {meaning.unit}, but its joint is {joint.kind}",
+                log.table.where(None, column),
                 ", ".join(units_of(role, revolute)),
                 meaning.unit,
                 "check which joint it is of; --map names another column",
             )
         return unit
-    if reading.degrees and revolute and role != "torque":
+    if log.reading.degrees and revolute and role != "torque":
         return {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}[role]
     return next(iter(units_of(role, revolute)))
 
 
-def _time(
-    table: LogTable, meanings: Sequence[Meaning], said: Mapping[tuple[str, int], int], reading: Reading
-) -> TimeColumns | None:
+def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     found = None
     if ("time", 0) in said:
         column = said["time", 0]
-        unit = meanings[column].unit if meanings[column].unit in TIME_UNITS else ""
+        unit = log.meanings[column].unit if log.meanings[column].unit in TIME_UNITS else ""
         found = TimeColumns((column,), unit, "as given")
     elif ("time", -1) not in said:
         timed = ("time", "sec", "nanosec", "index")
-        stand = [meaning.role in timed and table.stands(k) for k, meaning in enumerate(meanings)]
-        found = time_columns(table.names, meanings, stand, table.where())
-    if found is None and reading.rate is None:
+        stand = [meaning.role in timed and log.table.stands(k) for k, meaning in enumerate(log.meanings)]
+        found = time_columns(log.table.names, log.meanings, stand, log.table.where())
+    if found is None and log.reading.rate is None:
         next_step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
         expected = "a column such as time, timestamp or header.stamp, in numbers"
-        for k, name in enumerate(table.names):
-            cells = table.head(k)
+        for k, name in enumerate(log.table.names):
+            cells = log.table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
                 what = f"the time in column {name} is text, of which no instants are read"
-                raise refusal(what, table.where(None, k), expected, in_python(cells[0]), next_step)
+                raise refusal(what, log.table.where(None, k), expected, in_python(cells[0]), next_step)
         raise refusal(
-            "no column is known to be the time", table.where(), expected, _all_names(table), next_step
+            "no column is known to be the time", log.table.where(), expected, _all_names(log.table), next_step
         )
     return found
 
@@ -384,20 +374,14 @@ def _require_no_rest(unused: Mapping[int, str], table: LogTable, arm: RobotArm) 
         )
 
 
-def _unused(
-    used: set[int],
-    meanings: Sequence[Meaning],
-    families: Sequence[Family],
-    chosen: Mapping[str, Family],
-    zero: frozenset[object],
-) -> dict[int, str]:
+def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
     why = {}
-    for column, meaning in enumerate(meanings):
+    for column, meaning in enumerate(log.meanings):
         if column not in used and meaning.role not in ("time", "sec", "nanosec", "index"):
             why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
-    for family in families:
-        reason = "0 throughout" if family.key in zero else "of another family"
+    for family in log.families:
+        reason = "0 throughout" if family.key in log.zero else "of another family"
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
             reason = "target beside measured"
         why |= dict.fromkeys(set(family.all_columns) - used, reason)
@@ -406,35 +390,30 @@ def _unused(
     return why
 
 
-def _remarks(
-    families: Sequence[Family],
-    chosen: Mapping[str, Family],
-    zero: frozenset[object],
-    table: LogTable,
-    arm: RobotArm,
-) -> list[str]:
+def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     """What to say of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
     if q is not None and q.renamed:
-        (log, own), last = q.renamed[0], " is ".join(q.renamed[-1])
+        (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
         remarks.append(
-            f"joints matched by number, as their names differ: {log} is {own} ... {last}; "
-            f"--map joint:{own}={log} and so on matches them otherwise"
+            f"joints matched by number, as their names differ: {other} is {own} ... {last}; "
+            f"--map joint:{own}={other} and so on matches them otherwise"
         )
     if q is not None and q.extra and q.why.startswith("by number"):
-        counts = arms_numbers([joint.name for joint in arm.joints])
+        counts = arms_numbers([joint.name for joint in log.arm.joints])
         # An arm picked out of a longer chain counts as the log does.
-        if counts is None or max(counts[1]) - min(counts[1]) < arm.n_joints:
+        if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
+            left = _listed([log.table.names[k] for k in q.extra])
             remarks.append(
-                f"{len(q.columns) + len(q.extra)} joints in the log, {arm.n_joints} in arm {arm.name}; left "
-                f"out: {_listed([table.names[k] for k in q.extra])}; check that the log is of this arm"
+                f"{len(q.columns) + len(q.extra)} joints logged, {log.arm.n_joints} in arm {log.arm.name}; "
+                f"left out: {left}; check that the log is of this arm"
             )
     for role, family in chosen.items():
-        dead = [of for of in families if of.role == role and of.key in zero and of.key != family.key]
+        dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
         if dead:
-            first = ", ".join(table.names[min(of.all_columns)] for of in dead)
-            taken = table.names[min(family.all_columns)]
+            first = ", ".join(log.table.names[min(of.all_columns)] for of in dead)
+            taken = log.table.names[min(family.all_columns)]
             remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {taken} ...")
     return remarks
 
@@ -457,18 +436,12 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     return error
 
 
-def _no_positions(
-    of_role: Sequence[Family],
-    families: Sequence[Family],
-    table: LogTable,
-    arm: RobotArm,
-    meanings: Sequence[Meaning],
-    words: Sequence[str],
-) -> TrajectoryError:
+def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
     """Error of a log whose positions are not those of the arm's joints, or of some of them only."""
+    table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]
-    if words and not of_role and any(family.role == "q" for family in families):
-        known = sorted({word for f in families if f.role == "q" for word in f.words if word})
+    if words and not of_role and any(family.role == "q" for family in log.families):
+        known = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
         what, step = f"no positions are of family {' '.join(words)}", "give one of these words with --family"
         return refusal(what, table.where(), ", ".join(known), " ".join(words), step)
     if of_role:
@@ -485,7 +458,7 @@ def _no_positions(
         )
     strangers = {
         as_written(meaning.token, name) if meaning.label else name: None
-        for meaning, name in zip(meanings, table.names, strict=True)
+        for meaning, name in zip(log.meanings, table.names, strict=True)
         if meaning.role == "q" and meaning.token and meaning.joint is None
     }
     if strangers:

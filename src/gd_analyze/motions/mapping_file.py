@@ -83,13 +83,7 @@ def _quoted(text: str) -> str:
 
 
 def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
-    """Read a mapping file, and where in it everything stands.
-
-    Raises
-    ------
-    TrajectoryError
-        If it cannot be read or does not fit; the message names the line.
-    """
+    """Read a mapping file, and where in it everything stands; TrajectoryError, with line, if wrong."""
     path = Path(path)
     try:
         content = (read_at_most(path, _LARGEST_FILE) or b"").decode("utf-8")
@@ -121,13 +115,7 @@ def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
 
 
 def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
-    """Columns as a mapping file says.
-
-    Raises
-    ------
-    TrajectoryError
-        If the log has no such columns, the arm no such joints, or a role misses joints.
-    """
+    """Columns as a mapping file says; TrajectoryError if log or arm lack them, or a role joints."""
     names = [joint.name for joint in arm.joints]
     uses, times = [], []
     for k, of in enumerate(mapping.columns):

@@ -34,26 +34,10 @@ _PAUSE, _STILL = 0.1, 1.0
 
 
 def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> Trajectory:
-    """Take a trajectory, or read what a shipped name, the path of a file or that of a folder stands for.
+    """Take a trajectory, or read what a shipped name or the path of a file or folder stands for.
 
-    Parameters
-    ----------
-    given
-        A motion or a sequence of them. A folder stands for all trajectories in it, see `trajectory_files`.
-    arm
-        The arm that shall follow them.
-    read
-        Reads one file.
-
-    Returns
-    -------
-    Trajectory
-        One motion as it is; of several their pool, see `pool`.
-
-    Raises
-    ------
-    TrajectoryError
-        As `read_trajectory`, `trajectory_files` and `pool`.
+    A folder stands for all trajectories in it, see `trajectory_files`; several become one, see `pool`.
+    `read` reads one file.
     """
     if isinstance(given, Trajectory):
         return given

@@ -371,13 +371,7 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
 
 
 def _logged(
-    table: LogTable,
-    arm: RobotArm,
-    reading: Reading,
-    choice: Choice,
-    columns: Columns,
-    name: str,
-    origin: str,
+    table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
 ) -> Logged:
     numbers, _ = _wanted(choice)
     held = {k: columns.numbers[:, i] for i, k in enumerate(numbers)}

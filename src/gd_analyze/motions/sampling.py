@@ -64,23 +64,8 @@ def sampling_of(
 ) -> Sampling:
     """Put the rows of a log in order.
 
-    Parameters
-    ----------
-    time
-        As logged, s, shape (M,).
-    readable
-        Rows that hold all that is needed.
-    largest_gap
-        Longest step that is no gap, s; None: five usual steps, and 0.05 s at least.
-    name
-        Of the log, for messages.
-    fewest
-        Readings of a stretch that is kept.
-
-    Raises
-    ------
-    TrajectoryError
-        If no stretch has enough readings.
+    `readable` are rows that hold all that is needed; a gap is a step above `largest_gap`, by default five
+    usual steps, and 0.05 s at least. TrajectoryError if no stretch has `fewest` readings.
     """
     notes: list[str] = []
     rows = np.flatnonzero(readable & np.isfinite(time))
@@ -161,22 +146,10 @@ def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
 
 
 def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:
-    """Undo jumps of full turns within each stretch, of revolute joints.
+    """Undo jumps of full turns of revolute joints, shape (N, n), within each stretch; say what was done.
 
     Across a gap angles stay as logged, unless that is outside a joint's limits and full turns put the whole
     stretch within.
-
-    Parameters
-    ----------
-    q
-        Joint variables, rad (m), shape (N, n).
-    arm, stretches
-        Whose joints, and the set points of each stretch.
-
-    Returns
-    -------
-    q, notes
-        The same without jumps, and what was done.
     """
     out = q.copy()
     jumped: dict[int, int] = {}

@@ -49,17 +49,7 @@ def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
 
 
 def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
-    """Smoothing spline through the readings of one stretch.
-
-    Parameters
-    ----------
-    time
-        Increasing, s, shape (N,); N >= 3.
-    values
-        Shape (N,) or (N, k).
-    cutoff
-        f_c, Hz.
-    """
+    """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz."""
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
     from scipy.sparse import csr_array, diags_array
@@ -93,20 +83,10 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
 def noise_of(
     readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, left: bool = False
 ) -> FloatArray:
-    r"""Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
+    """Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
 
-    Of the variance of white noise H removes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt.
-
-    Parameters
-    ----------
-    readings, smooth
-        Shape (N, n).
-    step
-        dt, s.
-    cutoffs
-        f_c of every joint, Hz.
-    left
-        Give what is left of the noise in the smoothed readings instead.
+    Of the variance of white noise H removes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt. `left` asks
+    for what is left of the noise in the smoothed readings instead.
     """
     removed = np.square(readings - smooth).mean(axis=0)
     passing = 2 * math.pi * cutoffs * step

@@ -37,21 +37,9 @@ class TimeColumns:
 def time_columns(
     names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
 ) -> TimeColumns | None:
-    """Find the time of the rows.
+    """Find the time of the rows; `stand` tells of which columns all first cells are the same.
 
-    Parameters
-    ----------
-    names, meanings
-        Of all columns.
-    stand
-        Whether a column's first cells are all the same, so that it tells no time.
-    where
-        For the message.
-
-    Raises
-    ------
-    TrajectoryError
-        If several columns may be it.
+    TrajectoryError if several columns may be it.
     """
     found = []
     for k, meaning in enumerate(meanings):
@@ -100,23 +88,8 @@ def in_seconds(
 ) -> tuple[FloatArray, str, str]:
     """Time in s from the first instant, the unit it was in, and the reason for that unit.
 
-    Parameters
-    ----------
-    stamps
-        The column of time, or seconds and nanoseconds.
-    chosen
-        Which columns these are.
-    unit, rate
-        What the user says.
-    name, where
-        The column, for messages.
-    hint
-        What the log's own velocities say of the unit, for the message.
-
-    Raises
-    ------
-    TrajectoryError
-        If the unit is unknown, or contradicts the rate.
+    `stamps` are the column of time, or seconds and nanoseconds; `hint` is what velocities say of the
+    unit. TrajectoryError if the unit is unknown, or contradicts the rate.
     """
     without = "leave --rate out, or the column: --map time=none"
     if rate is not None and (len(stamps) == 2 or chosen.unit in TIME_UNITS):
@@ -195,15 +168,7 @@ def _by_steps(
 
 
 def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str | None:
-    """Unit of time in which velocities are the derivative of positions; None where none is.
-
-    Parameters
-    ----------
-    values
-        Instants in the log's unit, shape (N,).
-    q, qd
-        Positions and velocities, rad (m) and per s, shape (N, n).
-    """
+    """Unit of time in which velocities are the derivative of positions, shape (N, n); None where none is."""
     known = np.isfinite(values) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
     steps = np.diff(values[known])[:, None]
     if len(steps) < 8:

@@ -58,32 +58,10 @@ def completed(
     gaps: Sequence[int] = (),
     where: str = "",
 ) -> tuple[FloatArray, FloatArray, str]:
-    """Fill in missing velocities and accelerations.
+    """Fill in missing velocities and accelerations, shape (N, n); say "given", or what was derived and how.
 
-    Parameters
-    ----------
-    time
-        Strictly increasing, s, shape (N,).
-    q
-        Joint variables, rad (m), shape (N, n).
-    qd, qdd
-        Their velocities and accelerations, same shape, or None.
-    gaps
-        Set points before which nothing is known: every stretch has a spline of its own.
-    where
-        Of the motion, for messages.
-
-    Returns
-    -------
-    qd, qdd
-        Given or derived, shape (N, n).
-    derivatives_from
-        "given", or what was derived and how.
-
-    Raises
-    ------
-    TrajectoryError
-        If a stretch has fewer than 6 set points, or what is derived is too large.
+    Every stretch between gaps has a spline of its own. TrajectoryError if one has fewer than 6 set points, or
+    what is derived is too large.
     """
     if qd is not None and qdd is not None:
         return qd, qdd, "given"

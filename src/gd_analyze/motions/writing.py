@@ -33,19 +33,7 @@ def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
 def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterable[str] = ()) -> None:
     """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
 
-    Parameters
-    ----------
-    trajectory
-        The set points.
-    path
-        The file.
-    comments
-        Lines to put first, without their `#`; by custom the command that makes the file.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
+    `comments` come first, without their `#`: by custom the command that makes the file. Raises OutputError.
     """
     write_text(path, trajectory_csv(trajectory, comments))
 
