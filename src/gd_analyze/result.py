@@ -303,7 +303,7 @@ def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
             yield part.key, _document(part.parts)
         elif part.key and isinstance(part, Fact):
             yield part.key, plain(part.value)
-        elif part.key and isinstance(part, Table):
+        elif isinstance(part, Table) and part.key and any(column.key for column in part.columns):
             yield part.key, part.rows()
         elif part.key and isinstance(part, Equations):
             yield part.key, list(part.lines)

@@ -35,7 +35,9 @@ def swing_model(two_link, swing) -> SimplifiedModel:
 def swing_world(swing_model, swing) -> World:
     """The two-link arm without torque limits, tuned to a bandwidth of 20 rad/s."""
     reference = Reference.of(swing)
-    knowledge = Knowledge.of(swing_model, mean_diagonal(swing_model.form, reference))
+    knowledge = Knowledge(
+        swing_model.form.program, swing_model.program, mean_diagonal(swing_model.form, reference)
+    )
     return World(swing_model.form, knowledge, Gains(20.0, 1.0), reference, np.full(2, np.inf))
 
 

@@ -84,7 +84,7 @@ def test_energy_is_accounted_for(puma, pick_and_place, puma_study, friction):
     model = puma_study.model
     world = World(
         model.form,
-        Knowledge.of(model, puma_study.diagonal),
+        Knowledge(model.form.program, model.program, puma_study.diagonal),
         Gains(20.0, 0.7),
         Reference.of(pick_and_place),
         np.full(6, np.inf),

@@ -305,7 +305,7 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
             expected="drives with their friction",
             next_step="leave friction out, or add [[drives]] to the arm file",
         )
-    knowledge = Knowledge.of(model, diagonal)
+    knowledge = Knowledge(model.form.program, model.program, diagonal)
     return World(form, knowledge, settings.gains, reference, limits, settings.friction)
 
 

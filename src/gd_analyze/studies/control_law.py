@@ -25,7 +25,6 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import LARGEST, UNSIGNED
 
 CONTINUOUS = math.inf
@@ -327,11 +326,6 @@ class Knowledge:
     exact: Program
     simplified: Program
     diagonal: FloatArray
-
-    @classmethod
-    def of(cls, model: SimplifiedModel, diagonal: FloatArray) -> Knowledge:
-        """Take what a model and the exact dynamics it stands for tell."""
-        return cls(model.form.program, model.program, diagonal)
 
 
 class _Model:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -318,114 +319,101 @@ def _limits_stated(study: ControlStudy) -> str:
     return "those of the drives" + ("" if scale in (None, 1.0) else f", times {scale:g}")
 
 
-def _titles(controllers: Sequence[Controller] = CONTROLLERS) -> Column:
-    return Column("controller", "controller", [each.title for each in controllers], shown="text")
+def _by_controller(key: str, title: str, columns: Sequence[Column]) -> Table:
+    titles = Column("", "controller", [controller.title for controller in CONTROLLERS], shown="text")
+    return Table(key, title, (titles, *columns))
+
+
+def _errors(
+    study: ControlStudy, label: str, errors: Sequence[float] | FloatArray, joints: Sequence[int]
+) -> Column:
+    """Errors, rad (m), in the unit of the joint (from 0) of each row; nothing of loops that were lost."""
+    pairs = [(_scale(study, joint), float(error)) for error, joint in zip(errors, joints, strict=True)]
+    shown = [scale * error if math.isfinite(error) else None for (scale, _), error in pairs]
+    return Column("", label, shown, [unit for (_, unit), _ in pairs])
 
 
 def _joint_table(study: ControlStudy, key: str, title: str, values: str) -> Table:
     """An error of every controller by joint."""
     rows = np.array([getattr(_usual(study, controller), values) for controller in CONTROLLERS])
-    columns = [_titles()]
-    for i in range(study.arm.n_joints):
-        columns += _error_columns(study, f"joint_{i + 1}", f"joint {i + 1}", rows[:, i], [i] * len(rows))
-    return Table(key, f"{title} {_here(study)}", tuple(columns))
+    joints = range(study.arm.n_joints)
+    columns = [_errors(study, f"joint {i + 1}", rows[:, i], [i] * len(rows)) for i in joints]
+    return _by_controller(key, f"{title} {_here(study)}", columns)
 
 
-def _error_columns(
-    study: ControlStudy, key: str, label: str, errors: Sequence[float] | FloatArray, joints: Sequence[int]
-) -> tuple[Column, Column]:
-    """Errors, rad (m), for JSON, and for people in the unit of the joint of each row."""
-    pairs = [(_scale(study, joint), float(error)) for error, joint in zip(errors, joints, strict=True)]
-    shown = [scale * error if math.isfinite(error) else None for (scale, _), error in pairs]
-    return Column(key, "", errors), Column("", label, shown, [unit for (_, unit), _ in pairs])
-
-
-def _worst_columns(
-    study: ControlStudy, heads: Mapping[str, str], loops: Sequence[Sequence[TrackedLoop]]
-) -> Table:
-    columns = [_titles()]
-    for (key, label), column in zip(heads.items(), zip(*loops, strict=True), strict=True):
-        joints = [int((loop.peak_error / study.tolerance).argmax()) for loop in column]
-        errors = [float(loop.peak_error[joint]) for loop, joint in zip(column, joints, strict=True)]
-        columns += _error_columns(study, key, label, errors, joints)
-    return Table("", "", tuple(columns))
+def _worst(study: ControlStudy, label: str, rate: float, speed: float) -> Column:
+    """Largest error of any joint of every controller."""
+    loops = [study.loop(controller, rate, speed) for controller in CONTROLLERS]
+    joints = [int((loop.peak_error / study.tolerance).argmax()) for loop in loops]
+    errors = [float(loop.peak_error[joint]) for loop, joint in zip(loops, joints, strict=True)]
+    return _errors(study, label, errors, joints)
 
 
 def _rates_table(study: ControlStudy) -> Table:
-    rates = study.settings.rates
-    heads = {_rate_key(rate): "continuous" if rate == CONTINUOUS else f"{rate:g} Hz" for rate in rates}
-    loops = [[study.loop(c, rate, study.usual_speed) for rate in rates] for c in CONTROLLERS]
-    columns = _worst_columns(study, heads, loops).columns
-    return Table("by_rate", "Largest tracking error of any joint by loop rate", columns)
-
-
-def _rate_key(rate: float) -> str:
-    return "continuous" if rate == CONTINUOUS else f"hz_{rate:g}"
+    rates, speed = study.settings.rates, study.usual_speed
+    columns = [_worst(study, _rate_label(rate), rate, speed) for rate in rates]
+    return _by_controller("by_rate", "Largest tracking error of any joint by loop rate", columns)
 
 
 def _speeds_table(study: ControlStudy) -> Table:
-    speeds, rate = study.settings.speeds, study.usual_rate
-    loops = [[study.loop(c, rate, speed) for speed in speeds] for c in CONTROLLERS]
-    columns = _worst_columns(study, {f"times_{x:g}": f"{x:g}×" for x in speeds}, loops).columns
+    rate, speeds = study.usual_rate, study.settings.speeds
+    columns = [_worst(study, f"{speed:g}×", rate, speed) for speed in speeds]
     title = f"Largest tracking error of any joint by speed of the motion, {_rate_stated(rate)}"
-    return Table("by_speed", title, columns)
+    return _by_controller("by_speed", title, columns)
+
+
+def _rate_label(rate: float) -> str:
+    return "continuous" if rate == CONTINUOUS else f"{rate:g} Hz"
 
 
 def _torque_table(study: ControlStudy) -> Table:
-    loops = {c: _usual(study, c) for c in (EXACT, SIMPLIFIED, WITHOUT_H)}
+    loops = [_usual(study, controller) for controller in (EXACT, SIMPLIFIED, WITHOUT_H)]
     units = [joint.effort_unit for joint in study.arm.joints]
     limits = [limit if math.isfinite(limit) else None for limit in study.limits.tolist()]
-    columns = [
-        Column("limit", "limit", limits, units),
-        *(
-            Column(f"peak_{c.knows}", f"peak, {c.title}", loop.peak_torque, units)
-            for c, loop in loops.items()
-        ),
-        *(
-            Column(f"rms_{c.knows}", f"RMS, {c.title}", loops[c].rms_torque, units)
-            for c in (EXACT, SIMPLIFIED)
-        ),
-        Column(
-            "saturated",
-            "time at limit",
-            np.max([loop.saturated for loop in loops.values()], axis=0),
-            shown="percent",
-        ),
-    ]
-    title = f"Torque of computed torque {_here(study)}"
-    return Table("torque", title, (*joint_columns(study.arm.joints), *columns))
+    saturated = np.max([loop.saturated for loop in loops], axis=0)
+    columns = (
+        *_joints_shown(study),
+        Column("", "limit", limits, units),
+        *(Column("", f"peak, {loop.controller.title}", loop.peak_torque, units) for loop in loops),
+        *(Column("", f"RMS, {loop.controller.title}", loop.rms_torque, units) for loop in loops[:2]),
+        Column("", "time at limit", saturated, shown="percent"),
+    )
+    return Table("torque", f"Torque of computed torque {_here(study)}", columns)
+
+
+def _joints_shown(study: ControlStudy) -> tuple[Column, ...]:
+    return joint_columns(study.arm.joints)[-1:]
 
 
 def _bounds_table(study: ControlStudy) -> Table:
     """Error by the model's torque error: bounds, and what is simulated."""
     speed, rates, controller = study.usual_speed, study.settings.rates, judged(study)
-    joints, n = range(study.arm.n_joints), study.arm.n_joints
+    joints = range(study.arm.n_joints)
     loops = [study.loop(controller, rate, speed) for rate in rates]
     found = study.certified.get(speed) if controller == SIMPLIFIED else None
-    columns = list(joint_columns(study.arm.joints))
-    if found is not None:
-        scaled = [_scale(study, i) for i in joints]
-        shown = [scale * float(found.error[i]) for i, (scale, _) in enumerate(scaled)]
-        columns.append(Column("proven", "", found.error))
-        columns.append(Column("", "proven", shown, [unit for _, unit in scaled], "bound"))
-    columns += _error_columns(study, "expected", "expected", loops[0].expected, range(n))
-    for rate, loop in zip(rates, loops, strict=True):
-        label = "continuous" if rate == CONTINUOUS else f"{rate:g} Hz"
-        columns += _error_columns(study, _rate_key(rate), label, loop.peak_error, range(n))
+    proven = [] if found is None else [replace(_errors(study, "proven", found.error, joints), shown="bound")]
+    columns = (
+        *_joints_shown(study),
+        *proven,
+        _errors(study, "expected", loops[0].expected, joints),
+        *(_errors(study, _rate_label(loop.rate), loop.peak_error, joints) for loop in loops),
+    )
     law = " with fixed gains" * (controller == FIXED_GAINS)
     title = f"Tracking error caused by the simplified model's torque error{law}, at most, and simulated"
     note = "Expected: to first order. Proven: in continuous time, within the torque limits."
-    return Table("bounds", title, tuple(columns), note)
+    return Table("bounds", title, columns, note)
 
 
 def _rest_table(study: ControlStudy) -> Table:
-    n = study.arm.n_joints
+    joints = range(study.arm.n_joints)
     stiff = ["N m/rad" if turns else "N/m" for turns in study.arm.is_revolute]
-    columns = [*joint_columns(study.arm.joints), Column("stiffness", "stiffness", study.stiffness, stiff)]
-    for controller, error in study.at_rest.items():
-        columns += _error_columns(study, controller.knows, controller.title, error, range(n))
+    columns = (
+        *_joints_shown(study),
+        Column("", "stiffness", study.stiffness, stiff),
+        *(_errors(study, controller.title, error, joints) for controller, error in study.at_rest.items()),
+    )
     title = "Error of PD at rest at the worst position of the motion: uncompensated gravity over stiffness"
-    return Table("rest", title, tuple(columns))
+    return Table("rest", title, columns)
 
 
 def error_figure(study: ControlStudy) -> Figure:
