@@ -15,7 +15,8 @@ from report_cases import HOSTILE, made_findings, resting_findings
 
 from gd_analyze.report.budget import BudgetPath, budget_words
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_page import first_parts, opening_of, render_html
+from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_report import first_parts, opening_of
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Fact, Result, Table

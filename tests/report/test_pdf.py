@@ -15,8 +15,8 @@ from test_page import EDGES
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
 from gd_analyze.report import pdf
-from gd_analyze.report.main_page import opening_of
 from gd_analyze.report.main_pdf import prepare_pdf
+from gd_analyze.report.main_report import opening_of
 from gd_analyze.report.pdf import pdf_of, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table

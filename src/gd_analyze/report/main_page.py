@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 from markupsafe import Markup, escape
 
-from gd_analyze.figures.arm import arm_figure, playable
+from gd_analyze.figures.arm import playable
 from gd_analyze.figures.svg import panel_svg
-from gd_analyze.figures.torques import contributions_figure
-from gd_analyze.figures.trade_off import trade_off_figure
 from gd_analyze.report.budget import BudgetPath, budget_equations, budget_words, place
 from gd_analyze.report.html import (
     drawing_html,
@@ -24,19 +23,14 @@ from gd_analyze.report.html import (
     template,
     text,
 )
-from gd_analyze.report.model_sections import made_of, model_parts, nothing_to_trade, trade_off_table
+from gd_analyze.report.main_report import MainReport, main_report
+from gd_analyze.report.model_sections import made_of, model_parts
 from gd_analyze.report.numbering import Numbers
-from gd_analyze.report.sections import sections
-from gd_analyze.result import Drawing, Part, Result, Section
+from gd_analyze.result import Drawing, Part, Section
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import joint_errors
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import (
-    first_facts,
-    notices,
     provenance_lines,
-    run_headline,
-    subtitle,
     tube_bound,
 )
 from gd_analyze.text import amount, percent
@@ -57,13 +51,15 @@ _APPENDIX_NAMES = {
 }
 
 
-def render_html(findings: Findings) -> str:
+def render_html(findings: Findings, report: MainReport | None = None) -> str:
     """Write the interactive report of one run.
 
     Parameters
     ----------
     findings
         What the main job found.
+    report
+        Its parts, where they are known.
 
     Returns
     -------
@@ -78,13 +74,13 @@ def render_html(findings: Findings) -> str:
     >>> page.startswith("<!doctype html>")
     True
     """
-    appendices, result, path = sections(findings), opening_of(findings), BudgetPath.of(findings)
-    numbers = Numbers.of((*first_parts(findings), *appendices))
+    result, first, appendices, numbers = report or main_report(findings)
+    path = BudgetPath.of(findings)
     letters = dict(zip((section.key for section in appendices), "ABCDEFGHIJKLM", strict=False))
     folded = "".join(_appendix(findings, section, letters[section.key], numbers) for section in appendices)
     body = (
-        f'<section id="answer">\n{opening(result)}{_first_screen(findings, numbers)}</section>\n'
-        f"{_budget(findings, path, numbers)}{_the_model(findings, path, numbers)}"
+        f'<section id="answer">\n{opening(result)}{_first_screen(findings, first, numbers)}</section>\n'
+        f"{_budget(findings, path, first, numbers)}{_the_model(findings, path, numbers)}"
         '<section id="appendices" aria-labelledby="appendices-title">\n<div class="appendices-head">'
         '<h2 id="appendices-title">Appendices</h2> '
         '<button type="button" id="open-all">Unfold all</button></div>\n'
@@ -97,51 +93,12 @@ def render_html(findings: Findings) -> str:
     return frame(f"{result.title} {result.subtitle}", links, body, data=_json(data), run=run)
 
 
-def opening_of(findings: Findings) -> Result:
-    """Title, headline, facts and notices of the report."""
-    return Result(
-        title=findings.arm.title or findings.arm.name,
-        subtitle=subtitle(findings),
-        headline=run_headline(findings),
-        facts=first_facts(findings),
-        notices=(*findings.warnings, *notices(findings)),
-        provenance=dict(provenance_lines(findings)),
-    )
-
-
-def first_parts(findings: Findings) -> tuple[Part, ...]:
-    """Drawings and tables before the appendices, in order."""
-    budget = findings.model.accuracy.budget
-    contributions = Drawing(
-        "contributions",
-        "Torque by contribution over time.",
-        contributions_figure(findings),
-        "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
-    )
-    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
-    parts: list[Part] = [arm, contributions, joint_errors(findings.model, tube_bound(findings), "errors")]
-    if not nothing_to_trade(findings):
-        of = findings.model.accuracy.asked.shares_of
-        note = "" if of == "peak torque" else f" Errors are shares of what {budget} allows."
-        words = "Operations against error for other budgets and levels; the star is this report's model."
-        parts.append(Drawing("trade_off", words, trade_off_figure(findings), _TRADE_OFF + note))
-        parts.append(trade_off_table(findings))
-    return tuple(parts)
-
-
-_TRADE_OFF = (
-    "Dashed: the models of the slider. Other levels come from one quick search each; a longer search "
-    "may find "
-    "fewer operations."
-)
-
-
 _EMPTY_CELL = '<td class="value"></td>'
 
 
-def _first_screen(findings: Findings, numbers: Numbers) -> str:
+def _first_screen(findings: Findings, first: Sequence[Part], numbers: Numbers) -> str:
     """The arm that plays beside the stacked torques."""
-    arm, contributions = first_parts(findings)[:2]
+    arm, contributions = first[:2]
     assert isinstance(arm, Drawing)
     assert isinstance(contributions, Drawing)
     rows = "".join(
@@ -155,9 +112,9 @@ def _first_screen(findings: Findings, numbers: Numbers) -> str:
     return f'<div class="opening">\n{card}{drawing_html(contributions, numbers)}</div>\n'
 
 
-def _budget(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
+def _budget(findings: Findings, path: BudgetPath, first: Sequence[Part], numbers: Numbers) -> str:
     """The slider, the joints' errors under it, and the trade-off."""
-    model, ways = findings.model, {key: part for part in first_parts(findings)[3:] if (key := _key(part))}
+    model, ways = findings.model, {key: part for part in first[3:] if (key := _key(part))}
     if path.moves:
         kept = (
             ""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from gd_analyze.report.main_page import first_parts, opening_of
+from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.pdf import drawings_of, parts_data, result_data, typeset
-from gd_analyze.report.sections import sections
-from gd_analyze.result import Drawing, Table
+from gd_analyze.result import Drawing, Part, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, tube_bound
 
@@ -19,26 +18,27 @@ from gd_analyze.results.run_result import margins, tube_bound
 _LONGEST = 3.0
 
 
-def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
+def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callable[[], bytes]:
     """Do all but the typesetting, which leaves the interpreter free for other threads.
 
     Parameters
     ----------
     findings
         What the main job found.
+    report
+        Its parts, where they are known.
 
     Returns
     -------
     callable
         Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
     """
-    first, appendices = first_parts(findings), sections(findings)
-    numbers = Numbers.of((*first, *appendices))
+    opening, first, appendices, numbers = report or main_report(findings)
     rest = parts_data(appendices, numbers)
     for section, part in zip(appendices, rest, strict=True):
         part["key"] = section.key
-    data = result_data(opening_of(findings)) | {
-        "errors": _errors(findings, numbers),
+    data = result_data(opening) | {
+        "errors": _errors(findings, first, numbers),
         "first": {
             part.key: value
             for part, value in zip(first[:2], parts_data(first[:2], numbers), strict=True)
@@ -56,9 +56,9 @@ def prepare_pdf(findings: Findings) -> Callable[[], bytes]:
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
 
-def _errors(findings: Findings, numbers: Numbers) -> dict[str, Any]:
+def _errors(findings: Findings, first: Sequence[Part], numbers: Numbers) -> dict[str, Any]:
     """Bars and figures of every joint's error, sampled and proven, against the budget."""
-    (table,) = (part for part in first_parts(findings) if part.key == "errors")
+    (table,) = (part for part in first if part.key == "errors")
     model, proven = findings.model, tube_bound(findings)
     allowed, noise = model.accuracy.allowed, findings.round_off
     used = [

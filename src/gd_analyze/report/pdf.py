@@ -83,7 +83,13 @@ def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
         return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
     if isinstance(part, Section):
         inside = parts_data(part.parts, numbers)
-        return {"kind": "section", "title": part.title, "note": _lines(part.note), "parts": inside}
+        return {
+            "kind": "section",
+            "key": part.key,
+            "title": part.title,
+            "note": _lines(part.note),
+            "parts": inside,
+        }
     if isinstance(part, Drawing):
         width = part.figure.columns * part.figure.width
         number = numbers.figures.get(part.key)

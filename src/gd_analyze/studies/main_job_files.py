@@ -34,14 +34,19 @@ def write_findings(
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         pdf: Future[bytes] | None = None
+        report = None
+        if {"pdf", "html"} & places.keys():
+            from gd_analyze.report.main_report import main_report
+
+            report = main_report(findings)
         if "pdf" in places:
             from gd_analyze.report.main_pdf import prepare_pdf
 
-            pdf = beside.submit(prepare_pdf(findings))
+            pdf = beside.submit(prepare_pdf(findings, report))
         if "html" in places:
             from gd_analyze.report.main_page import render_html
 
-            places["html"].write_bytes(render_html(findings).encode())
+            places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:
             places["csv"].write_bytes(_ranking_csv(findings).encode())
         if "json" in places:
