@@ -1,4 +1,4 @@
-"""How a verb gives its result: as sentences and tables, as JSON, or not at all."""
+"""How a verb gives its result: as text, as JSON, or not at all."""
 
 from __future__ import annotations
 
@@ -35,29 +35,14 @@ class Output:
             click.get_current_context().meta[STAGE] = stage
             yield stage
 
-    def about(self, wrote: Path | None) -> dict[str, list[str]]:
-        """What ends the JSON of a verb that may write a file."""
-        return {"warnings": self.warnings, "files": [] if wrote is None else [str(wrote)]}
-
-    def give(
-        self,
-        result: Result | Callable[[], Any],
-        show: Callable[[], None] | None = None,
-        wrote: Path | Sequence[Path] | None = None,
-    ) -> None:
+    def give(self, result: Result, wrote: Path | Sequence[Path] | None = None) -> None:
         """Print a result the way that was asked for, and which files hold it."""
         files = [] if wrote is None else [wrote] if isinstance(wrote, Path) else [*wrote]
         if self.as_json:
-            if callable(result):
-                print_json(result())
-            else:
-                ends = {"warnings": self.warnings, "files": [str(path) for path in files]}
-                print_json(result.document() | ends)
+            ends = {"warnings": self.warnings, "files": [str(path) for path in files]}
+            print_json(result.document() | ends)
         elif not self.quiet:
-            if callable(result):
-                (show or (lambda: None))()
-            else:
-                show_result(result)
+            show_result(result)
             for path in files:
                 line(f"wrote {path}")
 

@@ -1,18 +1,13 @@
-"""What every verb prints with: tables, sentences, JSON, warnings and progress.
-
-All text that reaches the terminal goes through here, and names of others in it are made `visible`.
-"""
+"""What every verb prints with: results, JSON, warnings and progress; control signs are made `visible`."""
 
 from __future__ import annotations
 
 import json
-import math
 import os
-import re
 import sys
 import textwrap
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -26,24 +21,12 @@ if TYPE_CHECKING:
 
     from gd_analyze.result import Result
 
-# What every terminal shows, and a file or a mail as well; taken where the terminal's own is unknown.
+# Columns where the terminal's own number is unknown.
 WIDTH = 80
-_UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b)")
 
 
-def sentence(text: str, indent: str = "", bold: bool = False) -> None:
-    """Print a sentence, wrapped between words; `indent` goes before its further lines."""
-    # A number and its unit stay on one line.
-    held = _UNIT.sub(lambda found: found[0].replace(" ", "\u00a0"), visible(text))
-    for line_ in textwrap.wrap(
-        held, width(), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    ):
-        wrapped = line_.replace("\u00a0", " ")
-        click.echo(click.style(wrapped, bold=True) if bold else wrapped, color=_colour())
-
-
-def line(text: str = "") -> None:
-    """Print a line that must stay whole, such as a path; a blank line by default."""
+def line(text: str) -> None:
+    """Print a line that must stay whole, such as a path."""
     click.echo(visible(text), color=_colour())
 
 
@@ -52,39 +35,6 @@ def lines(text: str) -> None:
     if sys.stdout.isatty():
         text = "".join(visible(one.expandtabs()) + "\n" for one in text.removesuffix("\n").split("\n"))
     click.echo(text, nl=False)
-
-
-def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], sides: str = "l") -> None:
-    """Print a table behind a blank line.
-
-    A table wider than the terminal is printed at its full width: a number is never cut.
-
-    Parameters
-    ----------
-    title, headings, rows
-        What it says.
-    sides
-        "l" or "r" for each column, left or right; the columns beyond are numbers and stand on the right.
-    """
-    import io
-
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    grid = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for heading, side in zip(headings, sides.ljust(len(headings), "r"), strict=False):
-        grid.add_column(Text(visible(heading)), justify="right" if side == "r" else "left", no_wrap=True)
-    for row in rows:
-        # Text, because names may hold square brackets, which rich would take for markup.
-        grid.add_row(*(Text(visible(cell)) for cell in row))
-    drawn = io.StringIO()
-    Console(file=drawn, width=10_000, color_system=None).print(grid)
-    line()
-    sentence(title, bold=True)
-    for drawn_line in drawn.getvalue().split("\n")[:-1]:
-        line(drawn_line.rstrip())
 
 
 def show_result(result: Result) -> None:
@@ -96,15 +46,13 @@ def show_result(result: Result) -> None:
 
 def print_json(value: Any) -> None:
     """Print plain values as JSON, in ASCII and without the NaN and Infinity that JSON does not know."""
-    click.echo(json.dumps(_finite(value), indent=2, allow_nan=False))
+    from gd_analyze.result import plain
+
+    click.echo(json.dumps(plain(value), indent=2, allow_nan=False))
 
 
 def tell(kind: str, text: str) -> None:
-    """Print an error or a warning to standard error; each of its lines by itself must be one.
-
-    A person sees warnings, which are sentences, wrapped between words; where they go to a file they stay
-    whole.
-    """
+    """Print an error or a warning to standard error; on a terminal a warning is wrapped between words."""
     colour = "red" if kind == "error" else "yellow"
     text = "\n".join(map(visible, text.split("\n")))
     if kind == "warning" and sys.stderr.isatty():
@@ -213,12 +161,3 @@ def _terminal_width() -> int:
     import shutil
 
     return max(40, shutil.get_terminal_size((WIDTH, 24)).columns)
-
-
-def _finite(value: Any) -> Any:
-    """Put null where a number is not finite, at any depth."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
