@@ -90,7 +90,8 @@ def load_arm(
     6
     """
     locked = locks_of(lock)
-    is_model = type(name_or_path).__module__.partition(".")[0] == "pinocchio"
+    of_pinocchio = type(name_or_path).__module__.partition(".")[0] == "pinocchio"
+    is_model = of_pinocchio and hasattr(name_or_path, "jointPlacements")
     path = None if is_model else _path_of(name_or_path)
     if path is None or is_xml(path):
         tree = tree_of_model(name_or_path) if path is None else _read_tree(path)
