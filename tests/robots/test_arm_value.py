@@ -111,7 +111,7 @@ def test_the_callers_arrays_stay_the_callers():
     assert made.com[0] == 0.0
 
 
-@examples(50)
+@examples(20)
 @given(arms())
 def test_reach_bounds_every_pose(arm):
     from gd_analyze.dynamics.kinematics import solve_kinematics

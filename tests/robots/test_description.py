@@ -17,7 +17,7 @@ from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples
 
 
-@examples(50)
+@examples(20)
 @given(arms())
 def test_description_round_trip(arm):
     text = json.dumps(describe(arm), allow_nan=False)

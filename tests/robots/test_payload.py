@@ -48,7 +48,7 @@ def second_moment(mass: float, com: FloatArray, inertia: FloatArray) -> FloatArr
     return out
 
 
-@examples(60)
+@examples(30)
 @given(arms_with_states(max_joints=3), payloads())
 def test_moments_add_up(case, payload):
     arm, _ = case
@@ -62,7 +62,7 @@ def test_moments_add_up(case, payload):
     np.testing.assert_allclose(found, expected, atol=20 * EPS * np.abs(expected).max())
 
 
-@examples(40)
+@examples(15)
 @given(arms_with_states(max_joints=6), payloads())
 def test_torque_is_that_of_the_arm_and_of_the_payload_alone(case, payload):
     arm, states = case
@@ -75,7 +75,7 @@ def test_torque_is_that_of_the_arm_and_of_the_payload_alone(case, payload):
         assert np.abs(with_it - without - its).max() <= 6 * bound, name
 
 
-@examples(40)
+@examples(15)
 @given(arms_with_states(max_joints=6), payloads())
 def test_pinocchio_agrees_when_the_body_is_hung_onto_its_model(case, payload):
     import pinocchio as pin

@@ -8,8 +8,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.tree import Tree, TreeJoint
 
-# A finger has up to four joints; one with more is part of a hand only on an arm of at least five.
-_FINGER, _ARM = 4, 5
+# A finger has up to four joints.
+_FINGER = 4
 _MOST_NAMED = 12
 # Of more joints than these --tip says it shorter.
 _FEW = 6
@@ -206,7 +206,7 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if len(held) <= _FEW:
             way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
     else:
-        tips = _tips(at, len(stem), after, depth)
+        tips = _tips(at, after, depth)
         tips.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
         way = "name the arm's last link, " + " or ".join(f"--tip {tip.link}" for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
@@ -235,28 +235,17 @@ def _branch(joint: TreeJoint, after: Mapping[int, Sequence[TreeJoint]]) -> list[
 
 
 def _tips(
-    forked: Sequence[TreeJoint],
-    before: int,
-    after: Mapping[int, Sequence[TreeJoint]],
-    depth: Mapping[int, int],
+    forked: Sequence[TreeJoint], after: Mapping[int, Sequence[TreeJoint]], depth: Mapping[int, int]
 ) -> list[TreeJoint]:
-    """Joints at which the arms end that part at a fork behind `before` joints.
-
-    A hand's fingers do not count as arms; a long arm that parts may end at its fork, or at a finger.
-    """
+    """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
     deepest = max(depth[joint.index] for joint in forked)
     found = []
     for joint in forked:
         if depth[joint.index] <= _FINGER < deepest:
             continue
-        length = before + 1
         while len(after[joint.index]) == 1:
             joint = after[joint.index][0]
-            length += 1
         beyond = after[joint.index]
         is_hand = all(depth[one.index] <= _FINGER for one in beyond)
-        if is_hand or length >= _ARM:
-            found.append(joint)
-        if not is_hand:
-            found += _tips(beyond, length, after, depth)
+        found += [joint] if is_hand else [joint, *_tips(beyond, after, depth)]
     return found

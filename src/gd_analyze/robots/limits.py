@@ -312,14 +312,17 @@ def box_limits(arm: RobotArm) -> BoxLimits:
     lower, upper = arm.limits("lower"), arm.limits("upper")
     velocity, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
     ranges = np.array([_RANGE[joint.kind] for joint in arm.joints])
-    ranged = np.isfinite(lower) & np.isfinite(upper)
-    has_velocity, has_acceleration = np.isfinite(velocity), np.isfinite(acceleration)
+    unknown = ~(np.isfinite(lower) & np.isfinite(upper))
     assumed = "; ".join(
         [
-            *_assumed(arm, ranged, "a range of +-", ranges, ""),
-            *_assumed(arm, has_velocity, "a velocity of ", np.full(arm.n_joints, _VELOCITY), "/s"),
+            *_assumed(arm, unknown, "a range of +-", ranges, ""),
+            *_assumed(arm, np.isinf(velocity), "a velocity of ", np.full(arm.n_joints, _VELOCITY), "/s"),
             *_assumed(
-                arm, has_acceleration, "an acceleration of ", np.full(arm.n_joints, _ACCELERATION), "/s^2"
+                arm,
+                np.isinf(acceleration),
+                "an acceleration of ",
+                np.full(arm.n_joints, _ACCELERATION),
+                "/s^2",
             ),
         ]
     )
@@ -327,19 +330,19 @@ def box_limits(arm: RobotArm) -> BoxLimits:
         message = f"arm {arm.name} does not state all limits: for a box of states, {assumed} is assumed"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
     return BoxLimits(
-        np.where(ranged, lower, -ranges),
-        np.where(ranged, upper, ranges),
-        np.where(has_velocity, velocity, _VELOCITY),
-        np.where(has_acceleration, acceleration, _ACCELERATION),
+        np.where(unknown, -ranges, lower),
+        np.where(unknown, ranges, upper),
+        np.where(np.isinf(velocity), _VELOCITY, velocity),
+        np.where(np.isinf(acceleration), _ACCELERATION, acceleration),
         assumed,
     )
 
 
-def _assumed(arm: RobotArm, stated: NDArray[np.bool_], what: str, values: FloatArray, per: str) -> list[str]:
+def _assumed(arm: RobotArm, unknown: NDArray[np.bool_], what: str, values: FloatArray, per: str) -> list[str]:
     """Values assumed for joints that state nothing, those of one unit together."""
     found = []
     for unit in ("rad", "m"):
-        chosen = [i for i, joint in enumerate(arm.joints) if joint.unit == unit and not stated[i]]
+        chosen = [i for i, joint in enumerate(arm.joints) if joint.unit == unit and unknown[i]]
         if chosen:
             names = ", ".join(arm.joints[i].name for i in chosen)
             names = "every joint" if len(chosen) == arm.n_joints else f"joint {names}"
