@@ -8,7 +8,7 @@ import unicodedata
 from decimal import ROUND_CEILING, Decimal
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup, escape
+from markupsafe import escape
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Sequence
@@ -160,22 +160,6 @@ def share_up(share: float) -> float:
     return rounded_up(share, 2 if share < 1.0 or not math.isfinite(share) else 3 + int(math.log10(share)))
 
 
-def at_most(share: float) -> str:
-    """Format a share that something does not exceed: "below 0.01 %" needs no sign there."""
-    return percent(share).removeprefix("< ")
-
-
-def percent_cell(share: float) -> str:
-    """Format a share as percent with two significant digits and without the sign, for columns headed by it.
-
-    Examples
-    --------
-    >>> percent_cell(0.0096), percent_cell(1.1502), percent_cell(1e-6)
-    ('0.96', '115', '< 0.01')
-    """
-    return percent(share).removesuffix(" %")
-
-
 def mass(kilograms: float) -> str:
     """Format kilograms, or grams below a tenth of one."""
     return f"{number(kilograms)} kg" if kilograms >= 0.1 else f"{number(1000 * kilograms)} g"
@@ -199,39 +183,6 @@ def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
     text = re.sub(r"(?<=[a-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)
     return re.sub(r"(?<=\d)e([+-]\d+)", lambda m: f" × 10{str(int(m[1])).translate(_SUPERSCRIPTS)}", text)
-
-
-def aligned(cells: Iterable[str]) -> list[dict[str, str]]:
-    """Numbers of a column with the digits to be kept free behind each, so that their points align."""
-    column = list(cells)
-    decimals = [_decimals(cell) for cell in column]
-    most = max(decimals, default="", key=len)
-    return [
-        {"text": cell, "pad": "" if "×" in cell else most[len(own) :] if own else most}
-        for cell, own in zip(column, decimals, strict=True)
-    ]
-
-
-def _decimals(cell: str) -> str:
-    """Point and decimals of a plain number."""
-    return cell[cell.index(".") :] if "." in cell and "×" not in cell else ""
-
-
-def markup(text: str) -> Markup:
-    """HTML of a text with numbers: 1.42e-14 as a power of ten, a hyphen before digits as a minus sign."""
-    escaped = str(escape(text))
-    powers = re.sub(
-        r"(\d)e([+-])0*(\d+)",
-        lambda found: f"{found[1]}\u202f×\u202f10<sup>{'−' if found[2] == '-' else ''}{found[3]}</sup>",
-        escaped,
-    )
-    return Markup(re.sub(r"(^|\s)-(?=\d)", r"\1−", powers))
-
-
-def markup_of_powers(text: str) -> Markup:
-    """HTML of a polynomial: what follows a caret is raised."""
-    typeset = str(markup(text)).replace(" - ", " − ")
-    return Markup(re.sub(r"\^([\d.]+)", r"<sup>\1</sup>", typeset))
 
 
 def visible(text: str) -> str:

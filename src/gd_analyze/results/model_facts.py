@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
-from math import isinf
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import at_most
+from gd_analyze.text import percent
 
 
 class WorstError(NamedTuple):
@@ -139,7 +138,7 @@ def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
 def norms_text(norms: Iterable[NormShare]) -> str:
     """Such shares: "0.91 % at 95 % of the states, 2.1 % at 99.9 % of the states"."""
     return ", ".join(
-        f"{'∞' if isinf(norm.share) else at_most(norm.share)} at "
+        f"{percent(norm.share)} at "
         + ("all states" if norm.states == 1.0 else f"{100 * norm.states:.10g} % of the states")
         for norm in norms
     )
