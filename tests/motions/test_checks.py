@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.checks import check_against_arm
 from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.read import read_trajectory
@@ -128,13 +128,6 @@ def test_radians_in_columns_of_degrees(csv_file: CsvFile, two_link: RobotArm, wa
             csv_file("\n".join(["time,q1_deg,q2_deg", *(f"{k},0,1" for k in range(7))])), two_link
         )
     assert texts == []
-
-
-def test_warnings_point_at_the_caller(csv_file: CsvFile, two_link: RobotArm) -> None:
-    path = csv_file("time,q1,q2,qd1,qd2,qdd1,qdd2\n0,4,0,0,0,0,0\n")
-    with pytest.warns(GdAnalyzeWarning) as caught:
-        read_trajectory(path, two_link)
-    assert caught[0].filename == __file__
 
 
 def test_milliseconds_that_nothing_says(csv_file: CsvFile, two_link: RobotArm, warned: Warned) -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
@@ -203,13 +202,6 @@ def test_a_joint_may_move_by_next_to_nothing(profile: str) -> None:
         assert planned.limits.rows[1].highest <= 2 * least
 
 
-def test_name_and_origin(two_link: RobotArm) -> None:
-    trajectory = plan(two_link, [0, 0], [1, 1], schedule=Schedule(3.0)).trajectory
-    assert trajectory.name == "two_link-4-3-4"
-    assert "4-3-4, 3 s, 31 set points" in trajectory.origin
-    assert plan(two_link, [0, 0], [1, 1], schedule=Schedule(3.0), name="mine").trajectory.name == "mine"
-
-
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
@@ -255,9 +247,3 @@ def test_bad_arguments_are_named(two_link: RobotArm, changes: dict[str, object],
         plan(two_link, **arguments, schedule=Schedule(**when))
     for text in expected:
         assert text in str(caught.value)
-
-
-def test_warning_points_at_the_caller(two_link: RobotArm, warned: Callable[[], object]) -> None:
-    with pytest.warns(GdAnalyzeWarning) as caught:
-        plan(two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5), allow_violations=True)
-    assert caught[0].filename == __file__

@@ -87,36 +87,20 @@ def test_set_points_are_in_seconds_here_too(read: Read) -> None:
 MOVING = "".join(f"{k},{np.sin(0.01 * k)},{10 * np.cos(0.01 * k)}\n" for k in range(40))
 
 CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
-    "steps of 1": (
-        table("Time", [0, 1, 2]),
-        {},
-        ["Time counts samples", "line 1, column 1", "steps of 1", "--rate HZ", "--time-unit s"],
-    ),
+    "steps of 1": (table("Time", [0, 1, 2]), {}, ["line 1, column 1", "--rate HZ"]),
     "steps of 1, with velocities that tell": (
         "Time,q_0,qd_0\n" + MOVING,
         {},
         ["the log's own velocities say --time-unit ms"],
     ),
-    "samples by name": (table("sample", [0, 2, 4]), {}, ["sample counts samples", "steps of 2", "--rate"]),
-    "steps that may be anything": (
-        table("time", [0, 500, 1000]),
-        {},
-        ["the unit of time is unknown", "steps of 500"],
-    ),
-    "milliseconds or seconds": (
-        table("time", [0, 0.998, 1.996]),
-        {},
-        ["the unit of time is unknown", "steps of 0.998"],
-    ),
-    "a rate for milliseconds": (
-        table("time_ms", [0, 10, 20]),
-        {"rate": 100.0},
-        ["time_ms is a time in ms, which a rate contradicts", "100 Hz", "leave --rate out"],
-    ),
+    "samples by name": (table("sample", [0, 2, 4]), {}, ["--rate"]),
+    "steps that may be anything": (table("time", [0, 500, 1000]), {}, ["steps of 500"]),
+    "milliseconds or seconds": (table("time", [0, 0.998, 1.996]), {}, ["steps of 0.998"]),
+    "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, ["leave --rate out"]),
     "a rate for what may be milliseconds": (
         table("time", [0, 10, 20]),
         {"rate": 100.0},
-        ["counts no samples", "steps of 10 at least", "--time-unit", "--map time=none"],
+        ["--time-unit", "--map time=none"],
     ),
     "a rate for seconds and nanoseconds": (
         "sec,nanosec,q_0\n1,0,1\n1,8,2\n",
@@ -127,37 +111,33 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
     "a date": (
         table("time", ["2024-01-01T00:00:00", "2024-01-01T00:00:01"]),
         {},
-        ["the time in column time is text", "line 1, column 1", "found: '2024-01-01T00:00:00'", "--rate"],
+        ["line 1, column 1", "found: '2024-01-01T00:00:00'"],
     ),
-    "no time": (
-        "q_0,temp\n1,2\n2,3\n",
-        {},
-        ["no column is known to be the time", "q_0, temp", "--map time=COLUMN"],
-    ),
+    "no time": ("q_0,temp\n1,2\n2,3\n", {}, ["--map time=COLUMN"]),
     "two times": (
         "time,timestamp,q_0\n0,0,1\n0.1,0.2,2\n",
         {},
-        ["several columns may be the time", "time, timestamp", "--map 'time=time' or --map 'time=timestamp'"],
+        ["--map 'time=time' or --map 'time=timestamp'"],
     ),
     "a rate for seconds": (
         table("time", [0, 0.008, 0.016]),
         {"rate": 125.0},
-        ["counts no samples", "--time-unit", "--map time=none"],
+        ["--time-unit", "--map time=none"],
     ),
     "a rate for nanoseconds by name": (
         table("time_ns", [0, 8_000_000, 16_000_000]),
         {"rate": 125.0},
-        ["time_ns is a time in ns", "which a rate contradicts", "leave --rate out", "--map time=none"],
+        ["leave --rate out", "--map time=none"],
     ),
     "a rate for instants since 1970": (
         table("time", [1_700_000_000_000, 1_700_000_000_008, 1_700_000_000_016]),
         {"rate": 125.0},
-        ["time counts no samples", "found: time in ms", "leave --rate out"],
+        ["found: time in ms", "leave --rate out"],
     ),
-    "no such unit": (table("time", [0, 1]), {"time_unit": "h"}, ["unit of time", "s, ms, us, ns", "'h'"]),
-    "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, ["contradict each other", "5 Hz and s"]),
-    "empty": ("time,q_0\n,1\n,2\n", {}, ["no row has a time and a position", "empty cells"]),
-    "no number": (table("time", [0, "x", 2]), {}, ["time is not a number", "line 3, column 1", "found: 'x'"]),
+    "no such unit": (table("time", [0, 1]), {"time_unit": "h"}, ["'h'"]),
+    "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, ["5 Hz and s"]),
+    "empty": ("time,q_0\n,1\n,2\n", {}, ["empty cells"]),
+    "no number": (table("time", [0, "x", 2]), {}, ["line 3, column 1", "found: 'x'"]),
 }
 
 
