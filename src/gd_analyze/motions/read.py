@@ -331,11 +331,8 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         raise refusal("the file has no header line", where, "the names of the columns", found, step)
     width = table.layout.width
     if len(reading.columns) != width:
-        what, expected = (
-            "the names given do not fit the columns",
-            f"{width} names, - for a column that is not needed",
-        )
-        raise refusal(what, f"--columns; {where}", expected, str(len(reading.columns)), "name every column")
+        expected, found = f"{width} names, - for a column that is not needed", str(len(reading.columns))
+        raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, found)
     return TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
 
 
