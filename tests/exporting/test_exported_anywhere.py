@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from compiled import STRICT, called, needs_gcc, needs_gpp, run_c
 from exported_cases import subject
-from rounded_programs import assert_same, inputs_of
+from rounded_programs import assert_same
 from test_exported_python import imported
 
 from gd_analyze.exporting.export import written
@@ -38,8 +38,7 @@ def sources(tmp_path, scalar):
 
 @needs_gcc
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm is not installed")
-@pytest.mark.parametrize("scalar", SCALARS)
-@pytest.mark.parametrize("level", ["-O0", "-O2"])
+@pytest.mark.parametrize(("scalar", "level"), [("double", "-O0"), ("float", "-O2")])
 def test_c_needs_sines_and_nothing_else(scalar, level, tmp_path):
     suffix = "f" if scalar == "float" else ""
     for source in sources(tmp_path, scalar):
@@ -137,7 +136,7 @@ def test_odd_arms_in_cpp(tmp_path):
     called("g++", "-std=c++11", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
 
 
-@pytest.mark.parametrize("language", ["python", "jax", "casadi"])
+@pytest.mark.parametrize("language", ["python", "casadi"])
 def test_odd_arms_in_python(what: ExportInput, language, tmp_path):
     pytest.importorskip({"python": "numpy"}.get(language, language))
     module = imported(what, language, tmp_path)
@@ -147,11 +146,7 @@ def test_odd_arms_in_python(what: ExportInput, language, tmp_path):
         results = getattr(module, function.name)(*given)
         listed = results if len(function.outputs) > 1 else [results]
         found = np.concatenate([np.asarray(x).reshape(-1, 1) for x in listed])
-        if language == "jax":
-            # In single precision, unless it is told otherwise.
-            assert np.abs(found - function.program.run(inputs_of(drawn))).max() <= 1e-4
-        else:
-            assert_same(found, function.program, drawn)
+        assert_same(found, function.program, drawn)
 
 
 def test_odd_arms_in_every_language(what: ExportInput):

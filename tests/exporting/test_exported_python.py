@@ -107,7 +107,7 @@ def jax():
     jax.config.update("jax_enable_x64", before)
 
 
-@pytest.mark.parametrize("case", FEW)
+@pytest.mark.parametrize("case", [*FEW[:2], FEW[-1]])
 def test_jax_compiles_maps_and_differentiates(jax, case, tmp_path):
     what = subject(case)
     module, drawn = imported(what, "jax", tmp_path), states(what.arm.name)

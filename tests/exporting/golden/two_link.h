@@ -1,7 +1,7 @@
 /*
  * Simplified torque model of Two-link planar arm, by gd-analyze VERSION.
  *
- * Level energy: 5 energy terms; budget 1 N m.
+ * Level energy: 5 of 5 energy terms; budget 1 N m.
  * torque: generalized torque tau = D(q) qdd + h(q, qd) + c(q);
  *   22 (12 mult + 10 add), 4 sin and cos.
  * inertia: inertia matrix D(q), its rows one after another;
