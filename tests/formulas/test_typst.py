@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from itertools import pairwise
 
 import pytest
 import typst
@@ -10,7 +9,6 @@ from gd_analyze.formulas.formula import NOTHING, Function, Piece, Power, Product
 from gd_analyze.formulas.languages import Plain, Typst
 from gd_analyze.formulas.writing import (
     energy_formulas,
-    part_symbol,
     term_formula,
     torque_formulas,
     torque_legend,
@@ -58,10 +56,6 @@ def test_pieces(piece: Piece, plain: str, math: str) -> None:
     assert TYPST.body(piece) == math
 
 
-def test_an_effect_stands_above() -> None:
-    assert TYPST.symbol(part_symbol("D12", "rotation")) == 'D_(12)^"rot"'
-
-
 @pytest.fixture(scope="module", params=ARMS)
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
     return harmonics_of(scara() if request.param == "scara" else load_arm(request.param))
@@ -80,24 +74,6 @@ def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques:
         if piece.quantity != "carried"
     )
     assert written == Counter((term.row, term.quantity) for term in torques)
-
-
-def test_signs_and_brackets_are_in_order(harmonics: Harmonics, torques: Torques) -> None:
-    formulas = torque_formulas(harmonics.velocities, torques)
-    for formula in formulas:
-        bodies = [TYPST.body(piece) for piece in formula.pieces]
-        assert not any(body.startswith(("-", "+")) for body in bodies)
-        depth = 0
-        for body in bodies:
-            depth += body.count("paren.l") - body.count("paren.r")
-            assert depth in (0, 1)
-        assert depth == 0
-    signs = harmonics.velocities.signs
-    for run in harmonics.velocities.runs:
-        for inner, outer in pairwise(run):
-            first = formulas[inner].pieces[0]
-            assert (TYPST.body(first), first.quantity) == (f"tau_({outer + 1})", "carried")
-            assert first.negative == (signs[inner] != signs[outer])
 
 
 def test_brackets_multiply_out_to_the_terms(harmonics: Harmonics, torques: Torques) -> None:
@@ -138,13 +114,3 @@ def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: 
     assert other.removeprefix("any other ") == "p_j is qd_j, pd_j is qdd_j"
     assert ('"any other" dot(p)_(j) "is" dot(q)_(j)' in " ".join(written)) == bool(legend.shared)
     assert all(entry.endswith(' "in m"') for entry in written if entry.startswith("d_"))
-
-
-def test_energy_is_gathered_by_element_with_the_potential_last() -> None:
-    energies = energy_terms(harmonics_of(load_arm("puma560")))
-    written = energy_formulas(energies)
-    assert sum(len(formula.pieces) for formula in written) == len(energies)
-    assert PLAIN.symbol(written[0].left) == "D'11"
-    assert PLAIN.symbol(written[-1].left) == "U"
-    largest = max((term for term in energies if term.is_potential), key=lambda term: abs(energies[term]))
-    assert written[-1].pieces[0] == term_formula(largest, energies[largest]).pieces[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from itertools import groupby
 
 from gd_analyze.formulas.formula import PRIME, Formula, Legend, Symbol
 from gd_analyze.formulas.printer import Printer
@@ -203,12 +202,6 @@ class PageMathML(MathML):
                 sign = sign.replace("<mo>", '<mo rspace=".25em">')
             out.append(f"<math>{sign}{self.body(piece)}</math>")
         return tuple(out)
-
-    def by_quantity(self, formula: Formula) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Write the right-hand side by quantity, each with its elements."""
-        both = zip(formula.pieces, self.elements(formula), strict=True)
-        groups = groupby(both, key=lambda pair: pair[0].quantity)
-        return tuple((quantity, tuple(element for _, element in group)) for quantity, group in groups)
 
 
 def _exponent(exponent: int) -> str:

@@ -1,47 +1,13 @@
-"""Exact elements as SymPy expressions, and as a script that makes them."""
+"""Exact elements as a script of SymPy, in real symbols q1, q2, .., with every digit of the coefficients."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
-
-from gd_analyze.errors import UsageError
 from gd_analyze.formulas.writing import exponents
 from gd_analyze.harmonics.equations import Equation, Term
 from gd_analyze.harmonics.terms import Factor
 
-if TYPE_CHECKING:
-    import sympy
-
-
 # Python's parser takes a sum of thousands only as arguments of a function.
 _SUMMED = 50
-
-
-def to_sympy(equation: Equation) -> sympy.Expr:
-    """Build the right-hand side in real symbols q1, q2, ..., with every digit of the coefficients.
-
-    Raises
-    ------
-    UsageError
-        If SymPy is not installed.
-    """
-    try:
-        import sympy
-    except ImportError:
-        raise UsageError(
-            "SymPy is not installed", next_step="install it: pip install 'gd-analyze[symbolic]'"
-        ) from None
-
-    functions: dict[str, Callable[[Any], Any]] = {"cos": sympy.cos, "sin": sympy.sin, "power": lambda x: x}
-    summands = []
-    for term in equation.terms:
-        product: Any = sympy.Float(term.coefficient, 17)
-        for factor in term.factors:
-            argument = sum(factor.multiples[j] * sympy.Symbol(f"q{j + 1}", real=True) for j in factor.joints)
-            product *= functions[factor.kind](argument)
-        summands.append(product)
-    return sympy.Add(*summands)
 
 
 def sympy_head(n_joints: int) -> str:
