@@ -11,22 +11,29 @@
 from __future__ import annotations
 
 import importlib
+import re
+from pathlib import Path
 from typing import Any
 
 __version__ = "0.1.0"
 
+# The stub lists what is public, with the module of each name.
+_HOMES = {
+    name: home
+    for home, name in re.findall(
+        r"^from (\S+) import (\w+)", Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"), re.M
+    )
+}
+
+__all__ = ["__version__", *_HOMES]
+
 
 def __getattr__(name: str) -> Any:
-    """Import the public names when the first is used, so that the command line answers at once."""
-    if name == "__all__":
-        return __dir__()
-    if not name.startswith("_"):
-        public = importlib.import_module("gd_analyze.public")
-        if hasattr(public, name):
-            return getattr(public, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Import a public name when it is first used, so that no command loads what it does not need."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:
-    public = importlib.import_module("gd_analyze.public")
-    return sorted(["__version__", *(name for name in vars(public) if not name.startswith("_"))])
+    return sorted(__all__)

@@ -1,5 +1,67 @@
-# What type checkers see; names are listed in public.py alone.
-from gd_analyze.public import *
+# Public names, each once, with their homes: type checkers read this file, and so does __init__.py.
+from gd_analyze.certification.box import Box as Box
+from gd_analyze.certification.certificate import certify as certify
+from gd_analyze.certification.certified_model import simplify_certified as simplify_certified
+from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite
+from gd_analyze.certification.tube import Margin as Margin
+from gd_analyze.certification.tube import Tube as Tube
+from gd_analyze.dynamics.base_parameters import BaseParameter as BaseParameter
+from gd_analyze.dynamics.base_parameters import BaseParameters as BaseParameters
+from gd_analyze.dynamics.base_parameters import base_parameters as base_parameters
+from gd_analyze.dynamics.decomposition import decompose as decompose
+from gd_analyze.dynamics.decomposition import decompose_states as decompose_states
+from gd_analyze.dynamics.dominance import rank as rank
+from gd_analyze.dynamics.dominance import text_verdicts as text_verdicts
+from gd_analyze.dynamics.measured_torque import TorqueComparison as TorqueComparison
+from gd_analyze.dynamics.measured_torque import compare_torque as compare_torque
+from gd_analyze.dynamics.pinocchio_check import cross_check as cross_check
+from gd_analyze.errors import GdAnalyzeError as GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
+from gd_analyze.exporting.export import Exported as Exported
+from gd_analyze.exporting.export import export as export
+from gd_analyze.exporting.export import export_decomposition as export_decomposition
+from gd_analyze.harmonics.equations import equations as equations
+from gd_analyze.harmonics.transform import harmonics_of as harmonics_of
+from gd_analyze.motions.planning import Schedule as Schedule
+from gd_analyze.motions.planning import plan as plan
+from gd_analyze.motions.pool import pool as pool
+from gd_analyze.motions.read import read_log as read_log
+from gd_analyze.motions.read import read_trajectory as read_trajectory
+from gd_analyze.motions.reading import Reading as Reading
+from gd_analyze.motions.reading import Treatment as Treatment
+from gd_analyze.motions.states import States as States
+from gd_analyze.motions.states import states_in_box as states_in_box
+from gd_analyze.motions.states import states_of as states_of
+from gd_analyze.motions.trajectory import Trajectory as Trajectory
+from gd_analyze.motions.writing import write_trajectory as write_trajectory
+from gd_analyze.results.findings import Findings as Findings
+from gd_analyze.results.store import load_findings as load_findings
+from gd_analyze.results.store import load_results as load_results
+from gd_analyze.results.store import save_results as save_results
+from gd_analyze.robots.arm import RobotArm as RobotArm
+from gd_analyze.robots.catalogue import builtin_arms as builtin_arms
+from gd_analyze.robots.catalogue import load_arm as load_arm
+from gd_analyze.simplification.budget import Budget as Budget
+from gd_analyze.simplification.evaluation import evaluate as evaluate
+from gd_analyze.simplification.evaluation import payload_effect as payload_effect
+from gd_analyze.simplification.exact import ExactDynamics as ExactDynamics
+from gd_analyze.simplification.exact import torque_uncertainty as torque_uncertainty
+from gd_analyze.simplification.levels import LEVELS as LEVELS
+from gd_analyze.simplification.model import SimplifiedModel as SimplifiedModel
+from gd_analyze.simplification.model_file import load_model as load_model
+from gd_analyze.simplification.model_file import save_model as save_model
+from gd_analyze.simplification.ranking import rank_terms as rank_terms
+from gd_analyze.simplification.simplify import simplify as simplify
+from gd_analyze.simplification.trade_off import trade_off as trade_off
+from gd_analyze.studies.control import ControlStudy as ControlStudy
+from gd_analyze.studies.control import control as control
+from gd_analyze.studies.control_law import ControlSettings as ControlSettings
+from gd_analyze.studies.control_law import Tolerance as Tolerance
+from gd_analyze.studies.main_job import Settings as Settings
+from gd_analyze.studies.main_job import analyze as analyze
+from gd_analyze.studies.main_job import find as find
+from gd_analyze.studies.validation import Validation as Validation
+from gd_analyze.studies.validation import validate as validate
 
 __version__: str
 __all__: list[str]
