@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
@@ -40,28 +38,6 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     assert [point.operations for point in points] == [full]
 
 
-@pytest.mark.parametrize(
-    "words", [("trade-off", "two_link", "two-link-swing", "--quick"), ("compare", "two_link")]
-)
-def test_so_the_verbs_tell_it(capsys, tmp_path, monkeypatch, two_link, words):
-    from gd_analyze.cli.entry import main
-
-    monkeypatch.chdir(tmp_path)
-    main([*words, "--json"])
-    told = json.loads(capsys.readouterr().out)
-    full = ExactForm(two_link).operations.total
-    if words[0] == "compare":
-        assert told["operations_full"]["multiplications"] + told["operations_full"]["additions"] == full
-    else:
-        assert (
-            max(
-                sum((p["operations"]["multiplications"], p["operations"]["additions"]))
-                for p in told["points"]
-            )
-            <= full
-        )
-
-
 @pytest.mark.parametrize("level", ["term", "energy"])
 def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, level):
     """Found by a quick search or a long one: the same terms take the same operations."""
@@ -85,9 +61,11 @@ def test_by_level_and_the_curve_lead_through_the_model_shown(findings):
     "settings",
     [
         Settings(drives=True),
-        Settings(drives=True, level="energy", budget=gd.Budget.parse("3%")),
-        Settings(drives=True, refit=True, budget=gd.Budget.parse("3%")),
-        Settings(drives=True, operations=60),
+        pytest.param(
+            Settings(drives=True, level="energy", budget=gd.Budget.parse("3%")), marks=pytest.mark.slow
+        ),
+        pytest.param(Settings(drives=True, refit=True, budget=gd.Budget.parse("3%")), marks=pytest.mark.slow),
+        pytest.param(Settings(drives=True, operations=60), marks=pytest.mark.slow),
         Settings(level="element"),
     ],
     ids=["term", "energy", "refit", "operations", "element"],
