@@ -17,7 +17,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, Effort
-from gd_analyze.simplification.element import ELEMENT, parts_of
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
@@ -73,23 +73,6 @@ def by_elements(
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
     """The same model with another budget, N m, shape (n,)."""
     return replace(model, accuracy=replace(model.accuracy, allowed=allowed))
-
-
-def version_1(document: dict[str, Any]) -> dict[str, Any]:
-    """What version 1, which had the levels that have terms, wrote of the same model, its digest right."""
-    new = dict(document)
-    search, solved, terms = new.pop("search"), new.pop("solved"), new.pop("terms")
-    sentence = ", ".join(f"{step['name']} {step['operations']}" for step in search)
-    sentence += ", solved to the end" if solved else ""
-    old = new | {"version": 1, "provenance": new["provenance"] | {"search": sentence}}
-    if old["level"] == "element":
-        kept = [term["part"] for term in terms]
-        every = [part.label for part in parts_of(len(old["arm"]["joints"]))]
-        old |= {"kept": kept, "dropped": [label for label in every if label not in kept]}
-        del old["steps"], old["outputs"]
-    else:
-        old[{"term": "torques", "energy": "energy"}[old["level"]]] = terms
-    return signed(old)
 
 
 def signed(document: dict[str, Any]) -> dict[str, Any]:

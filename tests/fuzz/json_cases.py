@@ -26,12 +26,12 @@ from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest, load_model, save_model
 from gd_analyze.simplification.simplify import simplify
-from made_models import exact_model, version_1
+from made_models import exact_model
 from several_motions import swung
 
 
 def _bases() -> list[dict[str, Any]]:
-    """Models of every level and version, of an arm with drives and one without, and one for two motions."""
+    """Models of every level, of an arm with drives and one without, and one for two motions."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "arm.toml"
         path.write_text(FULL)
@@ -39,10 +39,7 @@ def _bases() -> list[dict[str, Any]]:
         for arm, drives in ((load_arm("two_link"), False), (load_arm(path), True)):
             for level in LEVELS.values():
                 save_model(exact_model(arm, drives, level), path)
-                document = json.loads(path.read_text(encoding="utf-8"))
-                bases.append(document)
-                if document["terms"]:
-                    bases.append(version_1(document))
+                bases.append(json.loads(path.read_text(encoding="utf-8")))
         save_model(simplify("two_link", [swung(20.0, "slow"), swung(2.2, "fast")], "20%"), path)
         bases.append(json.loads(path.read_text(encoding="utf-8")))
     return bases
@@ -110,11 +107,11 @@ def use(model: SimplifiedModel) -> None:
     upper = np.clip(model.arm.limits("upper"), -3.0, 3.0)
     random = np.random.default_rng(1)
     q = random.uniform(np.minimum(lower, upper), upper, (4, n))
-    rates, accelerations = random.uniform(-2.0, 2.0, (2, 4, n))
+    velocities, accelerations = random.uniform(-2.0, 2.0, (2, 4, n))
     for what, values in (
-        ("torque", model.torque(q, rates, accelerations)),
+        ("torque", model.torque(q, velocities, accelerations)),
         ("inertia", model.inertia(q)),
-        ("coriolis_centrifugal", model.coriolis_centrifugal(q, rates)),
+        ("coriolis_centrifugal", model.coriolis_centrifugal(q, velocities)),
         ("gravity_loading", model.gravity_loading(q)),
     ):
         assert np.isfinite(values).all(), f"{what} is not finite"
