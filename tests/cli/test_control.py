@@ -115,7 +115,7 @@ def test_a_report_is_written_and_not_over_another(run, model, here):
         (("--speeds", "continuous"), "'continuous', is not a number above 0"),
         (("--speeds", "0.01", "--loop-rate", "100000"), "too many steps"),
         (("--bandwidth", "nan"), "not a number above 0"),
-        (("--damping", "0.01"), "no control is made for this damping"),
+        (("--damping", "0.01"), "damping is out of range"),
         (("--torque-limits", "none"), "not a number above 0"),
         (("--within", "1parsec"), "the tolerance is not understood"),
         (("--friction",), "describes no friction"),

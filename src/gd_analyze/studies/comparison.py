@@ -165,12 +165,12 @@ def compare(
         progress(len(costs))
         exact = ExactForm(arm).operations
         grown = growth(progress)
-    told = tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)]))
-    return Comparison(arm, trajectory, compared_at, costs, exact, grown, timing, agreed, told, source)
+    every = tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)]))
+    return Comparison(arm, trajectory, compared_at, costs, exact, grown, timing, agreed, every, source)
 
 
 def names_of(arm: RobotArm, trajectory: Trajectory | None) -> tuple[str, str]:
-    """Name arm and motion, by which runs are told apart; "" without a motion."""
+    """Name arm and motion, which distinguish runs; "" without a motion."""
     return arm.name, "" if trajectory is None else trajectory.name
 
 

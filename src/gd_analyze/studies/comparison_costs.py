@@ -313,9 +313,9 @@ _WHY = {
         "folded away where it is an axis of the frame."
     ),
     "newton_euler_regrouped": (
-        "Frames stand on the joints' axes, and a link that turns keeps seven of its ten parameters, as the "
-        "others act on the link before. Executed it multiplies whole matrices by zeros that are known "
-        "beforehand; folding strikes them, and what is left is the least of all."
+        "Frames stand on the joints' axes, and the link of a revolute joint keeps seven of its ten "
+        "parameters; the others are regrouped into the link before. Executed it multiplies whole matrices "
+        "by zeros that are known beforehand; folding strikes them, and what is left is the least of all."
     ),
     "generalized_dalembert": (
         "The equations are followed term by term and link by link, D, h and c each on their own: what the "

@@ -155,12 +155,12 @@ class ControlStudy:
 
     @property
     def usual_rate(self) -> float:
-        """Rate at which loops are told of first, see `ControlSettings`."""
+        """Loop rate of the main result, see `ControlSettings`."""
         return self.settings.usual_rate
 
     @property
     def usual_speed(self) -> float:
-        """Speed at which loops are told of first."""
+        """Speed of the main result."""
         return self.settings.usual_speed
 
     @cached_property

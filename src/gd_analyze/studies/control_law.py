@@ -258,7 +258,7 @@ class ControlSettings:
 def _require(name: str, value: float, low: float, high: float, unit: str) -> None:
     if not low <= value <= high:
         raise UsageError(
-            f"no control is made for this {name.removesuffix('s') if name != 'limits' else 'limit'}",
+            f"the setting {name} is out of range",
             where=name,
             expected=f"{low:g} to {high:g} {unit}".rstrip(),
             found=f"{value:g}",

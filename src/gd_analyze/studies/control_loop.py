@@ -132,13 +132,13 @@ def follow(
     _, _, count = steps_of(loops, world.reference.duration)
     order = np.argsort(-count, kind="stable")
     run = _Run(world, [loops[k] for k in order])
-    begin, told, most = 0, 0, int(count.max())
+    begin, reported, most = 0, 0, int(count.max())
     for end in sorted(set(count.tolist())):
         for first in range(begin, end, _AHEAD):
             last = min(first + _AHEAD, end)
             run.advance(first, last, int((count >= end).sum()))
-            progress(100 * last // most - told)
-            told = 100 * last // most
+            progress(100 * last // most - reported)
+            reported = 100 * last // most
         begin = end
     return run.course(np.argsort(order))
 

@@ -406,7 +406,7 @@ def _bounds_table(study: ControlStudy) -> Table:
 
 def _rest_table(study: ControlStudy) -> Table:
     joints = range(study.arm.n_joints)
-    stiff = ["N m/rad" if turns else "N/m" for turns in study.arm.is_revolute]
+    stiff = ["N m/rad" if revolute else "N/m" for revolute in study.arm.is_revolute]
     columns = (
         *_joints_shown(study),
         Column("", "stiffness", study.stiffness, stiff),

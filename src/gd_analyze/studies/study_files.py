@@ -28,7 +28,7 @@ class StudyFolder:
     formats
         Some of `FORMATS`.
     asked
-        What the study was asked for, by which runs are told apart.
+        What the study was asked for; runs of something else are not replaced.
     overwrite
         Whether a run of something else may be replaced.
 
