@@ -13,7 +13,6 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions import text as text_table
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.read import read_log
-from gd_analyze.motions.reading import Reading
 
 Read = Callable[..., Logged]
 
@@ -266,8 +265,3 @@ def test_families_of_zeros_are_left_out(read: Read, warned) -> None:
     why = {use.column: use.why for use in logged.columns}
     assert why["Torque1"] == why["TorqueSm2"] == "0 throughout"
     assert why["PositionCmptd1"] == "target beside measured"
-
-
-def test_bytes_instead_of_a_file() -> None:
-    logged = read_log("standard input", TWO, Reading(), data=LAYOUTS["comma"].encode())
-    np.testing.assert_array_equal(logged.q, Q)

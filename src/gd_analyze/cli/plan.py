@@ -143,8 +143,8 @@ def _result(made: Plan) -> Result:
 
     rows, motion = made.limits.rows, made.trajectory
     degrees = [math.degrees(1.0) if row.unit == "rad" else 1.0 for row in rows]
-    kept = ("unit", "lowest", "highest", "lower", "upper")
-    kept += ("velocity", "velocity_limit", "acceleration", "acceleration_limit")
+    kept = ["unit", "lowest", "highest", "lower", "upper"]
+    kept += ["velocity", "velocity_limit", "acceleration", "acceleration_limit"]
     pairs = (
         ("motion", "lowest", "highest", " .. ", degrees, {"rad": "°"}),
         ("range", "lower", "upper", " .. ", degrees, {"rad": "°"}),

@@ -121,7 +121,6 @@ def read_log(
     arm: RobotArm | str | Path,
     reading: Reading | None = None,
     *,
-    data: bytes | None = None,
     progress: Progress = no_progress,
 ) -> Logged:
     """Read what a log or a file of set points holds of an arm's motion.
@@ -129,13 +128,11 @@ def read_log(
     Parameters
     ----------
     path_or_name
-        As of `read_trajectory`; or what to call the bytes.
+        As of `read_trajectory`.
     arm
         Whose motion it is, or its name or the path of its file.
     reading
         How it is to be read; what is left out is understood from the log.
-    data
-        Its bytes, where it is no file.
     progress
         Called with how much of how much has been read.
 
@@ -155,10 +152,7 @@ def read_log(
         Where joints are matched although their names differ.
     """
     arm, reading = arm_of(arm), reading or Reading()
-    if data is None:
-        path, name, origin, data = _source(path_or_name)
-    else:
-        path, name, origin = Path(path_or_name), Path(path_or_name).stem, f"read from {path_or_name}"
+    path, name, origin, data = _source(path_or_name)
     _refuse_writing_over(path, reading)
     mapping = None
     if reading.mapping is not None:
