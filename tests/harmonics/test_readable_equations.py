@@ -13,14 +13,15 @@ from hypothesis import strategies as st
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics import products as of_products
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import Equation, each_equation, elements_named, equations
 from gd_analyze.harmonics.products import to_terms
-from gd_analyze.harmonics.terms import Monomial
+from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from harmonic_arms import states_of
+from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples
 
@@ -84,6 +85,19 @@ def test_reading_is_exact_for_arms_with_parallel_axes(arm, seed):
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
 def test_reading_is_exact_for_built_in_arms(name):
     assert_read_exactly(load_arm(name), 5)
+
+
+def test_reading_loses_nothing_small(rng):
+    """Weights that differ by more than noise are not equal, however small the difference."""
+    arm = arm_of(["askew", "same"], rng)
+    q = rng.uniform(-3, 3, (2, 50))
+    multiples = [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 1)]
+    polynomial = {(Factor("cos", m),): 1.0 + 1e-11 * (k == 3) for k, m in enumerate(multiples)}
+    rows = to_terms(to_polynomial([polynomial], [False, False]), AbsoluteVelocities.of(arm), noise=1e-14)
+    written = sum(row[0] * value(factors, q) for factors, row in rows.items())
+    exact = sum(weight * value(factors, q) for factors, weight in polynomial.items())
+    # Twenty roundings of values near 6.
+    assert np.abs(written - exact).max() < 20 * np.finfo(float).eps * 6
 
 
 def test_effects_and_shares_add_up(puma_harmonics):
