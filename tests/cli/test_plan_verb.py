@@ -36,7 +36,7 @@ def test_a_plan_records_the_command_that_repeats_it(run, here):
     assert run(*PLAN, "-o", "my swing.csv").code == 0
     text = (here / "my swing.csv").read_text(encoding="utf-8")
     assert text.splitlines()[0] == "# " + shlex.join(["gd-analyze", *PLAN, "-o", "my swing.csv"])
-    command = recorded_command(text)
+    command = recorded_command(text.splitlines())
     assert command is not None
     (here / "my swing.csv").unlink()
     assert run(*shlex.split(command)[1:]).code == 0
