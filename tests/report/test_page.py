@@ -30,10 +30,15 @@ EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 EDGES = {
     "one joint": cache(lambda: made_findings(["revolute"])),
     "one prismatic joint": cache(lambda: made_findings(["prismatic"])),
+    "ten prismatic joints": cache(lambda: made_findings(["prismatic"] * 10)),
     "eight joints": cache(lambda: made_findings(EIGHT)),
     "one set point": cache(lambda: made_findings(["revolute"] * 2, set_points=1)),
     "long": cache(lambda: made_findings(["revolute"] * 2, set_points=5000)),
 }
+MAKES = [
+    pytest.param(make, id=name, marks=[pytest.mark.slow] if name == "eight joints" else [])
+    for name, make in EDGES.items()
+]
 
 
 def words_of(page: Page) -> str:
@@ -99,7 +104,7 @@ def test_budgets_are_named_in_their_own_terms() -> None:
     assert budget_words("1% or 10% friction, 0.2 N m") == "1 % of peak torque or 10 % of friction, 0.2 N m"
 
 
-@pytest.mark.parametrize("make", EDGES.values(), ids=EDGES)
+@pytest.mark.parametrize("make", MAKES)
 def test_any_arm_has_a_page(make: Callable[[], Findings]) -> None:
     page = Page(render_html(make()))
     assert page.of_class("svg", "panel")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pdf_reader import read
 from report_cases import HOSTILE, made_findings, resting_findings
-from test_page import EDGES
+from test_page import MAKES
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
@@ -75,7 +75,7 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
         assert said in words
 
 
-@pytest.mark.parametrize("make", EDGES.values(), ids=EDGES)
+@pytest.mark.parametrize("make", MAKES)
 def test_any_arm_can_be_typeset(make: Callable[[], Findings]) -> None:
     assert prepare_pdf(make())().startswith(b"%PDF-")
 
