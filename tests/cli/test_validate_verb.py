@@ -194,7 +194,7 @@ def test_a_file_of_a_hostile_name(run, model, here):
 BAD = {
     "no motion": ((), ("missing argument 'TRAJECTORY...'",)),
     "missing motion": (("nowhere.csv",), ("there is no trajectory 'nowhere.csv'", "expected:", "next:")),
-    "wrong column": (("bad.csv",), ("where: bad.csv, line 1", "expected: 2 joints", "found: 3 joints")),
+    "wrong column": (("bad.csv",), ("where: bad.csv, line 1, column 4", "q3")),
     "wrong number": (("cell.csv",), ("where: cell.csv, line 3, column 2", "found: 'x'")),
     "strange share": (
         ("slow.csv", "--fail-over", "1% frction"),
@@ -226,7 +226,7 @@ BAD = {
 def test_refused(run, model, here, listing, name):
     words, says = BAD[name]
     header = "time,q1,q2"
-    (here / "bad.csv").write_text(f"{header},q3\n" + "0,0,0,0\n" * 9)
+    (here / "bad.csv").write_text(f"{header},q3\n" + "".join(f"{k},0,0,0\n" for k in range(9)))
     (here / "cell.csv").write_text(
         f"{header}\n" + "".join(f"{k},{'x' if k == 1 else 0},0\n" for k in range(9))
     )

@@ -250,7 +250,7 @@ def test_a_ramp_leaves_at_a_known_instant():
     assert np.flatnonzero(outside).tolist() == [4, 5, 6]
 
 
-def test_rates_and_accelerations_count_by_magnitude_and_each_limit_by_itself():
+def test_velocities_and_accelerations_count_by_magnitude_and_each_limit_by_itself():
     there = motion(q2=[-2.5, 2.5, *[0.0] * 9], qd1=[*[0.0] * 9, -3.5, 3.1], qdd2=[0.0, -7.0, 6.5, *[0.0] * 8])
     exits, outside = box_exits(TWO_LINK, there, BOX)
     told = [
@@ -258,7 +258,7 @@ def test_rates_and_accelerations_count_by_magnitude_and_each_limit_by_itself():
         for e in exits
     ]
     assert told == [
-        (1, "rate", 3.5, 3.0, "rad/s"),
+        (1, "velocity", 3.5, 3.0, "rad/s"),
         (2, "position", -2.5, -2.0, "rad"),
         (2, "position", 2.5, 2.0, "rad"),
         (2, "acceleration", 7.0, 6.0, "rad/s^2"),
@@ -274,10 +274,10 @@ def test_the_longest_stretch_ends_at_a_gap():
     assert (parted.begin, parted.end, parted.set_points, parted.first) == (0.7, 0.9, 7, 0.1)
 
 
-def test_a_box_of_no_rate_at_all():
+def test_a_box_of_no_velocity_at_all():
     still = Box(np.full(2, -1.0), np.full(2, 1.0), np.zeros(2), np.zeros(2))
     exits, _ = box_exits(TWO_LINK, motion(qd1=[0.0] * 10 + [0.5]), still)
-    assert [(e.farthest.quantity, e.farthest.limit, e.first) for e in exits] == [("rate", 0.0, 1.0)]
+    assert [(e.farthest.quantity, e.farthest.limit, e.first) for e in exits] == [("velocity", 0.0, 1.0)]
 
 
 @given(
