@@ -61,9 +61,7 @@ def test_a_box_of_assumed_limits_is_told_everywhere(run, here):
     assert f"(assumed, as none are stated: {assumed})" in " ".join(result.out.split())
     assert assumed in json.loads((here / "m.json").read_text())["fitted_on"]["box"]
     certified = run("certify", "m.json", "--effort", "10")
-    assert f"within the arm's limits (assumed, as none are stated: {assumed}) has" in " ".join(
-        certified.out.split()
-    )
+    assert assumed in " ".join(certified.out.split())
     stated = run("simplify", "robot.urdf", *LOCKS, "--states", "50", "--limits", "7,8")
     assert (stated.code, stated.err) == (0, "")
     assert "assumed" not in stated.out
