@@ -123,7 +123,15 @@ def axes_of(figure: Figure) -> list[Axes]:
             else Line2D([], [], color=ON_PAPER[key.colour], linestyle=_style(key.dashes), label=key.label)
             for key in figure.legend
         ]
-        drawn.legend(handles=handles, loc="upper left", ncols=len(handles), fontsize=7, frameon=False)
+        drawn.legend(
+            handles=handles,
+            loc="upper left",
+            ncols=len(handles),
+            fontsize=6,
+            frameon=False,
+            handlelength=1.2,
+            columnspacing=1.0,
+        )
     return found
 
 
