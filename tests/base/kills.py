@@ -47,8 +47,8 @@ def two_runs() -> list[Findings]:
 def render_once(runs: list[Findings]) -> None:
     pages = {run.provenance["run"]: gd_analyze.report.main_page.render_html(run) for run in runs}
     papers = {run.provenance["run"]: gd_analyze.report.main_pdf.prepare_pdf(run)() for run in runs}
-    gd_analyze.report.main_page.render_html = lambda run: pages[run.provenance["run"]]
-    gd_analyze.report.main_pdf.prepare_pdf = lambda run: lambda: papers[run.provenance["run"]]
+    gd_analyze.report.main_page.render_html = lambda run, *_: pages[run.provenance["run"]]
+    gd_analyze.report.main_pdf.prepare_pdf = lambda run, *_: lambda: papers[run.provenance["run"]]
 
 
 def with_hdf5_copied(runs: list[Findings], folder: Path) -> Callable[[Callable[[], None]], None]:
