@@ -28,7 +28,7 @@ def test_files_and_tables(run, here, motion):
     assert "All formulations agree" in result.out
     words = ("compare", "two_link", "--format", "json", "--out", str(folder))
     assert "holds files of another run" in run(*words).err
-    assert "would hold files of two runs" in run(*words[:2], motion, *words[2:]).err
+    assert "comparison.pdf" in run(*words[:2], motion, *words[2:]).err
     assert run(*words, "--overwrite").code == 0
     assert [path.name for path in folder.iterdir()] == ["comparison.json"]
 
