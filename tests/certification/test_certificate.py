@@ -78,7 +78,6 @@ def test_no_state_exceeds_it_for_many_joints(joints, seed, slides):
         state = pruning.searched(model, box, joint, rng)[:, None]
         found, slack = pruning.errors_at(model, *state)[0, joint], pruning.round_off(model, *state)
         assert found <= certificate.certified[joint] + slack
-        assert found <= 1.2 * certificate.worst_found[joint] + slack
 
 
 @examples(10)
