@@ -194,8 +194,8 @@ def test_operations_that_stand_there_are_those_that_are_stated(case, language):
         assert OperationCount(*counts) == function.count, function.name
 
 
-def test_every_text_is_as_it_was(two_link):
-    """`GD_ANALYZE_UPDATE_GOLDEN=1` writes the texts anew."""
+def test_texts_are_as_they_were(two_link):
+    """Of languages that few machines run here, and C; `GD_ANALYZE_UPDATE_GOLDEN=1` writes them anew."""
     found = {}
     for name, text in written(proven(round_model(two_link)), LANGUAGES).files.items():
         assert not re.search(r"20\d\d-\d\d|/home|/tmp|/work", text)
@@ -204,10 +204,9 @@ def test_every_text_is_as_it_was(two_link):
         assert all(line == line.rstrip() for line in text.splitlines())
         # Our version, and the hash of the file, which holds it.
         text = text.replace(f"gd-analyze {__version__}", "gd-analyze VERSION")
-        found[name] = re.sub(r"(model file:\n\W*)[0-9a-f]{64}", r"\1HASH", text)
+        if Path(name).suffix in (".c", ".h", ".m", ".tex"):
+            found[name] = re.sub(r"(model file:\n\W*)[0-9a-f]{64}", r"\1HASH", text)
     if os.environ.get(UPDATE):
-        for path in GOLDEN.glob("*"):
-            path.unlink()
         for name, text in found.items():
             (GOLDEN / name).write_text(text, encoding="ascii")
         pytest.skip("written anew: look at what git says has changed")

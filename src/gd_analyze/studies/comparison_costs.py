@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, partial
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -56,52 +56,27 @@ class Polynomial:
                 factor = "" if abs(coefficient) == 1 and power else str(abs(coefficient))
                 symbol = "" if power == 0 else "n" if power == 1 else f"n^{power}"
                 terms.append(("-" if coefficient < 0 else "+", f"{factor} {symbol}".strip()))
-        if not terms:
-            return "0"
         first = terms[0][1] if terms[0][0] == "+" else f"-{terms[0][1]}"
         return " ".join([first, *(f"{sign} {term}" for sign, term in terms[1:])])
 
 
 def exact_polynomial(sizes: Sequence[int], counts: Sequence[int]) -> Polynomial | None:
-    """Find the polynomial of lowest degree through all counts.
+    """Find the polynomial of lowest degree through all counts, one per size.
 
-    Newton's divided differences vanish beyond its degree; a polynomial that uses up every point explains
-    nothing and is none.
-
-    Parameters
-    ----------
-    sizes
-        Different whole numbers.
-    counts
-        One per size.
+    A polynomial that uses up every point explains nothing and is none.
     """
-    differences = [Fraction(count) for count in counts]
-    newton = [differences[0]]
-    for order in range(1, len(sizes)):
-        differences = [
-            (differences[k + 1] - differences[k]) / (sizes[k + order] - sizes[k])
-            for k in range(len(differences) - 1)
-        ]
-        newton.append(differences[0])
-    while newton and newton[-1] == 0:
-        newton.pop()
-    if len(newton) == len(sizes):
-        return None
-    # Horner's scheme: times (n - size), plus the difference before.
-    coefficients: list[Fraction] = []
-    for size, factor in reversed(list(zip(sizes, newton, strict=False))):
-        raised, lowered = [Fraction(), *coefficients], [size * c for c in coefficients] + [Fraction()]
-        coefficients = [a - b for a, b in zip(raised, lowered, strict=True)]
-        coefficients[0] += factor
-    return Polynomial(tuple(coefficients) or (Fraction(),))
+    for degree in range(len(sizes) - 1):
+        fitted = np.polyfit(sizes, counts, degree)[::-1]
+        # Counts of loops nested four deep have denominators up to 24.
+        coefficients = tuple(Fraction(c).limit_denominator(24) for c in fitted)
+        values = (sum(c * n**k for k, c in enumerate(coefficients)) for n in sizes)
+        if all(value == count for value, count in zip(values, counts, strict=True)):
+            return Polynomial(coefficients)
+    return None
 
 
-@dataclass(frozen=True)
-class TextCost:
-    """One line of the founding text's tables: a whole formulation, or one row of its breakdown.
-
-    `name` is a method of `METHODS` for a whole, the founding text's row for a part.
-    """
+class TextCost(NamedTuple):
+    """One line of the founding text's tables: a method of `METHODS`, or one row of its breakdown."""
 
     name: str
     table: str
@@ -114,8 +89,7 @@ class TextCost:
         return OperationCount(self.multiplications(n), self.additions(n), 0)
 
 
-@dataclass(frozen=True)
-class TextCosts:
+class TextCosts(NamedTuple):
     """All the founding text says of costs."""
 
     source: str
@@ -125,32 +99,26 @@ class TextCosts:
 
     def of(self, method: str, table: str | None = None) -> TextCost | None:
         """What FGL87 says of a method, in its first table that does; None where it says nothing."""
-        found = [c for c in self.totals if c.name == method and table in (None, c.table)]
-        return found[0] if found else None
-
-    def rows_of(self, table: str) -> tuple[TextCost, ...]:
-        """Rows of a table, in its order."""
-        return tuple(row for row in self.rows if row.table == table)
+        return next((c for c in self.totals if c.name == method and table in (None, c.table)), None)
 
 
 @cache
 def text_costs() -> TextCosts:
     """Read the shipped reference."""
+
+    def cost(entry: Mapping[str, Any], name: str) -> TextCost:
+        multiplications, additions = (
+            Polynomial(tuple(Fraction(c) for c in entry[key])) for key in ("multiplications", "additions")
+        )
+        return TextCost(name, entry["table"], multiplications, additions, entry.get("remark", ""))
+
     with (data_folder("references") / "fgl87_costs.toml").open("rb") as file:
         data = tomllib.load(file)
-    return TextCosts(
-        data["source"],
-        data["remark"],
-        tuple(_cost(entry, entry["method"]) for entry in data["totals"]),
-        tuple(_cost(entry, entry["row"]) for entry in data["rows"]),
+    totals, rows = (
+        tuple(cost(entry, entry[key]) for entry in data[part])
+        for part, key in (("totals", "method"), ("rows", "row"))
     )
-
-
-def _cost(entry: Mapping[str, Any], name: str) -> TextCost:
-    multiplications, additions = (
-        Polynomial(tuple(Fraction(c) for c in entry[key])) for key in ("multiplications", "additions")
-    )
-    return TextCost(name, entry["table"], multiplications, additions, entry.get("remark", ""))
+    return TextCosts(data["source"], data["remark"], totals, rows)
 
 
 @cache
@@ -160,11 +128,6 @@ def generic_chain(n: int) -> RobotArm:
     Every link has an offset, a length, a full inertia tensor and a centre of mass off every axis, and
     gravity has three components: what remains to be saved is what every Denavit-Hartenberg arm with
     right-angled twists has.
-
-    Parameters
-    ----------
-    n
-        Number of joints, 1 or more.
     """
     random = np.random.default_rng(_SEED)
     joints, links = [], []
@@ -186,8 +149,7 @@ def generic_chain(n: int) -> RobotArm:
     )
 
 
-@dataclass(frozen=True)
-class Cost:
+class Cost(NamedTuple):
     """Arithmetic of one torque evaluation.
 
     Parameters
@@ -245,15 +207,7 @@ class Growth:
 
 
 def count_cost(method: Method, arm: RobotArm) -> Cost:
-    """Count one method's torque of an arm.
-
-    Parameters
-    ----------
-    method
-        One of `METHODS`.
-    arm
-        The arm; its numbers are constants, the state is not.
-    """
+    """Count one method's torque of an arm, whose numbers are constants; the state is not."""
     n = arm.n_joints
     code = partial(method.torque, arm)
     # Values do not matter to a count, only that they are there.
@@ -264,13 +218,7 @@ def count_cost(method: Method, arm: RobotArm) -> Cost:
 
 
 def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
-    """Count every method on generic chains of `SIZES` joints.
-
-    Parameters
-    ----------
-    progress
-        Called with the number of counts done since the last call; there are sizes times methods of them.
-    """
+    """Count every method on generic chains of `SIZES` joints; `progress` is called with 1 after each."""
 
     def counted(method: Method, n: int) -> Cost:
         cost = _count_chain(method, n)
@@ -282,7 +230,6 @@ def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
 
 @cache
 def _count_chain(method: Method, n: int) -> Cost:
-    """Cost on the generic chain; a count never changes within a run."""
     return count_cost(method, generic_chain(n))
 
 

@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.arrays import Array
 from gd_analyze.dynamics.methods import METHODS, known_method
 from gd_analyze.errors import UsageError
 from gd_analyze.result import Equations, Fact, Result, Section
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 
 if TYPE_CHECKING:
@@ -75,10 +73,9 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     formulation = known_method(method)
     sp = _sympy()
     s = _symbols()
-    arm = _symbolic_arm(s)
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = formulation.dynamics(cast("RobotArm", arm), q, qd)
+    given = formulation.dynamics(_symbolic_arm(s), q, qd)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
@@ -96,27 +93,19 @@ def two_link_closed_forms(method: str) -> ClosedForms:
 
 def text_closed_forms() -> ClosedForms:
     """What [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 derive by hand."""
-    sp = _sympy()
-    s = _symbols()
-    m1, m2, length, g = s["m1"], s["m2"], s["l"], s["g"]
-    first, second, velocity1, velocity2 = s["theta1"], s["theta2"], s["thetad1"], s["thetad2"]
-    c1, c2, s2, c12 = sp.cos(first), sp.cos(second), sp.sin(second), sp.cos(first + second)
-    d12 = m2 * length**2 / 3 + m2 * length**2 * c2 / 2
-    d11 = m1 * length**2 / 3 + sp.Rational(4, 3) * m2 * length**2 + m2 * c2 * length**2
+    sp, symbols = _sympy(), _symbols()
+    d12 = "m2*l**2/3 + m2*l**2*cos(theta2)/2"
+    second = "m2*g*l*cos(theta1 + theta2)/2"
+    parts = (
+        [["m1*l**2/3 + 4*m2*l**2/3 + m2*cos(theta2)*l**2", d12], [d12, "m2*l**2/3"]],
+        [
+            ["-m2*sin(theta2)*l**2*thetad2**2/2 - m2*sin(theta2)*l**2*thetad1*thetad2"],
+            ["m2*sin(theta2)*l**2*thetad1**2/2"],
+        ],
+        [[f"m1*g*l*cos(theta1)/2 + {second} + m2*g*l*cos(theta1)"], [second]],
+    )
     return ClosedForms(
-        sp.Matrix([[d11, d12], [d12, m2 * length**2 / 3]]),
-        sp.Matrix(
-            [
-                -m2 * s2 * length**2 * velocity2**2 / 2 - m2 * s2 * length**2 * velocity1 * velocity2,
-                m2 * s2 * length**2 * velocity1**2 / 2,
-            ]
-        ),
-        sp.Matrix(
-            [
-                m1 * g * length * c1 / 2 + m2 * g * length * c12 / 2 + m2 * g * length * c1,
-                m2 * g * length * c12 / 2,
-            ]
-        ),
+        *(sp.Matrix([[sp.sympify(x, locals=symbols) for x in row] for row in part]) for part in parts)
     )
 
 
@@ -181,25 +170,18 @@ class _Angle:
         return _sympy().sin(self.symbol)
 
 
-@dataclass(frozen=True, eq=False)
-class _SymbolicArm:
+class _SymbolicArm(SimpleNamespace):
+    def __hash__(self) -> int:  # type: ignore[override]
+        return id(self)
+
+
+def _symbolic_arm(s: dict[str, Any]) -> Any:
     """What the formulations read of a `RobotArm`, whose own checks want numbers."""
-
-    mass: Array
-    com: Array
-    inertia_com: Array
-    gravity: Array
-    links: tuple[Any, ...]
-    joints: tuple[Joint, ...]
-    is_revolute: tuple[bool, ...]
-    n_joints: int
-
-
-def _symbolic_arm(s: dict[str, Any]) -> _SymbolicArm:
     length = s["l"]
     com = np.array([-0.5 * length, 0.0, 0.0], dtype=object)
     frame = SimpleNamespace(rotation=np.eye(3), translation=np.array([length, 0.0, 0.0], dtype=object))
     across = [np.diag(np.array([0.0, s[f"I{k}"], s[f"I{k}"]], dtype=object)) for k in (1, 2)]
+    # Hashable, as kinematics are cached by the arm.
     return _SymbolicArm(
         mass=np.array([s["m1"], s["m2"]], dtype=object),
         com=np.array([com, com]),
