@@ -34,98 +34,44 @@ def by(puma):
 @pytest.mark.parametrize(
     ("text", "entries"),
     [
-        ("1%", [[(0.01, "peak")]]),
         (" 2.5 % ", [[(0.025, "peak")]]),
         ("1% of peak", [[(0.01, "peak")]]),
         ("0.5", [[(0.5, "torque")]]),
-        ("0.5 N m", [[(0.5, "torque")]]),
         ("0.5Nm", [[(0.5, "torque")]]),
         ("3 N", [[(3.0, "torque")]]),
         ("1e-3", [[(1e-3, "torque")]]),
-        ("0", [[(0.0, "torque")]]),
-        ("0%", [[(0.0, "peak")]]),
-        ("1%,0.2,5%", [[(0.01, "peak")], [(0.2, "torque")], [(0.05, "peak")]]),
-        (".5%", [[(0.005, "peak")]]),
-        ("10% friction", [[(0.1, "friction")]]),
+        ("1%,0.2,.5%", [[(0.01, "peak")], [(0.2, "torque")], [(0.005, "peak")]]),
         ("10% of Friction", [[(0.1, "friction")]]),
-        ("1% or 10% friction", [[(0.01, "peak"), (0.1, "friction")]]),
         ("1%  OR uncertainty", [[(0.01, "peak"), (1.0, "uncertainty")]]),
-        ("50% uncertainty", [[(0.5, "uncertainty")]]),
         ("1% or 0.5% limit or 0.05 N m", [[(0.01, "peak"), (0.005, "limit"), (0.05, "torque")]]),
-        ("1% or friction, 2", [[(0.01, "peak"), (1.0, "friction")], [(2.0, "torque")]]),
     ],
 )
 def test_what_is_understood(text, entries):
     assert [[tuple(one) for one in entry] for entry in Budget.parse(text).entries] == entries
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        " ",
-        "%",
-        "one",
-        "-1%",
-        "-0.5",
-        "nan",
-        "inf",
-        "1e999",
-        "1..2",
-        "1%%",
-        "1% 2%",
-        "1 kg",
-        "1%,",
-        "1;2",
-        "0x1",
-        "or",
-        "1% or",
-        "or 1%",
-        "1%or2%",
-        "1% or or 2%",
-        "1 friction",
-        "0.5 N m friction",
-        "10% rust",
-        "1% and 2",
-    ],
-)
+REFUSED = ("", "%", "one", "-1%", "nan", "1e999", "1..2", "1% 2%", "1 kg", "1%,", "or", "1% or", "1 friction")
+
+
+@pytest.mark.parametrize("text", [*REFUSED, "10% rust", "1% and 2", "1%,2%,1% or x"])
 def test_what_is_refused(text):
     with pytest.raises(UsageError, match="budget is not understood") as caught:
         Budget.parse(text)
-    assert caught.value.details["where"].startswith("--budget, entry")
-    assert "1%" in caught.value.details["expected"]
-
-
-def test_the_entry_to_blame_is_named():
-    with pytest.raises(UsageError) as caught:
-        Budget.parse("1%,2%,1% or x")
-    assert caught.value.details["where"] == "--budget, entry 3"
-    assert caught.value.details["found"] == "'1% or x'"
+    assert caught.value.details["where"] == f"--budget, entry {text.count(',') + 1}"
 
 
 @pytest.mark.parametrize(
-    "allowance", [(-0.1, "peak"), (float("nan"), "peak"), (float("inf"), "torque"), (0.1, "rust")]
+    "entries", [((Allowance(-0.1),),), ((Allowance(float("inf")),),), ((Allowance(0.1, "rust"),),), (), ((),)]
 )
-def test_an_impossible_budget_is_refused(allowance):
-    with pytest.raises(UsageError, match="cannot be that"):
-        Budget(((Allowance(*allowance),),))
-
-
-@pytest.mark.parametrize("entries", [(), ((),), ((Allowance(0.1),), ())])
-def test_a_budget_that_allows_nothing_is_refused(entries):
-    with pytest.raises(UsageError, match="allows nothing"):
+def test_an_impossible_budget_is_refused(entries):
+    with pytest.raises(UsageError, match=r"cannot be that|allows nothing"):
         Budget(entries)
-
-
-def test_allowed_error_of_each_joint(by):
-    assert Budget.parse("10%").allowed(by).tolist() == [1.0, 2.0, 0.5, 0.1, 0.05, 0.0]
-    assert Budget.parse("0.5").allowed(by).tolist() == [0.5] * 6
-    assert Budget.parse("10%,0.5,1,1,0,100%").allowed(by).tolist() == [1.0, 0.5, 1.0, 1.0, 0.0, 0.0]
-    assert Budget.parse("uncertainty").allowed(by).tolist() == UNCERTAINTY.tolist()
 
 
 def test_each_joint_is_allowed_the_larger_of_its_amounts(puma, by):
     limit = np.array([drive.torque_limit for drive in puma.drives])
+    assert Budget.parse("10%,0.5,1,1,0,100%").allowed(by).tolist() == [1.0, 0.5, 1.0, 1.0, 0.0, 0.0]
+    assert Budget.parse("uncertainty").allowed(by).tolist() == UNCERTAINTY.tolist()
     found = Budget.parse("5% or 0.5% limit or 0.11 N m").allowed(by)
     np.testing.assert_array_equal(found, np.maximum(np.maximum(0.05 * PEAK, 0.005 * limit), 0.11))
     # Each of them is the larger one somewhere.
@@ -147,7 +93,6 @@ def test_what_an_arm_does_not_state_cannot_be_shared(puma, whole, silent, key):
     details = caught.value.details
     assert details["where"] == "--budget, joint 3, elbow, of puma560"
     assert f"`{key}`" in details["expected"]
-    assert "one entry per joint" in details["next"]
     entry = f"1% or 10% {whole}"
     allowed = Budget.parse(",".join([entry, entry, "1%", entry, entry, entry])).allowed(by)
     assert allowed[2] == 0.01 * PEAK[2]
@@ -157,18 +102,6 @@ def test_one_entry_or_one_per_joint(by):
     with pytest.raises(UsageError, match="wrong number of entries") as caught:
         Budget.parse("1%,2%").allowed(by)
     assert caught.value.details["expected"] == "1 or 6"
-
-
-@examples(25)
-@given(st.floats(0.1, 10.0))
-def test_a_scaled_budget_scales_everything(factor):
-    budget = Budget.parse("1% or 10% friction, 0.2 or uncertainty or 1% limit")
-    scaled = budget.scaled(factor)
-    assert [[one.of for one in entry] for entry in scaled.entries] == [
-        [one.of for one in entry] for entry in budget.entries
-    ]
-    for entry, own in zip(scaled.entries, budget.entries, strict=True):
-        assert [one.amount for one in entry] == [factor * one.amount for one in own]
 
 
 @examples(50)
@@ -187,16 +120,6 @@ def test_what_is_printed_can_be_read_back(entries):
         assert [one.of for one in entry] == [one.of for one in own]
         # Printed to 6 significant digits, for the eye: half a unit of the sixth.
         np.testing.assert_allclose([one.amount for one in entry], [one.amount for one in own], rtol=5.1e-6)
-
-
-@pytest.mark.parametrize(
-    ("text", "meant"),
-    [("1% or 10% frction", "friction"), ("5% peek", "peak"), ("10% rust", None), ("?", None)],
-)
-def test_a_misspelt_word_is_answered_with_the_likely_one(text, meant):
-    with pytest.raises(UsageError) as caught:
-        Budget.parse(text)
-    assert caught.value.details.get("next") == (meant and f"did you mean {meant}?")
 
 
 @pytest.fixture(scope="module")
@@ -232,19 +155,6 @@ def test_the_flag_settles_it(of_budget, budget):
     settled = of_budget(flag)
     assert settled.notice == ""
     assert (settled.accuracy.allowed >= model.accuracy.allowed * (1 - 1e-12)).all()
-
-
-def test_uncertainty_is_told_of_joints_without_friction(puma, of_budget):
-    accuracy = of_budget("1%").accuracy
-    bare = changed(puma, 1, 2, 3, 4, 5, 6, coulomb=(0.0, 0.0))
-    said = budget_notice(bare, accuracy)
-    assert "below the uncertainty at every joint" in said
-    assert '--budget "1% or uncertainty"' in said
-    some = budget_notice(changed(puma, 6, coulomb=(0.0, 0.0)), accuracy)
-    assert "below the friction at joints 1, 2, 3, 4 and 5 (" in some
-    assert " and below the uncertainty at joint 6 (joint 6: " in some
-    assert some.count("10% friction") == 5
-    assert '1% or uncertainty" takes' in some
 
 
 def test_nothing_is_noticed_where_nothing_is_stated_or_the_budget_is_larger(puma, two_link, swing, of_budget):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import warnings
 
 import numpy as np
@@ -33,16 +32,6 @@ def model(puma):
 @pytest.fixture(scope="module")
 def carrying(puma):
     return with_payload(puma, 1.5, [0.0, 0.0, 0.1])
-
-
-def test_drawn_states(model, puma):
-    states = states_in_box(puma, 50)
-    found = evaluate(model, states)
-    expected = decompose_states(puma, states, christoffel=False, drives=False)["torque"]
-    np.testing.assert_array_equal(found.dynamics.torque, expected)
-    np.testing.assert_array_equal(found.torque, model.torque(*states.arrays))
-    # Identification is exact to a few hundred roundings of the largest torque.
-    assert (found.errors.largest <= 1e-10 * found.errors.peak_torque.max()).all()
 
 
 def test_a_trajectory_its_set_points_and_its_decomposition_are_the_same(
@@ -151,26 +140,6 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
         assert found == pytest.approx(made.accuracy.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())
 
 
-@examples(20)
-@given(arms_with_states(max_joints=5, massive=True))
-def test_torque_per_kilogram(case):
-    arm, states = case
-    effect = payload_effect(model_without(arm, np.ones(arm.n_joints), set()), states)
-    bare, loaded = (
-        decompose_states(which, states, christoffel=False)["torque"]
-        for which in (arm, with_payload(arm, 1.0, HAND))
-    )
-    # Differences of torques: a thousand roundings of the largest.
-    np.testing.assert_allclose(
-        effect.torque_per_kg, np.abs(loaded - bare).max(axis=0), atol=1e4 * EPS * np.abs(loaded).max()
-    )
-    # The exact model of a budget of 1 N m: what a kilogram takes decides alone.
-    with np.errstate(divide="ignore"):
-        expected = 1.0 / effect.torque_per_kg
-    allowed = effect.mass_within_budget < np.inf
-    np.testing.assert_allclose(effect.mass_within_budget[allowed], expected[allowed], rtol=1e-9)
-
-
 def horizontal(*, com: float = 0.5, length: float = 1.0) -> RobotArm:
     """One rod in a vertical plane."""
     link = Link(
@@ -209,27 +178,6 @@ def test_a_payload_may_undo_an_error_first():
     [c1] = [part.label for part in parts_of(1) if part.label.startswith("c")]
     lacking = model_without(horizontal(com=-0.5), np.array([6.0]), {c1})
     assert payload_effect(lacking, at(0.0)).largest_mass == pytest.approx(1.1, rel=100 * EPS)
-
-
-def test_beyond_the_budget_without_any():
-    [c1] = [part.label for part in parts_of(1) if part.label.startswith("c")]
-    lacking = model_without(horizontal(com=-0.5), np.array([4.9]), {c1})
-    found = payload_effect(lacking, at(0.0))
-    assert (found.largest_mass, found.limiting_joint) == (0.0, 1)
-
-
-def test_nothing_acts_where_nothing_moves_without_gravity():
-    still = dataclasses.replace(horizontal(), gravity=np.zeros(3))
-    found = payload_effect(model_without(still, np.array([1.0]), set()), at(0.0, 1.0))
-    assert found.torque_per_kg.tolist() == [0.0]
-    assert (found.largest_mass, found.limiting_joint) == (np.inf, None)
-
-
-def test_the_last_axis_of_the_puma_runs_through_its_hand(puma):
-    found = payload_effect(model_without(puma, np.full(6, 0.1), set()), states_in_box(puma, 100))
-    assert found.torque_per_kg[5] == 0.0
-    assert found.mass_within_budget[5] == np.inf
-    assert np.isfinite(found.mass_within_budget[:5]).all()
 
 
 def test_round_off_is_no_effect(rng):

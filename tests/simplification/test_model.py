@@ -15,7 +15,6 @@ from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
 from gd_analyze.motions.states import States, states_in_box, states_of
-from gd_analyze.operations.trace import Expression
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
@@ -29,7 +28,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
-from made_models import ROUND_OFF, by_elements, exact_model, model_of_parts
+from made_models import ROUND_OFF, exact_model, model_of_parts
 from strategies import arms_with_states, examples, random_states
 
 
@@ -37,11 +36,6 @@ from strategies import arms_with_states, examples, random_states
 def model(request, two_link, swing) -> SimplifiedModel:
     how = SearchOptions(LEVELS[request.param], dearer=True)
     return simplify_exact(ExactDynamics.of(two_link, swing), Budget.parse("50%"), how)
-
-
-@pytest.fixture(scope="module")
-def model_of_puma(puma, pick_and_place_dataset) -> SimplifiedModel:
-    return by_elements(puma, pick_and_place_dataset, Budget.parse("5%"))
 
 
 @examples(12)
@@ -73,20 +67,6 @@ def test_a_model_is_the_sum_of_what_it_keeps(case, seed):
     assert np.abs(model.torque(*states.arrays) - torque).max() <= bounds["torque"]
 
 
-def test_inertia_of_parts_is_symmetric(model_of_puma, rng):
-    inertia = model_of_puma.inertia(rng.uniform(-3, 3, (50, 6)))
-    np.testing.assert_array_equal(inertia, inertia.swapaxes(1, 2))
-
-
-def test_drives_stand_on_the_diagonal_of_inertia(model_of_puma, puma, pick_and_place):
-    kept = [part.label for part in model_of_puma.terms]
-    bare, driven = (model_of_parts(puma, kept, drives) for drives in (False, True))
-    added = driven.inertia(pick_and_place.q) - bare.inertia(pick_and_place.q)
-    np.testing.assert_allclose(
-        added, np.diag(puma.drive_inertia) + 0 * added, rtol=0, atol=1e-14
-    )  # eps of 6 kg m^2
-
-
 def test_leading_axes(model):
     states = random_states(2, 6, 9)
     flat = model.torque(*states.arrays)
@@ -101,28 +81,12 @@ def test_leading_axes(model):
     assert model.gravity_loading(np.empty((0, 2))).shape == (0, 2)
 
 
-def test_states_broadcast_against_each_other(model):
-    states = random_states(2, 5, 10)
-    still = model.torque(states.q, np.zeros(2), np.zeros(2))
-    np.testing.assert_array_equal(still, model.torque(states.q, np.zeros((5, 2)), np.zeros((5, 2))))
-
-
-def test_lists_will_do(model):
-    assert model.gravity_loading([0.0, 0.1]).shape == (2,)
-
-
 @pytest.mark.parametrize("shape", [(), (1,), (3,), (4, 5), (0,)])
 def test_states_of_another_arm_are_refused(model, shape):
     with pytest.raises(ModelError, match="does not fit") as caught:
         model.gravity_loading(np.zeros(shape))
     assert caught.value.details["expected"] == "shape (..., 2)"
     assert caught.value.details["found"] == str(shape)
-
-
-def test_parts_are_counted():
-    assert len(parts_of(2)) == 12
-    assert len(parts_of(6)) == 2 * 21 + 2 * 6 + 6
-    assert len({p.label for p in parts_of(6)}) == 60
 
 
 def test_error_table_by_hand():
@@ -236,42 +200,6 @@ def test_a_simplified_model_adds_up_as_well(case, level, budget):
         inertia = model.inertia(states.q)
         size = np.abs(inertia).max(initial=0.0)
         assert np.abs(inertia - inertia.swapaxes(1, 2)).max(initial=0.0) <= ROUND_OFF * size
-
-
-@every_level
-def test_each_of_them_needs_no_more_than_it_depends_on(two_link, level):
-    model = exact_model(two_link, level=level)
-    asked = {
-        "inertia": (model.inertia_program, {"q"}),
-        "h": (model.coriolis_centrifugal_program, {"q", "qd"}),
-        "c": (model.gravity_loading_program, {"q"}),
-    }
-    for *programs, kinds in asked.values():
-        for program in programs:
-            named = {step.arguments[0].rstrip("12") for step in program.steps if step.operation == "input"}
-            assert named <= kinds
-            assert program.count.total < model.operations.total
-
-
-def recount(outputs) -> dict[str, int]:
-    """Every expression the outputs reach, once, without the program's own list of steps."""
-    found: dict[int, str] = {}
-    waiting = [x for x in outputs if isinstance(x, Expression)]
-    while waiting:
-        node = waiting.pop()
-        if node.order not in found:
-            found[node.order] = node.operation
-            waiting += [x for x in node.arguments if isinstance(x, Expression)]
-    kinds = list(found.values())
-    return {
-        "multiplications": kinds.count("multiply"),
-        "additions": kinds.count("add") + kinds.count("subtract"),
-        "sines_cosines": kinds.count("cos") + kinds.count("sin"),
-    }
-
-
-def test_two_rods_take_few_operations(two_link):
-    assert exact_model(two_link).operations.total <= 22
 
 
 def slopes(model: SimplifiedModel, q: np.ndarray) -> np.ndarray:

@@ -6,7 +6,6 @@ import copy
 import dataclasses
 import json
 import pickle
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,6 @@ from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.simplification import model_file
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.levels import LEVELS
@@ -32,7 +30,6 @@ from gd_analyze.simplification.model_checks import measured_at, require_terms_co
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify, simplify_exact
-from gd_analyze.simplification.term import TERM
 from made_models import assert_same, by_elements, exact_model, model_of
 from strategies import arms, arms_with_states, examples
 
@@ -85,65 +82,25 @@ def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
     assert_same(model, load_model(path), states)
 
 
-@pytest.mark.parametrize(
-    ("level", "entry"),
-    [
-        (ELEMENT, {"part"}),
-        (TERM, {"row", "velocities", "factors", "weight"}),
-        (ENERGY, {"i", "j", "factors", "coefficient"}),
-    ],
-    ids=["element", "term", "energy"],
-)
-def test_the_file_says_what_it_is(two_link, tmp_path, level, entry):
-    save_model(exact_model(two_link, level=level), tmp_path / "model.json")
-    text = (tmp_path / "model.json").read_text(encoding="utf-8")
-    document = json.loads(text)
-    assert list(document)[:3] == ["format", "version", "level"]
-    assert document["format"] == "gd-analyze simplified model"
-    assert document["version"] == 3
-    assert document["level"] == level.name
-    assert document["errors"][0].keys() == {
-        "joint", "unit", "peak_torque", "allowed_error", "largest_error", "rms_error", "uncertainty",
-    }  # fmt: skip
-    assert document["errors_are"] == "sampled at the states of fitted_on"
-    assert all(one.keys() == entry for one in document["terms"])
-    assert len(document["outputs"]) == 2
-    assert text.endswith("}\n")
-
-
-NOT_JSON = {
-    "empty": "",
-    "truncated": '{"format": "gd-analyze simplified model", "version": 3,',
-    "prose": "a model of an arm",
-    "toml": 'format = "gd-analyze arm 1"\n',
-    "byte order mark": '\ufeff{"format": "gd-analyze simplified model"}',
+FOREIGN = {
+    "empty": ("", "not valid JSON"),
+    "truncated": ('{"format": "gd-analyze simplified model", "version": 3,', "not valid JSON"),
+    "toml": ('format = "gd-analyze arm 1"\n', "not valid JSON"),
+    "byte order mark": ('\ufeff{"format": "gd-analyze simplified model"}', "not valid JSON"),
+    "list": ("[]", "not a gd-analyze model"),
+    "other format": ('{"format": "gd-analyze results"}', "not a gd-analyze model"),
+    "nested beyond reason": ("[" * 100_000, "not a gd-analyze model"),
+    "thousands of digits": (f'{{"format": {"9" * 5000}}}', "not a gd-analyze model"),
+    "binary": (bytes(range(256)), "not a gd-analyze model"),
+    "other version": ('{"format": "gd-analyze simplified model", "version": 2}', "another version"),
 }
 
 
-@pytest.mark.parametrize("content", NOT_JSON.values(), ids=NOT_JSON.keys())
-def test_not_json(file, content):
+@pytest.mark.parametrize(("content", "what"), FOREIGN.values(), ids=FOREIGN.keys())
+def test_foreign(file, content, what):
     error = refused_path(file(content))
-    assert "not valid JSON" in error.what
-    assert "line 1, column" in error.details["where"]
-
-
-OTHER = {
-    "list": "[]",
-    "number": "3",
-    "object": '{"a": 1}',
-    "other format": '{"format": "gd-analyze results"}',
-    "null": "null",
-    "nested beyond reason": "[" * 100_000,
-    "thousands of digits": f'{{"format": {"9" * 5000}}}',
-    "binary": bytes(range(256)),
-    "pickle": pickle.dumps({"format": "gd-analyze simplified model"}),
-    "latin": '{"name": "Größe"}'.encode("latin-1"),
-}
-
-
-@pytest.mark.parametrize("content", OTHER.values(), ids=OTHER.keys())
-def test_foreign(file, content):
-    assert refused_path(file(content)).what == "this is not a gd-analyze model"
+    assert what in error.what
+    assert what != "not valid JSON" or "line 1, column" in error.details["where"]
 
 
 class Trap:
@@ -174,14 +131,6 @@ def test_loading_executes_nothing(file, written):
     assert not Trap.sprung
 
 
-@pytest.mark.parametrize("version", [0, 2, "3", None])
-def test_other_version(file, written, version):
-    document = json.loads(written)
-    document["version"] = version
-    error = refused_path(file(json.dumps(document)))
-    assert "another version" in error.what
-
-
 def edit(document: dict[str, Any], keys: tuple[Any, ...], value: Any) -> dict[str, Any]:
     document = copy.deepcopy(document)
     inner: Any = document
@@ -198,33 +147,21 @@ CHANGED = {
     "list of terms shortened": (("terms", 0), KeyError),
     "a term of another part": (("terms", 0, "part"), "D99 rotation"),
     "a term of another level": (("terms", 0), {"row": 0, "velocities": [], "factors": [], "weight": 1.0}),
-    "a term with a key more": (("terms", 0, "colour"), "red"),
     "mass": (("arm", "links", 1, "mass"), 17.5),
-    "inertia": (("arm", "links", 1, "inertia_com", 0, 0), 0.1301),
     "gravity": (("arm", "gravity", 2), -9.81),
-    "placement": (("arm", "links", 1, "frame", "translation", 0), 0.432),
-    "drive inertia": (("arm", "drives", 0, "inertia"), 1.15),
     "negative mass": (("arm", "links", 1, "mass"), -1.0),
     "mass not a number": (("arm", "links", 1, "mass"), float("nan")),
     "mass a word": (("arm", "links", 1, "mass"), "heavy"),
-    "drive inertia infinite": (("arm", "drives", 0, "inertia"), float("inf")),
     "link gone": (("arm", "links", 5), KeyError),
     "joint key unknown": (("arm", "joints", 0, "colour"), "red"),
     "joint key gone": (("arm", "joints", 0, "axis"), KeyError),
     "arm of another shape": (("arm",), {"links": 3}),
-    "joints no list": (("arm", "joints"), 6),
     "rotation skewed": (("arm", "links", 0, "frame", "rotation", 0, 0), 2.0),
-    "errors of one joint gone": (("errors", 5), KeyError),
-    "error not a number": (("errors", 0, "largest_error"), "small"),
     "error infinite": (("errors", 0, "largest_error"), float("inf")),
     "key gone": (("budget",), KeyError),
     "key unknown": (("colour",), "red"),
-    "another level": (("level",), "term"),
     "no level": (("level",), None),
-    "a step of the search a word": (("search", 0, 1), "few"),
     "the search a sentence": (("search",), "integer program 1798"),
-    "solved after all": (("solved",), False),
-    "operations a word": (("operations", "additions"), "few"),
     "fingerprint": (("arm_fingerprint",), "0" * 64),
     "digest": (("digest",), "0" * 64),
     "smaller error": (("errors", 1, "largest_error"), 1e-9),
@@ -249,12 +186,9 @@ def test_any_truncation_is_refused(written, tmp_path_factory, data):
     refused_path(path)
 
 
-def test_missing_file_and_folder(tmp_path):
+def test_missing_file_folder_and_a_file_too_large(file, written, tmp_path, monkeypatch):
     assert refused_path(tmp_path / "none.json").what == "cannot read the model file"
     assert refused_path(tmp_path).what == "cannot read the model file"
-
-
-def test_a_model_file_has_a_largest_size(file, written, monkeypatch):
     monkeypatch.setattr(model_file, "LARGEST_FILE", len(written) - 1)
     assert refused_path(file(written)).details["found"].startswith("a file of more than")
     assert refused_path(Path("/dev/zero")).details["found"].startswith("a file of more than")
@@ -290,22 +224,17 @@ def put(document: Document, joint: int, **values: Any) -> None:
 
 SELF_CONTRADICTING = {
     "a negative error": lambda d: put(d, 0, largest_error=-1e-3, rms_error=-1e-3),
-    "a negative root mean square": lambda d: put(d, 1, rms_error=-1e-9),
     "a negative peak": lambda d: put(d, 1, peak_torque=-1.0),
     "a root mean square above the largest": lambda d: put(d, 1, largest_error=1e-6, rms_error=1e-5),
     "a largest error above the allowed": lambda d: scale(d, 0, allowed_error=1.0, largest_error=1e3),
     "allowed what the budget does not": lambda d: scale(d, 0, allowed_error=1e6),
     "a peak that the budget is no share of": lambda d: scale(d, 0, peak_torque=1e9),
-    "another budget": lambda d: d.__setitem__("budget", "50%"),
     "a budget of words": lambda d: d.__setitem__("budget", "as agreed"),
     "not finite": lambda d: put(d, 0, rms_error=float("nan")),
     "errors too few": lambda d: d["errors"].pop(),
-    "errors too many": lambda d: d["errors"].append(d["errors"][0]),
-    "no errors": lambda d: d.__setitem__("errors", []),
     "errors of other joints": lambda d: d["errors"].reverse(),
     "fewer operations": lambda d: d["operations"].__setitem__("additions", 1),
     "a changed mass": lambda d: d["arm"]["links"][0].__setitem__("mass", 3.0),
-    "a changed centre of mass": lambda d: d["arm"]["links"][1]["com"].__setitem__(0, 0.1),
     "changed gravity": lambda d: d["arm"]["gravity"].__setitem__(1, -1.6),
     "another arm's fingerprint": lambda d: d.__setitem__("arm_fingerprint", "0" * 64),
     "states of nothing": lambda d: d.__setitem__("fitted_on", {"moon": "full"}),
@@ -336,14 +265,6 @@ def test_errors_are_measured_again_where_the_states_are_at_hand(two_link, shippe
         assert "measured at" in error.details["expected"]
 
 
-def test_states_of_no_name_can_be_stored(two_link, path):
-    states = states_in_box(two_link, 50)
-    save_model(simplify(two_link, States(*states.arrays), Budget.parse("40%")), path)
-    again = load_model(path)
-    assert again.accuracy.fitted_on == {}
-    assert not again.accuracy.measured
-
-
 def test_at_hand_they_are_measured(own, path, swing):
     """A consistent lie is a statement of the file until the states are there."""
     lie = changed(own, path, lambda d: scale(d, 0, peak_torque=1e9, allowed_error=1e9))
@@ -356,25 +277,16 @@ def test_at_hand_they_are_measured(own, path, swing):
     assert measured_at(load_model(path), states_of(swing)).accuracy.measured
 
 
-def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, here_file):
+def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, tmp_path):
     """No file and no standard input is read because a model names it."""
-    for name in ("-", "/dev/zero", str(here_file)):
+    motion = tmp_path / "motion.csv"
+    motion.write_text("this would be refused\n", encoding="utf-8")
+    for name in ("-", "/dev/zero", str(motion)):
         given = changed(own, path, lambda d, name=name: d["fitted_on"].__setitem__("trajectory", name))
         assert not load_model(given).accuracy.measured
 
 
-@pytest.fixture
-def here_file(tmp_path) -> Path:
-    file = tmp_path / "motion.csv"
-    file.write_text("this would be refused\n", encoding="utf-8")
-    return file
-
-
-BUDGETS = [
-    "1% or 10% friction",
-    "1% or uncertainty",
-    "0.5% limit or 0.01 N m, 1%, 1%, 1%, uncertainty, friction",
-]
+BUDGETS = ["1% or 10% friction", "0.5% limit or 0.01 N m, 1%, 1%, 1%, uncertainty, friction"]
 
 
 @pytest.fixture(scope="module")
@@ -411,11 +323,9 @@ def test_they_are_read_back(made, tmp_path, budget, name):
         lambda d: d.__setitem__("budget", "1% or 20% friction"),
         lambda d: d["errors"][0].__setitem__("allowed_error", 100.0),
         lambda d: d["arm"]["drives"][0].__setitem__("coulomb", [1.0, -1.0]),
-        lambda d: d["arm"]["drives"][0].__setitem__("gear_ratio", 1.0),
-        lambda d: d["arm"]["drives"][0].__setitem__("inertia", 0.5),
         lambda d: d["arm"].__setitem__("drives", []),
     ],
-    ids=["budget", "allowed", "friction", "ratio", "inertia", "no drives"],
+    ids=["budget", "allowed", "friction", "no drives"],
 )
 def test_what_does_not_come_to_the_allowed_error_is_refused(made, tmp_path, change):
     refused(made("1% or 10% friction", "my-own"), tmp_path / "model.json", change)
@@ -437,7 +347,7 @@ def test_the_uncertainty_is_measured_again(made, tmp_path, pick_and_place):
 
 
 @pytest.fixture(scope="module", params=LEVELS)
-def model_of_program_check(request, two_link) -> SimplifiedModel:
+def of_level(request, two_link) -> SimplifiedModel:
     return exact_model(two_link, level=LEVELS[request.param])
 
 
@@ -455,16 +365,6 @@ def nothing_at_known_states(document: Document) -> None:
     product: str | float = 1.0
     for known in np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, 2))[0, :, 1]:
         product = step("multiply", product, step("subtract", step("input", "q2"), float(known)))
-    step.add_to_output(product)
-
-
-def nothing_at_known_angles(document: Document) -> None:
-    """The same of sines, so that no angle stands alone."""
-    step = Steps(document)
-    product: str | float = 1e-3
-    for known in np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, 2))[0, :, 1]:
-        sine = step("sin", step("input", "q2"))
-        product = step("multiply", product, step("subtract", sine, float(np.sin(known))))
     step.add_to_output(product)
 
 
@@ -488,27 +388,18 @@ def an_overflow(document: Document) -> None:
     step.add_to_output(x)
 
 
-def numbers_beyond_a_torque(document: Document) -> None:
-    """They do not overflow yet: what is made of them does."""
-    step = Steps(document)
-    x = step("multiply", 1e99, step("multiply", 1e99, step("cos", step("input", "q1"))))
-    step.add_to_output(step("multiply", 1e99, x))
-
-
 ELSE = [
     a_high_power,
     nothing_at_known_states,
-    nothing_at_known_angles,
     a_small_term,
     a_term_lost_in_rounding,
     an_overflow,
-    numbers_beyond_a_torque,
 ]
 
 
 @pytest.mark.parametrize("change", ELSE)
-def test_what_computes_anything_else_is_refused(model_of_program_check, tmp_path, change):
-    error = refused(model_of_program_check, tmp_path / "model.json", change)
+def test_what_computes_anything_else_is_refused(of_level, tmp_path, change):
+    error = refused(of_level, tmp_path / "model.json", change)
     assert error.what in (
         "the program does not compute the terms",
         "the program computes no torque of an arm: it uses an angle outside of sines and cosines",
@@ -516,7 +407,7 @@ def test_what_computes_anything_else_is_refused(model_of_program_check, tmp_path
     )
 
 
-def test_what_is_zero_everywhere_may_be_added(model_of_program_check, tmp_path: Path) -> None:
+def test_what_is_zero_everywhere_may_be_added(of_level, tmp_path: Path) -> None:
     """c (sin^2 + cos^2 - 1) is nothing, however it is written."""
 
     def change(document: Document) -> None:
@@ -527,8 +418,8 @@ def test_what_is_zero_everywhere_may_be_added(model_of_program_check, tmp_path: 
         nothing = step("subtract", step("add", *squares), 1.0)
         step.add_to_output(step("multiply", 1e-6, nothing))
 
-    again = load_model(changed(model_of_program_check, tmp_path / "model.json", change))
-    assert again.operations.total > model_of_program_check.operations.total
+    again = load_model(changed(of_level, tmp_path / "model.json", change))
+    assert again.operations.total > of_level.operations.total
 
 
 @examples(12)
@@ -545,9 +436,100 @@ def test_what_the_tool_writes_fits_however_it_is_written(arm, level, effort, see
     require_terms_computed(model_of(form, level, kept, effort))
 
 
-def test_a_program_of_a_sample_is_written_out_quickly(puma):
-    """A hundredth of a second here, for the exact PUMA's 600 operations two; loading must not be felt."""
-    model_of_program_check = exact_model(puma)
-    started = time.process_time()
-    require_terms_computed(model_of_program_check)
-    assert time.process_time() - started < 1.0
+# Terms and steps of a program: each change fits the types, or nearly, and the digest is set right again.
+
+
+@pytest.fixture(scope="module")
+def energy_model(puma, pick_and_place) -> SimplifiedModel:
+    how = SearchOptions(ENERGY, refit=True, thorough=False)
+    exact = gd.ExactDynamics.of(puma, pick_and_place, drives=True)
+    return simplify_exact(exact, Budget(), how, provenance={"command": "test"})
+
+
+def test_a_refitted_model_comes_back(energy_model, path, pick_and_place):
+    save_model(energy_model, path)
+    assert_same(energy_model, load_model(path), states_of(pick_and_place))
+
+
+def cosine(*multiples: int, power: int = 1, kind: str = "cos") -> tuple[str, Any]:
+    return "factors", [[kind, list(multiples), power]]
+
+
+OF_ENERGY = {
+    "another joint": ("i", 6),
+    "below the diagonal": ("j", -1),
+    "half a potential": ("i", -1),
+    "a word": ("coefficient", "much"),
+    "not finite": ("coefficient", float("nan")),
+    "unknown kind": cosine(0, 1, 0, 0, 0, 0, kind="tan"),
+    "too few multiples": cosine(0, 1),
+    "of nothing": cosine(0, 0, 0, 0, 0, 0),
+    "beyond the degree": cosine(0, 3, 0, 0, 0, 0),
+    "an endless sum": cosine(0, 10**12, 0, 0, 0, 0),
+    "a high power": cosine(0, 1, 0, 0, 0, 0, power=3),
+    "a turning joint's variable": cosine(0, 1, 0, 0, 0, 0, kind="power"),
+    "a key more": ("colour", "red"),
+}
+OF_TORQUE = {
+    "another row": ("row", 2),
+    "velocity of another joint": ("velocities", [[2, 2]]),
+    "velocities out of order": ("velocities", [[1, 1], [1, 0]]),
+    "one velocity alone": ("velocities", [[1, 0]]),
+    "two accelerations": ("velocities", [[2, 0], [2, 1]]),
+    "a jerk": ("velocities", [[3, 0]]),
+    "weight infinite": ("weight", float("inf")),
+    "weight beyond all masses": ("weight", 1.7976931348623157e308),
+    "factors no list": ("factors", "C2"),
+}
+
+
+@pytest.mark.parametrize(("key", "value"), OF_ENERGY.values(), ids=OF_ENERGY.keys())
+def test_impossible_energy_terms(energy_model, path, key, value):
+    refused(energy_model, path, lambda d: next(t for t in d["terms"] if t["i"] >= 0).update({key: value}))
+
+
+@pytest.mark.parametrize(("key", "value"), OF_TORQUE.values(), ids=OF_TORQUE.keys())
+def test_impossible_torque_terms(shipped, path, key, value):
+    refused(shipped, path, lambda d: d["terms"][0].update({key: value}))
+
+
+def test_a_term_stated_twice_or_with_another_coefficient(energy_model, shipped, path):
+    for model in (energy_model, shipped):
+        error = refused(model, path, lambda d: d["terms"].append(d["terms"][0]))
+        assert "stated twice" in error.details["found"]
+    coefficient = energy_model.terms[next(iter(energy_model.terms))]
+    error = refused(energy_model, path, lambda d: d["terms"][0].update(coefficient=1.001 * coefficient))
+    assert "does not compute the terms" in str(error)
+
+
+def product(document: Document) -> tuple[int, list[Any]]:
+    """A step that multiplies by a constant, and its place."""
+    return next(
+        (k, step)
+        for k, step in enumerate(document["steps"])
+        if step[0] == "multiply" and any(isinstance(x, float) for x in step[1:])
+    )
+
+
+PROGRAM = {
+    "a constant changed": lambda d: product(d)[1].__setitem__(1, 0.123),
+    "a constant beyond all masses": lambda d: product(d)[1].__setitem__(1, 1.5e308),
+    "code": lambda d: product(d)[1].__setitem__(0, "__import__"),
+    "a later step": lambda d: product(d)[1].__setitem__(2, f"s{len(d['steps'])}"),
+    "itself": lambda d: product(d)[1].__setitem__(2, f"s{product(d)[0]}"),
+    "a step before all": lambda d: product(d)[1].__setitem__(2, "s-1"),
+    "an argument more": lambda d: product(d)[1].append("s0"),
+    "an argument less": lambda d: product(d)[1].pop(),
+    "an empty step": lambda d: d["steps"].append([]),
+    "a step twice": lambda d: d["steps"].append(d["steps"][-1]),
+    "an unknown input": lambda d: d["steps"].__setitem__(0, ["input", "q7"]),
+    "an output less": lambda d: d["outputs"].pop(),
+    "outputs exchanged": lambda d: d["outputs"].reverse(),
+    "an output of nothing": lambda d: d["outputs"].__setitem__(0, "s9999999"),
+    "no steps": lambda d: d.__setitem__("steps", []),
+}
+
+
+@pytest.mark.parametrize("change", PROGRAM.values(), ids=PROGRAM.keys())
+def test_a_damaged_program_is_refused(shipped, path, change):
+    refused(shipped, path, change)

@@ -148,22 +148,6 @@ def test_a_model_file_that_contradicts_itself(two_link, tmp_path, name):
     assert where in error.details["where"]
 
 
-def test_a_decomposition_knows_its_motions(two_link):
-    dataset = gd.decompose(two_link, [SLOW, FAST])
-    model, same = (gd.simplify(two_link, given_, "20%") for given_ in (dataset, [SLOW, FAST]))
-    assert model.accuracy.fitted_on == same.accuracy.fitted_on
-    assert model.torques == same.torques
-    part = dataset.isel(time=slice(0, 30))
-    assert gd.ExactDynamics.of(two_link, part).states.motions == ()
-
-
-def test_terms_are_ranked_over_all_motions(two_link):
-    """By the torque of all set points alike, whatever the budget of any of them."""
-    ranked = gd.rank_terms(gd.ExactDynamics.of(two_link, [SLOW, FAST]).under("20%"))
-    states = gd.States(*(np.concatenate([getattr(m, k) for m in (SLOW, FAST)]) for k in ("q", "qd", "qdd")))
-    assert ranked.terms == gd.rank_terms(gd.ExactDynamics.of(two_link, states)).terms
-
-
 def test_a_trade_off_is_within_every_budget(two_link):
     exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
     for thorough in (False, True):

@@ -14,7 +14,6 @@ from budgets import of_shares
 from few_tries import few_tries
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
@@ -60,18 +59,6 @@ def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     model = simplify_exact(swinging, of_shares(0.05), SearchOptions(TERM))
     assert point.operations == model.operations
     assert point.error_share == model.accuracy.errors.largest_share.max()
-
-
-@pytest.mark.slow
-def test_quick_points_of_the_puma(puma, pick_and_place):
-    exact = ExactDynamics.of(puma, pick_and_place)
-    points = {(p.level, p.refit, p.factor): p for p in trade_off(exact, thorough=False, factors=(0.5, 5.0))}
-    for (level, refit, _), point in points.items():
-        assert point.operations.total <= exact.form.operations.total
-        assert not refit or level is not ELEMENT
-    for factor in (0.5, 5.0):
-        by_level = [points[level, False, factor].operations.total for level in (TERM, ENERGY, ELEMENT)]
-        assert by_level == sorted(by_level)
 
 
 def test_levels_of_many_terms_are_left_out(swinging, monkeypatch):
@@ -138,37 +125,6 @@ def test_the_path_leads_through_the_model(two_link, swing, level, refit):
     exact = ExactDynamics.of(two_link, swing)
     model = simplify_exact(exact, ONE_PERCENT, SearchOptions(level, refit))
     require_sound(exact, model, budget_path(exact, ONE_PERCENT, model))
-
-
-@pytest.fixture(scope="module")
-def moving(puma, pick_and_place) -> ExactDynamics:
-    return ExactDynamics.of(puma, pick_and_place, drives=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("level", "refit"), [("term", False), ("term", True), ("element", False)])
-def test_along_a_motion_of_the_puma(moving, level, refit):
-    how = SearchOptions(level, refit, thorough=False)
-    model = simplify_exact(moving, ONE_PERCENT, how)
-    path = budget_path(moving, ONE_PERCENT, model)
-    require_sound(moving, model, path)
-    if level == "element":
-        assert not any(other.saves for other in path)
-    else:
-        # A tenth of the budget takes more terms, ten times it fewer.
-        assert len(path[0].terms) > len(model.terms) > len(path[-1].terms)
-
-
-@pytest.mark.slow
-def test_where_nothing_can_be_dropped_the_path_begins_beyond(puma, pick_and_place):
-    """Without drives level energy gives the exact model at 1 %, and saves something at ten times that."""
-    exact = ExactDynamics.of(puma, pick_and_place, drives=False)
-    model = simplify_exact(exact, ONE_PERCENT, SearchOptions("energy", thorough=False))
-    assert not model.saves
-    path = budget_path(exact, ONE_PERCENT, model)
-    require_sound(exact, model, path)
-    assert path[-1].saves
-    assert {len(before.terms) for before in path[: PATH_FACTORS.index(1.0)]} == {len(model.terms)}
 
 
 @examples(5)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.arrays import CHUNK, FloatArray
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_link
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -204,11 +204,3 @@ def test_nothing_stated_is_not_zero_stated(two_link, swing):
     known = dataclasses.replace(two_link, drives=(Drive(1.0, 0.0), Drive(1.0)))
     assert torque_uncertainty(known, states, drives=False) is None
     assert not torque_uncertainty(known, states, drives=True).any()
-
-
-def test_more_states_than_one_chunk(puma):
-    states = states_in_box(puma, CHUNK + 7)
-    whole = torque_uncertainty(puma, states, drives=True)
-    end = states.at(slice(CHUNK, None))
-    # The same arithmetic at the same states; vector instructions may round the ends of arrays otherwise.
-    np.testing.assert_allclose(whole[CHUNK:], torque_uncertainty(puma, end, drives=True), rtol=100 * EPS)

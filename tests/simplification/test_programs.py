@@ -1,8 +1,12 @@
-"""The exact torque in the fewest operations known: that it is exact, and that nothing given costs more."""
+"""The fewest operations known: of the exact torque and of some terms, the same in every run."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +19,14 @@ from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
-from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
+from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.robots.parts import Joint
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
-from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm, has_more_terms
@@ -33,9 +37,9 @@ from gd_analyze.simplification.program_cache import kept_programs
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from gd_analyze.simplification.term import TERM
-from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.simplification.torque_program import torque_program, torque_programs
 from gd_analyze.studies.comparison_costs import count_cost
-from parallel_axes import arm_of, arms_with_runs, scara
+from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
 
 BUILT_IN = ("puma560", "stanford", "two_link")
@@ -62,13 +66,6 @@ def test_it_is_the_torque(case):
     assert_exact(ExactForm(arm), states)
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_it_is_the_torque_of_the_arms_supplied(name):
-    arm = load_arm(name)
-    for drives in sorted({False, bool(arm.drives)}):
-        assert_exact(ExactForm(arm, drives), states_in_box(arm, 50))
-
-
 @examples(4)
 @given(arms(max_joints=4))
 def test_written_out_it_is_the_terms(arm):
@@ -91,33 +88,6 @@ def test_the_puma_takes_fewer_than_any_program_published():
     assert count_cost(METHODS["newton_euler_regrouped"], puma).folded.total <= 350
     assert ExactForm(puma).operations.total <= 310
     assert ExactForm(puma, drives=True).operations.total <= 320
-
-
-def test_what_a_link_keeps_of_its_parameters(puma):
-    """Seven of a joint that turns, four of one that slides."""
-    for arm in (puma, load_arm("stanford")):
-        for link in regrouped(arm).links:
-            if link.prismatic is None:
-                assert link.mass == link.first[2] == link.second[2, 2] == 0.0
-            else:
-                assert not link.second.any()
-    assert [link.is_round for link in regrouped(puma).links] == [False] * 5 + [True]
-    assert [link.is_parallel for link in regrouped(puma).links] == [False, False, True, False, False, False]
-    laden = with_payload(puma, 1.0, np.array([0.01, 0.0, 0.1]))
-    assert not regrouped(laden).links[-1].is_round
-
-
-def test_what_slides_along_the_only_axis_is_a_mass(two_link):
-    """Turned and lifted: where its matter stands is not told from the first link's."""
-    turns, lifts = two_link.joints[0], Joint("2", "prismatic")
-    arm = dataclasses.replace(two_link, joints=(turns, lifts), dh_table=())
-    slides = regrouped(arm).links[1]
-    assert not slides.first.any()
-    assert slides.mass == arm.mass[1]
-    across = dataclasses.replace(lifts, axis=np.array([1.0, 0.0, 0.0]))
-    slides = regrouped(dataclasses.replace(arm, joints=(turns, across))).links[1]
-    assert slides.first[2] == 0.0
-    assert_exact(ExactForm(arm), random_states(2, 20, 0))
 
 
 def test_axes_that_are_antiparallel_turn_the_other_way(two_link, rng):
@@ -162,15 +132,6 @@ def test_a_scara_takes_few_operations():
     q, qd, qdd = (rng.uniform(-x, x, (1000, 4)) for x in (np.pi, 1.0, 10.0))
     model = simplify(scara(), States(q, qd, qdd), "1%")
     assert model.operations.total <= 41
-
-
-@examples(12)
-@given(st.one_of(arms(6), arms_with_runs(6)), st.floats(0.0, 1.5))
-def test_it_is_what_counting_all_of_them_says(arm, share):
-    # Of random numbers, coefficients stand far above round-off, whatever joints are looked at.
-    count = len(ExactForm(arm).torques)
-    most = int(share * count)
-    assert has_more_terms(ExactForm(arm), most) == (count > most)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -250,18 +211,133 @@ def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place, made):
         assert path.read_bytes() == before
 
 
-def test_what_is_no_entry_at_all_is_replaced(two_link, place, made):
-    right = written(made(two_link))
-    (path,) = place.iterdir()
-    before = path.read_bytes()
-    for content in (b"", b"\0" * 100, before[:-1], b"[" * 10_000):
-        path.write_bytes(content)
-        assert written(made(two_link)) == right
-        assert path.read_bytes() == before
-
-
 def test_other_code_finds_nothing_of_this(two_link, place, monkeypatch):
     exact(two_link)
     monkeypatch.setattr("gd_analyze.simplification.program_cache._surroundings", lambda: ["other code"])
     exact(two_link)
     assert len(list(place.iterdir())) == 2
+
+
+# Ratios of coefficients count as equal within 1e-12, and a term passes through a few of them; given weights
+# count as equal within 1e-9, but those drawn here are equal or far apart.
+ROUND_OFF = 1e-11
+
+ARMS = ("puma560", "stanford", "two_link")
+FUNCTIONS = {"cos": np.cos, "sin": np.sin, "power": lambda x: x}
+EFFORTS = (ROUGH, COUNTING, THOROUGH)
+WEIGHTS = (1.0, -1.0, 2.0, 0.5, 0.7, -0.7, 1.4, 1e-3)
+
+
+@st.composite
+def term_sets(draw):
+    """An arm's absolute velocities, and some torque terms of random velocities and products: many alike."""
+    arm = load_arm(draw(st.sampled_from(ARMS)))
+    velocities = AbsoluteVelocities.of(arm)
+    n = velocities.n_joints
+    factors = []
+    for run in velocities.runs:
+        turns = arm.is_revolute[run[0]]
+        for within in itertools.product(range(-2, 3) if turns else (1,), repeat=len(run)):
+            # Of an angle and its negative one is enough.
+            if next((m for m in within if m), 0) > 0:
+                multiples = tuple(within[run.index(j)] if j in run else 0 for j in range(n))
+                factors += [Factor(kind, multiples) for kind in (("cos", "sin") if turns else ("power",))]
+    joints = st.integers(0, n - 1)
+    moving = st.one_of(
+        st.just(()),
+        joints.map(lambda j: (Velocity(2, j),)),
+        st.tuples(joints, joints).map(lambda pair: tuple(Velocity(1, j) for j in sorted(pair))),
+    )
+    monomials = st.lists(st.sampled_from(factors), max_size=3).map(lambda chosen: tuple(sorted(chosen)))
+    terms = draw(
+        st.dictionaries(
+            st.builds(TorqueTerm, joints, moving, monomials), st.sampled_from(WEIGHTS), max_size=12
+        )
+    )
+    return velocities, terms
+
+
+def evaluated(velocities: AbsoluteVelocities, terms, states) -> tuple[np.ndarray, np.ndarray]:
+    """Torques by the terms' definition, and the sum of the magnitudes of the terms in each."""
+    back = np.linalg.inv(velocities.matrix)
+    moving = {1: states.qd @ back.T, 2: states.qdd @ back.T}
+    parts = np.zeros((2, *states.q.shape))
+    for term, weight in terms.items():
+        value = np.full(len(states.q), weight)
+        for velocity in term.velocities:
+            value = value * moving[velocity.order][:, velocity.joint]
+        for kind, multiples in term.monomial:
+            value = value * FUNCTIONS[kind](states.q @ np.array(multiples, dtype=float))
+        parts[0, :, term.row] += value
+        parts[1, :, term.row] += np.abs(value)
+    return parts[0] @ back, parts[1] @ np.abs(back)
+
+
+def run(program, states) -> np.ndarray:
+    named = (("q", states.q), ("qd", states.qd), ("qdd", states.qdd))
+    return program.run({f"{name}{i + 1}": row for name, array in named for i, row in enumerate(array.T)}).T
+
+
+def assert_ways_agree(velocities: AbsoluteVelocities, terms) -> None:
+    states = random_states(velocities.n_joints, 20, 5)
+    wanted, scale = evaluated(velocities, terms, states)
+    programs = {effort: torque_program(velocities, terms, effort) for effort in EFFORTS}
+    for program in programs.values():
+        assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
+    # More effort holds what less effort finds against something else.
+    assert programs[THOROUGH].count.total <= min(programs[effort].count.total for effort in (ROUGH, COUNTING))
+
+
+@examples(20)
+@given(term_sets())
+def test_every_way_has_the_value_of_the_terms(case):
+    assert_ways_agree(*case)
+
+
+@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), ("puma560", 580), ("stanford", 460)])
+def test_all_terms_of_an_arm_take_few_operations(name, fewest):
+    """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
+    form = ExactForm(load_arm(name))
+    assert torque_program(form.velocities, form.torques, Effort(600)).count.total <= fewest
+
+
+@examples(10)
+@given(term_sets(), st.data())
+def test_written_step_by_step_they_have_the_value_of_the_terms(case, data):
+    velocities, terms = case
+    order = data.draw(st.permutations(sorted(terms)))
+    ends = sorted(data.draw(st.lists(st.integers(0, len(order)), min_size=1, max_size=4, unique=True)))
+    steps = [{term: terms[term] for term in order[:end]} for end in ends]
+    states = random_states(velocities.n_joints, 20, 5)
+    programs = torque_programs(velocities, steps, 10_000)
+    assert len(programs) == len(steps)
+    for program, some in zip(programs, steps, strict=True):
+        wanted, scale = evaluated(velocities, some, states)
+        assert (np.abs(run(program, states) - wanted) <= ROUND_OFF * scale).all()
+
+
+PRINT = """
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.torque_program import torque_program, torque_programs
+from gd_analyze.robots.catalogue import load_arm
+
+form = ExactForm(load_arm("two_link"))
+print(torque_program(form.velocities, form.torques, THOROUGH).outputs)
+"""
+
+
+def test_the_same_program_in_every_process():
+    """Python hashes text differently in each; nothing may depend on the order of a set."""
+    outputs = {
+        subprocess.run(
+            [sys.executable, "-c", PRINT],
+            env=os.environ | {"PYTHONHASHSEED": seed, VARIABLE: "off"},
+            capture_output=True,
+            check=True,
+            text=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(outputs) == 1
+    assert "sin" in outputs.pop()

@@ -1,0 +1,360 @@
+"""The recursive level: changed recursions, what they read as, and how they are pruned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
+from changed_recursions import random_changes
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.regrouped_links import regrouped
+from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.formulas.formula import Function, Product, Symbol
+from gd_analyze.harmonics.expansion import expanded
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.tape import Tape
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.program_cache import inputs_of
+from gd_analyze.simplification.pruning import prune
+from gd_analyze.simplification.recursion import (
+    CONSTANT,
+    NUMBER,
+    Change,
+    Changes,
+    Quantity,
+    Recursion,
+    restated,
+)
+from gd_analyze.simplification.recursion_losses import omissions
+from gd_analyze.simplification.recursion_reading import Reading, scales
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from parallel_axes import scara
+from psdm_arms import kr6
+from strategies import arms, examples, random_states
+
+
+def test_a_level_is_known_by_its_name_or_as_itself():
+    assert list(LEVELS) == ["element", "term", "recursive", "energy"]
+    for name, level in LEVELS.items():
+        assert str(level) == level.name == name
+        assert level_named(name) is level_named(level) is level
+    with pytest.raises(UsageError, match="no such level") as caught:
+        level_named("atom")
+    assert caught.value.details["expected"] == "element, term, recursive, energy"
+
+
+@pytest.fixture(scope="module")
+def form(two_link) -> ExactForm:
+    return ExactForm(two_link)
+
+
+@pytest.mark.parametrize(
+    ("step", "source", "what"),
+    [
+        (-1, NUMBER, "has no step -1"),
+        (10_000, NUMBER, "has no step 10000"),
+        (20, 10_000, "has no step 10000"),
+        (20, -3, "has no step -3"),
+        (0, CONSTANT, "step 0 of the recursion has no constant"),
+        (20, 20, "in a circle"),
+    ],
+)
+def test_what_no_recursion_has(form, step, source, what):
+    with pytest.raises(ModelError, match=what):
+        RECURSIVE.from_entries(form, [{"step": step, "source": source, "number": 1.0}])
+
+
+def _small() -> Recursion:
+    trace = Trace()
+    x, y, z = trace.inputs("x", 3)[:, 0]
+    inner = 2.0 * (x * y)
+    outer = 3.0 * inner + z
+    outputs = outer, inner * z
+    return Recursion(tuple(trace.expressions), outputs)
+
+
+def _place(recursion: Recursion, operation: str, which: int) -> int:
+    return [k for k, step in enumerate(recursion.steps) if step.operation == operation][which]
+
+
+INPUTS = {"x1": np.array([1.5, -2.0]), "x2": np.array([0.5, 3.0]), "x3": np.array([2.0, 0.25])}
+
+
+@pytest.mark.parametrize(
+    ("changes", "wanted"),
+    [
+        ({}, lambda x, y, z: (6 * x * y + z, 2 * x * y * z)),
+        ({("multiply", 0, "input", 0): 0.5}, lambda x, y, z: (3 * x + z, x * z)),
+        ({("multiply", 1, None, NUMBER): 4.0}, lambda x, y, z: (12 + z, 4 * z)),
+        ({("multiply", 1, None, CONSTANT): 5.0}, lambda x, y, z: (15 * x * y + z, 5 * x * y * z)),
+        (
+            {("multiply", 0, "input", 0): 0.5, ("multiply", 0, "input", 2): 2.0},
+            lambda x, y, z: (3 * x + 12 * z + z, (x + 4 * z) * z),
+        ),
+    ],
+    ids=["none", "a step stands in", "a number stands in", "another constant", "two steps stand in"],
+)
+def test_what_changes_mean(changes: Any, wanted: Any) -> None:
+    recursion = _small()
+    stated = {
+        Change(
+            _place(recursion, operation, which), last if source is None else _place(recursion, source, last)
+        ): c
+        for (operation, which, source, last), c in changes.items()
+    }
+    got = recursion.changed(stated).run(INPUTS)
+    # A handful of exact small numbers.
+    np.testing.assert_allclose(got, wanted(*INPUTS.values()), rtol=1e-15)
+
+
+@examples(20)
+@given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16))
+def test_numbers_are_stated_again(arm: RobotArm, seed: int) -> None:
+    """Other numbers, stated as changes, make the program that the tape runs with them."""
+    rng, recursion = np.random.default_rng(seed), ExactForm(arm).recursion
+    steps = [k for k, step in enumerate(recursion.steps) if step.operation in ("add", "subtract")]
+    chosen = rng.choice(steps, min(3, len(steps)), replace=False) if steps else []
+    changes = {
+        Change(int(k), x): float(rng.uniform(0.5, 2.0))
+        for k in chosen
+        for x in recursion.arguments[k][:1]
+        if isinstance(x, int) and recursion.steps[x].operation != "input"
+    }
+    before = recursion.carried_out(changes)
+    tape = Tape(before.program, before.scales)
+    numbers = tape.numbers.copy()
+    numbers[tape.scaled] *= rng.uniform(0.5, 2.0, len(tape.scaled))
+    stated = restated(changes, {tape.steps[k].order: float(numbers[k]) for k in tape.scaled}, before)
+    inputs = inputs_of(random_states(arm.n_joints, 3, seed))
+    again = recursion.changed(stated)
+    wanted = tape.results(tape.values(inputs, numbers))
+    # Numbers are divided by nothing on the way: both round each operation once.
+    size = np.abs(tape.values(inputs, numbers)).max(initial=1.0)
+    np.testing.assert_allclose(again.run(inputs), wanted, atol=1e-12 * size)
+    assert again.count.total <= before.program.count.total
+
+
+# An equation has some twenty summands and there are some hundred in a row, each rounded once; relative to
+# what is added up, which no random state makes larger than a thousand times the torque.
+_ROUNDED = 1e-10
+PUMA = load_arm("puma560")
+
+
+def evaluated(reading: Reading, states: States) -> dict[Symbol, np.ndarray]:
+    """Carry equations out in their order."""
+    values = {
+        Symbol("q", str(joint + 1), dots): row
+        for dots, rows in enumerate(states.last)
+        for joint, row in enumerate(rows)
+    }
+    for formula in (*reading.functions, *reading.formulas):
+        values[formula.left] = total([piece.product for piece in formula.pieces], values)
+    return values
+
+
+def total(products: list[Product], values: Mapping[Symbol, np.ndarray]) -> np.ndarray:
+    out = np.zeros_like(values[Symbol("q", "1")])
+    for product in products:
+        factor = np.full_like(out, product.weight)
+        for base, exponent in product.powers:
+            if isinstance(base, Function):
+                value = getattr(np, base.name)(total([*base.argument], values))
+            else:
+                value = values[base]
+            factor = factor * value**exponent
+        out = out + factor
+    return out
+
+
+def assert_same_torque(form: ExactForm, changes: Mapping[Change, float], states: States) -> None:
+    found = evaluated(RECURSIVE.reading(form, changes), states)
+    wanted = form.recursion.changed(changes).run(inputs_of(states))
+    torque = np.array([found[Symbol("tau", str(i + 1))] for i in range(form.arm.n_joints)])
+    assert np.abs(torque - wanted).max() <= _ROUNDED * max(np.abs(wanted).max(), 1.0)
+
+
+@examples(7)
+@given(arms(max_joints=7), st.integers(0, 99), st.sampled_from([0.0, 0.1, 0.4]))
+def test_the_equations_are_the_program(arm: RobotArm, seed: int, share: float):
+    form = ExactForm(arm)
+    assert_same_torque(
+        form, random_changes(form.recursion, share, seed), random_states(arm.n_joints, 5, seed)
+    )
+
+
+@pytest.mark.parametrize("arm", [PUMA, scara(), load_arm("stanford")], ids=lambda arm: arm.name)
+def test_they_are_with_drives_and_parallel_axes(arm):
+    form, states = ExactForm(arm, bool(arm.drives)), random_states(arm.n_joints, 5, 0)
+    for seed, share in enumerate((0.0, 0.05, 0.3)):
+        assert_same_torque(form, random_changes(form.recursion, share, seed), states)
+
+
+@examples(5)
+@given(arms(max_joints=6), st.integers(0, 99))
+def test_omega_is_the_angular_velocity_of_the_link(arm: RobotArm, seed: int):
+    states = random_states(arm.n_joints, 4, seed)
+    recursion = ExactForm(arm).recursion
+    values = told_values(recursion, states)
+    axes = solve_kinematics(arm, states.last[0]).joint_axes
+    omega = np.zeros((3, 4))
+    for link, regrouped_link in enumerate(regrouped(arm).links):
+        if arm.is_revolute[link]:
+            omega = omega + axes[link] * states.last[1][link]
+        own = np.array([values[Quantity("omega", link, axis)] for axis in "xyz"])
+        # The frame is turned about an unknown angle: lengths are those in any frame. A sum of as many unit
+        # vectors times velocities as there are joints rounds below that many eps of the largest.
+        assert np.allclose(np.linalg.norm(own, axis=0), np.linalg.norm(omega, axis=0), atol=1e-12)
+        if arm.is_revolute[link] and not regrouped_link.is_round:
+            along = regrouped_link.sign * np.einsum("an,an->n", omega, axes[link])
+            assert np.allclose(np.abs(own[2]), np.abs(along), atol=1e-12)
+
+
+def told_values(recursion: Recursion, states: States) -> dict[Quantity, np.ndarray]:
+    """Every quantity at states, by running all steps."""
+    expressions = [value for _, value in recursion.quantities]
+    rows = Program(recursion.steps, tuple(expressions)).run(inputs_of(states))
+    return {quantity: row for (quantity, _), row in zip(recursion.quantities, rows, strict=True)}
+
+
+@examples(4)
+@given(arms(max_joints=6), st.integers(0, 99))
+def test_the_field_a_is_what_omega_and_its_rate_make(arm: RobotArm, seed: int):
+    states = random_states(arm.n_joints, 4, seed)
+    values = told_values(ExactForm(arm).recursion, states)
+    for link in range(arm.n_joints):
+        omega, velocity = (
+            np.array([values[Quantity(kind, link, axis)] for axis in "xyz"]) for kind in ("omega", "omegad")
+        )
+        for b, point in enumerate(np.eye(3)):
+            made = np.cross(velocity.T, point) + np.cross(omega.T, np.cross(omega.T, point))
+            stated = [values[Quantity("A", link, "xyz"[a] + "xyz"[b])] for a in range(3)]
+            # Two products and a sum each: a few eps of the squares of the velocities.
+            assert np.allclose(np.transpose(stated), made, rtol=0.0, atol=1e-13 * (1.0 + np.abs(made).max()))
+
+
+def test_dropped_torque_is_the_difference_of_two_evaluations():
+    form, states = ExactForm(PUMA, True), random_states(6, 50, 3)
+    drawn = (random_changes(form.recursion, 0.1, seed) for seed in range(20))
+    # What is taken out of quantities would change the changes.
+    changes = next(some for some in drawn if not scales(form, some))
+    exact = form.recursion.program.run(inputs_of(states))
+    found = omissions(form, changes, states)
+    assert len(found) > 10
+    for one in found:
+        alone = {change: number for change, number in changes.items() if change.step in one.places}
+        torque = form.recursion.changed(alone).run(inputs_of(states))
+        # Both round as the torque does.
+        wanted = np.abs(torque - exact).max(axis=1)
+        assert np.allclose(one.torque, wanted, rtol=0.0, atol=1e-12 * np.abs(exact).max())
+        assert np.allclose(one.share, one.torque / np.abs(exact).max(axis=1))
+    shares = [one.share.max() for one in found]
+    assert shares == sorted(shares, reverse=True)
+
+
+# Of the usual effort: what tenths of a second find.
+_QUICK = 0.02
+
+
+def _largest(exact: ExactDynamics, changes: Changes, allowed: FloatArray) -> float:
+    """Largest error over allowed of the program that the changes make, run by itself."""
+    program = exact.form.recursion.changed(changes)
+    return float((np.abs(program.run(inputs_of(exact.states)).T - exact.torque) / allowed).max())
+
+
+@examples(4)
+@given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16), share=st.sampled_from([0.003, 0.03]))
+def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: int, share: float) -> None:
+    exact = ExactDynamics.of(arm, random_states(arm.n_joints, 60, seed))
+    allowed = exact.allowed(f"{100 * share}%")
+    changes = prune(exact, allowed, effort=_QUICK)
+    # Statements of fitted numbers are rounded once more.
+    assert _largest(exact, changes, allowed) <= 1.0 + 1e-9
+    recursion = exact.form.recursion
+    program = recursion.changed(changes)
+    assert program.count.total <= recursion.program.count.total
+    # It is still a torque: D(q) qdd + h(q, qd) + c(q), or it could not be written out.
+    expanded(program, [not turns for turns in arm.is_revolute])
+
+
+@pytest.mark.slow
+def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:
+    exact = ExactDynamics.of(kr6(), random_states(6, 100, 0))
+    tight, wide = (exact.allowed(budget) for budget in ("0.5%", "2%"))
+    first = prune(exact, tight, effort=_QUICK)
+    assert first == prune(exact, tight, effort=_QUICK)
+    further = prune(exact, wide, effort=_QUICK, start=first)
+    changed = exact.form.recursion.changed
+    assert changed(further).count.total < changed(first).count.total
+    assert _largest(exact, further, wide) <= 1.0 + 1e-9 < _largest(exact, further, tight)
+
+
+@pytest.mark.slow
+def test_roundings_decide_nothing() -> None:
+    """With the states in another order every sum has other last digits, as on another processor."""
+    states = random_states(4, 200, 3)
+    order = np.random.default_rng(0).permutation(200)
+    found = []
+    for drawn in (states, states.at(order)):
+        exact = ExactDynamics.of(scara(), drawn)
+        found.append(prune(exact, exact.allowed("2%"), effort=_QUICK))
+    first, second = found
+    assert len(first) > 10
+    assert first.keys() == second.keys()
+    # A number that lies on the edge between two of seven digits may fall to either side.
+    assert all(abs(first[change] - second[change]) <= 1e-6 * abs(first[change]) for change in first)
+
+
+@pytest.mark.slow
+def test_errors_that_count_more_are_smaller() -> None:
+    """Where an error counts ten times, a tenth of the budget is all there is."""
+    states = random_states(6, 80, 3)
+    weights = np.ones(states.q.shape)
+    weights[:40] = 10.0
+    exact = ExactDynamics.of(kr6(), replace(states, weights=weights))
+    allowed = exact.allowed("5%")
+    program = exact.form.recursion.changed(prune(exact, allowed, effort=_QUICK))
+    errors = np.abs(program.run(inputs_of(states)).T - exact.torque) / allowed
+    assert errors[:40].max() <= 0.1 * (1.0 + 1e-9)
+    assert errors[40:].max() > 0.1
+
+
+@pytest.mark.slow
+def test_six_joints_of_general_make_take_little_more_than_half() -> None:
+    """KR6 of PSDM's Table 1 at 1 % of every joint's peak: 481 operations are exact, 300 are asked for."""
+    arm = kr6()
+    exact = ExactDynamics.of(arm, states_in_box(arm, 1000))
+    changes = prune(exact, exact.allowed("1%"), effort=0.1)
+    assert exact.form.recursion.changed(changes).count.total <= 300
+
+
+@pytest.mark.slow
+def test_the_budget_nearly_holds_near_the_motion():
+    arm = gd.load_arm("stanford")
+    start = np.array([0.1, -0.5, 0.4, 0.3, -0.6, 0.2])
+    motion = gd.plan(arm, start, start + 0.3, schedule=gd.Schedule(2.0, "4-3-4", 15)).trajectory
+    exact = ExactDynamics.of(arm, motion)
+    model = simplify_exact(exact, "1%", SearchOptions(RECURSIVE, thorough=False))
+    assert model.saves
+    random = np.random.default_rng(7)
+    q, qd, qdd = (np.repeat(x, 50, axis=0) for x in exact.states.arrays)
+    margin = np.where([joint.kind == "revolute" for joint in arm.joints], np.radians(1.0), 1e-3)
+    near = States(q + margin * random.uniform(-1.0, 1.0, q.shape), qd, qdd)
+    off = np.abs(model.torque(*near.arrays) - exact.at(near).torque).max(axis=0)
+    # Fitted to the set points alone it errs by more.
+    assert (off <= 1.5 * model.accuracy.allowed).all()
