@@ -172,7 +172,7 @@ def test_the_promise_is_what_the_program_does(exact, model):
     assert shares_by_hand(model, exact).max() > 0.02
 
 
-@pytest.mark.parametrize("level", [ELEMENT, ENERGY, RECURSIVE])
+@pytest.mark.parametrize("level", [ELEMENT, ENERGY, pytest.param(RECURSIVE, marks=pytest.mark.slow)])
 def test_every_level_keeps_it(exact, level):
     found = simplify_exact(exact, BUDGET, SearchOptions(level, effort=0.1))
     assert found.level is level

@@ -277,6 +277,7 @@ def _largest(exact: ExactDynamics, changes: Changes, allowed: FloatArray) -> flo
     return float((np.abs(program.run(inputs_of(exact.states)).T - exact.torque) / allowed).max())
 
 
+@pytest.mark.slow
 @examples(4)
 @given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16), share=st.sampled_from([0.003, 0.03]))
 def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: int, share: float) -> None:

@@ -280,6 +280,7 @@ def test_where_a_search_finds_too_many_to_weigh_the_other_level_is_taken(two_lin
     assert "matter within that budget" in str(model.accuracy.levels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("operations", [0, 9])
 def test_of_so_many_operations_it_is_the_smallest_budget(two_link, swing, operations):
     exact = ExactDynamics.of(two_link, swing)

@@ -31,6 +31,7 @@ def other_motion(arm, seed: int) -> Trajectory:
     return Trajectory(0.1 * np.arange(12), states.q, 0.1 * states.qd, 0.01 * states.qdd, "other")
 
 
+@pytest.mark.slow
 def test_the_shipped_motions_of_the_puma(puma):
     """Of terms that search, refit and counting weigh: the budget is nearly used up along each, and kept."""
     names = ["pick-and-place", "large-slew", "wrist-move"]
@@ -45,7 +46,7 @@ def test_the_shipped_motions_of_the_puma(puma):
             assert (found.errors.largest > 0.3 * stated.allowed).any()
 
 
-@examples(18)
+@examples(8)
 @given(
     arms_with_states(max_joints=3, count=12, massive=True),
     st.integers(0, 2**32 - 1),
