@@ -137,7 +137,7 @@ CHANGES = {
     ),
     "a joint less": (lambda d: d["motions"][0]["errors"].pop(), "joints of errors"),
     "a motion less": (lambda d: d["motions"].pop(), "set_points of motions"),
-    "none of them": (lambda d: d.pop("motions"), "set_points of motions"),
+    "none of them": (lambda d: d.pop("motions"), "motions"),
 }
 
 
