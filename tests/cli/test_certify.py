@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from bad_files import ARM, csv
 
 from gd_analyze.certification.certificate import EFFORT
 from gd_analyze.cli.certify import certify
@@ -187,6 +188,25 @@ def test_models_without_positive_energy_are_named(run, here, two_link, kept, ver
     document = run("certify", "model.json", "--json").json["positive_definite"]
     assert document["singular"] == (verdict == "singular")
     assert not document["proven"]
+
+
+def test_no_positive_energy_is_claimed_of_an_arm_with_physically_inconsistent_inertias(run, here):
+    """D_22 = zz + 1/4: definite along the motion, where q2 stays near a right angle, and not at q2 = 0."""
+    limits = "a = 1.0\nrange = [-3.0, 3.0]\nvelocity_limit = 5.0\nacceleration_limit = 9.0"
+    (here / "own.toml").write_text(ARM.replace("a = 1.0", limits).replace("zz = 0.1", "zz = -0.2"))
+    (here / "x.csv").write_text(csv(*(f"{0.1 * k},{0.02 * k * k},{1.57 + 0.01 * k}" for k in range(9))))
+    done = run("own.toml", "x.csv", "--level", "energy", "--out", "r", "--format", "html,json")
+    assert done.code == 0, done.err
+    assert "inertia of link 2 is physically inconsistent" in done.err
+    page = (here / "r" / "report.html").read_text(encoding="utf-8")
+    assert "inertia of link 2 is physically inconsistent" in page
+    assert "positive definite" not in page
+    document = run("certify", "r/model.json", "--json").json["positive_definite"]
+    assert not document["proven"]
+    assert document["smallest_eigenvalue_found"] < 0.0
+    said = " ".join(run("certify", "r/model.json").out.split())
+    assert "not positive definite" in said
+    assert said.count("positive definite") == said.count("not positive definite")
 
 
 def test_effort_reaches_the_proof_of_definiteness(run, here, puma):
