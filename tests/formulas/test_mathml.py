@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
-import pytest
-
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.languages import MathML, PageMathML, Plain
 from gd_analyze.formulas.writing import (
@@ -19,13 +17,10 @@ from gd_analyze.formulas.writing import (
     torque_legend,
 )
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.harmonics.transform import Harmonics, harmonics_of
-from gd_analyze.robots.catalogue import load_arm
-from parallel_axes import scara
+from gd_analyze.harmonics.transform import Harmonics
 
-ARMS = ("puma560", "stanford", "two_link", "scara")
 DOTTED = {("p", "˙"): "p", ("p", "¨"): "pd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
 PAGE, PLAIN = PageMathML(), Plain()
 
@@ -57,16 +52,6 @@ def assert_reads_as_plain(formula: Formula) -> None:
         PLAIN.line(formula)
     )
     assert plainly(PAGE.line(formula)) == plainly(MathML().line(formula)) == squeezed(PLAIN.line(formula))
-
-
-@pytest.fixture(scope="module", params=ARMS)
-def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return harmonics_of(scara() if request.param == "scara" else load_arm(request.param))
-
-
-@pytest.fixture(scope="module")
-def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.velocities)
 
 
 def test_torques_read_as_their_plain_form(harmonics: Harmonics, torques: Torques) -> None:

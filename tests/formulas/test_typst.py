@@ -13,13 +13,10 @@ from gd_analyze.formulas.writing import (
     torque_formulas,
     torque_legend,
 )
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
+from gd_analyze.harmonics.lagrangian import energy_terms
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.harmonics.transform import Harmonics, harmonics_of
-from gd_analyze.robots.catalogue import load_arm
-from parallel_axes import scara
+from gd_analyze.harmonics.transform import Harmonics
 
-ARMS = ("two_link", "puma560", "stanford", "scara")
 TYPST, PLAIN = Typst(), Plain()
 
 C2, S23, D3 = Symbol("C", "2"), Symbol("S", "23"), Symbol("d", "3")
@@ -54,16 +51,6 @@ DIFFERENCE = Function(
 def test_pieces(piece: Piece, plain: str, math: str) -> None:
     assert PLAIN.body(piece) == plain
     assert TYPST.body(piece) == math
-
-
-@pytest.fixture(scope="module", params=ARMS)
-def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return harmonics_of(scara() if request.param == "scara" else load_arm(request.param))
-
-
-@pytest.fixture(scope="module")
-def torques(harmonics: Harmonics) -> Torques:
-    return torques_of_energies(energy_terms(harmonics), harmonics.velocities)
 
 
 def test_every_term_is_written_under_its_quantity(harmonics: Harmonics, torques: Torques) -> None:
@@ -104,13 +91,3 @@ def test_typst_takes_all_of_it(harmonics: Harmonics, torques: Torques) -> None:
     source = "\n\n".join(f"${piece}$" for piece in written).encode()
     _, warnings = typst.compile_with_warnings(source, ignore_system_fonts=True)
     assert warnings == []
-
-
-def test_the_legend_says_what_the_plain_one_says(harmonics: Harmonics, torques: Torques) -> None:
-    legend = torque_legend(harmonics.velocities, torques)
-    plain, written = PLAIN.legend(legend), TYPST.legend(legend)
-    assert len(plain) == len(written)
-    (other,) = [entry for entry in plain if "p_j" in entry]
-    assert other.removeprefix("any other ") == "p_j is qd_j, pd_j is qdd_j"
-    assert ('"any other" dot(p)_(j) "is" dot(q)_(j)' in " ".join(written)) == bool(legend.shared)
-    assert all(entry.endswith(' "in m"') for entry in written if entry.startswith("d_"))

@@ -8,35 +8,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from random_programs import program_of, trees
 
-from gd_analyze.operations.program import Program, read_back, written
-from gd_analyze.operations.trace import Trace
+from gd_analyze.operations.program import read_back, written
 from strategies import examples
 
 
-def drawn_program(seed: int, steps: int) -> Program:
-    """Random sums, differences, products, sines and signs of two inputs and constants."""
-    rng = np.random.default_rng(seed)
-    trace = Trace()
-    values = [*trace.inputs("q", 2)[:, 0], 0.7, -2.5]
-    for _ in range(steps):
-        a, b = (values[k] for k in rng.integers(0, len(values), 2))
-        kind = rng.integers(0, 5)
-        if kind == 3:
-            values.append(-a)
-        elif kind == 4:
-            values.append(trace.apply("sin", a))
-        else:
-            values.append((a + b, a - b, a * b)[kind])
-    return Program.of(trace, values[-3:])
-
-
 @examples(60)
-@given(st.integers(0, 2**32 - 1), st.integers(0, 25))
-def test_round_trip_is_exact(seed, steps):
-    program = drawn_program(seed, steps)
-    again = read_back(*json.loads(json.dumps(written(program))), {"q1", "q2"})
-    inputs = {"q1": np.linspace(-2.0, 2.0, 9), "q2": np.linspace(1.0, 0.1, 9)}
+@given(st.lists(trees, min_size=1, max_size=3))
+def test_round_trip_is_exact(roots):
+    program = program_of(*roots)
+    again = read_back(*json.loads(json.dumps(written(program))), {"x1", "x2", "x3"})
+    inputs = dict(zip(("x1", "x2", "x3"), np.linspace([-2.0, 1.0, 0.3], [2.0, 0.1, -3.0], 9).T, strict=True))
     np.testing.assert_array_equal(again.run(inputs), program.run(inputs))
     assert again.count == program.count
     assert written(again) == written(program)
