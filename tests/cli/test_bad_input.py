@@ -125,6 +125,8 @@ WORDS: dict[str, tuple[str, ...]] = {
     "evaluate /dev/zero x.csv": ("where: /dev/zero",),
     "arms --to toml": ("--to", "ROBOT"),
     "evaluate nowhere.json x.csv": ("where: nowhere.json",),
+    "certify nowhere.json": ("where: nowhere.json",),
+    "control nowhere.json x.csv": ("where: nowhere.json",),
     "evaluate x.csv x.csv": ("where: x.csv", "JSON"),
     "validate x.csv": ("TRAJECTORY...",),
     "validate x.csv x.csv --junit x.csv/j.xml": ("--junit",),

@@ -119,12 +119,6 @@ def test_bad_options_are_refused(run, model, words, named):
     assert "Traceback" not in result.err
 
 
-def test_a_missing_model_is_refused(run):
-    result = run("certify", "nowhere.json")
-    assert result.code == 2
-    assert "nowhere.json" in result.err
-
-
 def edited(model, change):
     document = json.loads(model.read_text(encoding="utf-8"))
     change(document)

@@ -80,16 +80,6 @@ def test_a_decomposition_in_single_precision(run, here):
         assert (here / name).read_text() == text
 
 
-def test_a_language_named_twice_is_written_once(run):
-    assert run("export", "two_link", "--to", "c,c").out.count("wrote ") == 2
-
-
-def test_quiet_says_nothing(run, listing):
-    result = run("export", "two_link", "--to", "c", "--quiet")
-    assert (result.code, result.out, result.err) == (0, "", "")
-    assert {"two_link.h", "two_link.c"} <= listing()
-
-
 def test_what_cannot_be_bounded_is_written_with_a_warning(run, model, here, monkeypatch):
     import gd_analyze as gd
     from gd_analyze.errors import ModelError

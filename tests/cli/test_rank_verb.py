@@ -53,11 +53,6 @@ def test_the_curve_on_80_columns(run, quick):
     assert [point["budget"] for point in told["points"]][:3] == ["0.1%", "0.2%", "0.5%"]
 
 
-def test_a_quiet_curve(run):
-    result = run(*CURVE, "--quick", "--quiet")
-    assert (result.code, result.out, result.err) == (0, "", "")
-
-
 REFUSED = {
     "rank an unknown level": ((*RANK, "--level", "element"), "--level"),
     "rank without drives": ((*RANK, "--drives"), "describes no drives"),

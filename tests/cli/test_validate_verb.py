@@ -130,13 +130,6 @@ def test_json_holds_everything(run, model, two_link):
     assert (told["warnings"] != [], told["files"]) == (True, [])
 
 
-def test_json_without_a_verdict(run, model):
-    told = run("validate", "model.json", "fast.csv", "--json").json
-    assert (told["fail_over"], told["passed"], told["motions"][0]["passed"]) == (None, None, None)
-    assert told["motions"][0]["joints"][0]["fail_over"] is None
-    assert told["motions"][0]["keeps_promise"] is False
-
-
 def test_a_folder_is_all_motions_in_it(run, model):
     told = run("validate", "model.json", "logs", "slow.csv", "--json").json
     assert [one["trajectory"] for one in told["motions"]] == ["brisk", "slow"]

@@ -15,8 +15,8 @@ from gd_analyze.dynamics import long_decomposition
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
-from gd_analyze.results import drawn as drawn_module
-from gd_analyze.results.drawn import STRETCHES, drawn
+from gd_analyze.results import findings
+from gd_analyze.results.findings import STRETCHES, drawn
 
 LONG = MOST_KEPT + CHUNK + 17
 
@@ -98,7 +98,7 @@ def test_nothing_long_is_kept(two_link, long_swing):
 def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     two_link, long_swing, long_findings, monkeypatch
 ):
-    for module in (long_decomposition, drawn_module):
+    for module in (long_decomposition, findings):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
     kept = gd.find(two_link, long_swing, gd.Settings(level="element"))
     assert kept.decomposition.inertia.variable._in_memory

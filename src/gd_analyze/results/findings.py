@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.drawn import drawn
 from gd_analyze.results.model_facts import headline, joint_errors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gd_analyze.figures.axes import Plots
+
+
+_DRAWN = ("inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading")
+# Equal stretches of a long trajectory in each of which every curve keeps its extremes: twice as many as a
+# page can show, as each figure may thin its curves further.
+STRETCHES = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,3 +120,43 @@ class Findings:
         """Torque that round-off alone may explain, N m: the bound of the cross-check."""
         check = self.tables["cross_check"]
         return float(check.round_off_bound.values[check.quantity.values == "torque"].max())
+
+
+def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:
+    """Choose the set points at which the elements are drawn.
+
+    Parameters
+    ----------
+    dataset
+        What `decompose` or `decompose_on_demand` gave.
+
+    Returns
+    -------
+    set points, dataset
+        Their numbers, from 0 and increasing, first and last among them; and D, h, its shares and c there, in
+        memory. All of up to `MOST_KEPT` set points; else every element, each of its parts and their sum has
+        the extremes of each stretch among them.
+    """
+    count = dataset.sizes["time"]
+    names = [*_DRAWN]
+    if count <= MOST_KEPT:
+        return np.arange(count), dataset[names].load()
+    chosen = [np.array([0, count - 1])]
+    length = -(-count // STRETCHES)
+    for start in range(0, count, length):
+        block = dataset[names].isel(time=slice(start, start + length)).load()
+        curves = np.hstack([*_curves(block)])
+        chosen += [start + curves.argmin(axis=0), start + curves.argmax(axis=0)]
+    points = np.unique(np.concatenate(chosen))
+    return points, dataset[names].isel(time=points).load()
+
+
+def _curves(block: xr.Dataset) -> Iterator[FloatArray]:
+    """Whatever is drawn of every element, shape (N, curves)."""
+    for element in elements(block.sizes["joint"]):
+        parts = element.parts(block).T
+        yield parts
+        if element.quantity != "gravity_loading":
+            yield parts.sum(axis=1, keepdims=True)
+    for share in ("centrifugal", "coriolis"):
+        yield block[share].values.sum(axis=1)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.states import in_words
 from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import share_of
@@ -162,15 +161,6 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
             f"the {full} operations of the exact torque, which is the result."
         )
     return f"{model.operations.total} operations instead of {full}. {error or error_text(model)}."
-
-
-def measure_fact(model: SimplifiedModel) -> Fact:
-    """Over which states the peak torque, or the uncertainty, is that the budget takes shares of."""
-    words = {"peak": "peak torque", "uncertainty": "uncertainty"}
-    wholes = [word for name, word in words.items() if name in model.accuracy.asked.wholes]
-    states = model.accuracy.fitted_on
-    over = in_words(states) if states else "the states that the model was fitted on"
-    return Fact("", f"States of {' and '.join(wholes)}" if wholes else "", over)
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:
