@@ -1,10 +1,13 @@
-"""A budget below what the machine shows is noticed once, with the budget that takes it into account."""
+"""Budgets, of joints and of the norm: how they are read, what they allow, and when one is too small."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
+import math
 import re
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,14 +15,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.dynamics.drivetrain import least_friction
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import budget_notice
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.energy import ENERGY
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.measures import NormMeasure, NormShare, kept_states
+from gd_analyze.simplification.model_file import document_of
+from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.text import amount
-from strategies import examples
+from made_models import signed
+from parallel_axes import scara
+from strategies import examples, random_states, two_link_of
 
 WHOLES = ("peak", "limit", "friction", "uncertainty", "torque")
 PEAK = np.array([10.0, 20.0, 5.0, 1.0, 0.5, 0.0])
@@ -162,3 +177,219 @@ def test_nothing_is_noticed_where_nothing_is_stated_or_the_budget_is_larger(puma
     assert of_budget("1000 N m").notice == ""
     known = dataclasses.replace(of_budget("1%").accuracy, uncertainty=None)
     assert budget_notice(changed(puma, 1, 2, 3, 4, 5, 6, coulomb=(0.0, 0.0)), known) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "share", "states"),
+    [
+        ("1% norm", 0.01, 1.0),
+        ("1 % of the norm at 95 %", 0.01, 0.95),
+        ("0.1% of norm at 99.9% of the states", 0.001, 0.999),
+        (" 2.5% NORM AT ALL STATES ", 0.025, 1.0),
+    ],
+)
+def test_a_norm_that_is_understood(text, share, states):
+    assert Budget.parse(text) == Budget((), NormShare(share, states))
+
+
+@given(st.floats(0.0, 10.0), st.floats(1e-6, 1.0))
+def test_a_norm_is_read_again(share, states):
+    again = Budget.parse(str(Budget((), NormShare(share, states)))).norm
+    assert again is not None
+    # Twelve digits are written, and what is read is rounded to fifteen decimals.
+    np.testing.assert_allclose(again, (share, states), rtol=1e-11, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["norm", "0.5 N m norm", "-1% norm", "1% norm at", "1% norm at 101%", "1% norm, 2%", "1% norm or 2%"],
+)
+def test_a_norm_that_is_refused(text):
+    with pytest.raises(UsageError) as caught:
+        Budget.parse(text)
+    assert caught.value.details["where"].startswith("--budget")
+
+
+def test_it_allows_no_joint_more_than_the_norm_of_the_peaks():
+    arm = scara()
+    by = ReferenceTorques(arm, np.array([3.0, 4.0, 7.0, 0.0]))
+    # The third joint slides: it is alone with its newtons.
+    np.testing.assert_allclose(Budget.parse("10% norm").allowed(by), [0.5, 0.5, 0.7, 0.5], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("states", "count", "kept"),
+    [(0.95, 4000, 3800), (0.999, 4000, 3996), (0.95, 10, 10), (0.9, 10, 9), (0.5, 3, 2), (1.0, 7, 7)],
+)
+def test_how_many_states_a_share_is(states, count, kept):
+    assert kept_states(states, count) == kept
+
+
+@st.composite
+def measured(draw):
+    """A measure of some joints that turn or slide, and an error."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    turning = np.array(draw(st.lists(st.booleans(), min_size=1, max_size=5)))
+    shape = len(turning), draw(st.integers(1, 60))
+    torque, error = rng.normal(size=shape), 0.02 * rng.standard_cauchy(size=shape)
+    return NormMeasure(0.01, draw(st.sampled_from([0.5, 0.9, 0.95, 0.999, 1.0])), torque, turning), error
+
+
+@given(measured())
+def test_as_many_states_keep_the_share_and_no_smaller_one(case):
+    measure, error = case
+    norms = [
+        np.linalg.norm(error[of], axis=0) / np.linalg.norm(measure.torque[of], axis=0)
+        for of in (measure.revolute, ~measure.revolute)
+        if of.any()
+    ]
+    by_hand, found = np.max(norms, axis=0), measure.share(error) * measure.allowed
+    # A quotient and a product, rounded once each.
+    beyond, at_least = by_hand > found * (1 + 4e-16), by_hand >= found * (1 - 4e-16)
+    assert beyond.sum() <= measure.exempt < at_least.sum()
+    assert measure.exempt <= (1.0 - measure.states) * len(by_hand) + 1e-9
+
+
+@given(measured(), st.floats(1e-3, 1e3))
+def test_the_unit_of_sliding_joints_does_not_count_and_one_norm_of_all_is_no_larger(case, unit):
+    measure, error = case
+    scale = np.where(measure.revolute, 1.0, unit)[:, None]
+    other = NormMeasure(measure.allowed, measure.states, scale * measure.torque, measure.revolute)
+    np.testing.assert_allclose(other.shares(scale * error), measure.shares(error), rtol=1e-14)
+    mixed = np.linalg.norm(scale * error, axis=0) / np.linalg.norm(scale * measure.torque, axis=0)
+    assert (mixed <= measure.shares(error) * (1 + 1e-14)).all()
+
+
+def test_round_off_and_rest_count_as_no_error():
+    torque = np.array([[1.0, 0.0], [0.0, 0.0]])
+    measure = NormMeasure(0.01, 1.0, torque, np.array([True, True]), round_off=1e-12)
+    assert measure.share(np.full((2, 2), 1e-13)) == 0.0
+    assert measure.shares(np.array([[0.0, 1e-3], [0.0, 0.0]])).tolist() == [0.0, math.inf]
+    nothing = NormMeasure(0.0, 1.0, torque, np.array([True, True]))
+    assert (nothing.share(np.zeros((2, 2))), nothing.share(torque)) == (0.0, math.inf)
+
+
+BUDGET = "2% norm at 95% of states"
+
+
+@pytest.fixture(scope="module")
+def exact() -> ExactDynamics:
+    limits = {"lower": -np.pi, "upper": np.pi, "velocity_limit": 1.0, "acceleration_limit": 10.0}
+    arm = scara()
+    arm = replace(arm, joints=tuple(replace(joint, **limits) for joint in arm.joints))
+    return ExactDynamics.of(arm, states_in_box(arm, 300))
+
+
+@pytest.fixture(scope="module")
+def model(exact) -> gd.SimplifiedModel:
+    return simplify_exact(exact, BUDGET, SearchOptions(TERM))
+
+
+def shares_by_hand(model: gd.SimplifiedModel, exact: ExactDynamics) -> np.ndarray:
+    """Share of the norm at every state, of joints of one unit each."""
+    error = model.torque(*exact.states.arrays) - exact.torque
+    turning = np.array(exact.arm.is_revolute)
+    groups = [of for of in (turning, ~turning) if of.any()]
+    size = [
+        np.linalg.norm(error[:, of], axis=1) / np.linalg.norm(exact.torque[:, of], axis=1) for of in groups
+    ]
+    return np.max(size, axis=0)
+
+
+def assert_kept(model: gd.SimplifiedModel, exact: ExactDynamics, share: float, states: float) -> None:
+    by_hand, count = np.sort(shares_by_hand(model, exact)), len(exact.states)
+    kept = kept_states(states, count)
+    found = {norm.states: norm.share for norm in model.accuracy.norms}
+    # What is below round-off of the largest torque counts as no error, and may be a share of a small one.
+    for part, told in found.items():
+        assert told == pytest.approx(by_hand[kept_states(part, count) - 1], rel=1e-9, abs=1e-9)
+    assert found[states] <= share
+    assert (by_hand > share * (1 + 1e-9)).sum() <= count - kept
+    assert model.accuracy.asked_norm is not None
+    assert model.accuracy.asked_norm.share == found[states]
+
+
+def test_the_promise_is_what_the_program_does(exact, model):
+    assert model.operations.total < exact.form.operations.total
+    assert model.operations == model.program.count
+    assert_kept(model, exact, 0.02, 0.95)
+    # The states it gives up are used: no budget for all states would leave as few operations.
+    strict = simplify_exact(exact, "2% norm", SearchOptions(TERM))
+    assert_kept(strict, exact, 0.02, 1.0)
+    assert model.operations.total < strict.operations.total
+    assert shares_by_hand(model, exact).max() > 0.02
+
+
+@pytest.mark.parametrize("level", [ELEMENT, ENERGY, pytest.param(RECURSIVE, marks=pytest.mark.slow)])
+def test_every_level_keeps_it(exact, level):
+    found = simplify_exact(exact, BUDGET, SearchOptions(level, effort=0.1))
+    assert found.level is level
+    assert_kept(found, exact, 0.02, 0.95)
+
+
+@examples(4)
+@given(
+    st.floats(0.3, 2.0),
+    st.sampled_from([0.0, 9.81]),
+    st.sampled_from([0.5, 0.9, 0.95, 1.0]),
+    st.floats(1e-3, 0.2),
+    st.integers(0, 2**32 - 1),
+)
+def test_no_more_states_break_it_than_may(length, g, states, share, seed):
+    arm = two_link_of(length, 1.0, 0.4, g)
+    exact = ExactDynamics.of(arm, random_states(2, 60, seed))
+    found = simplify_exact(exact, f"{share:%} norm at {states:%} of states", SearchOptions(TERM))
+    asked = found.accuracy.asked.norm
+    assert asked is not None
+    assert_kept(found, exact, asked.share, states)
+
+
+def test_many_states_are_thinned_and_all_of_them_count(exact):
+    many = exact.at(states_in_box(exact.arm, 6000, seed=2))
+    assert_kept(
+        simplify_exact(many, BUDGET, SearchOptions(TERM, thorough=False, write=False)), many, 0.02, 0.95
+    )
+
+
+def test_a_file_tells_it_again(exact, model, tmp_path):
+    gd.save_model(model, tmp_path / "model.json")
+    again = gd.load_model(tmp_path / "model.json")
+    assert again.accuracy.norms == model.accuracy.norms
+    assert again.accuracy.budget == BUDGET
+    assert again.accuracy.measured
+    evaluation = gd.evaluate(again, exact.states)
+    assert evaluation.norms == model.accuracy.norms
+
+
+@pytest.mark.parametrize(
+    ("share", "says"),
+    [(0.0201, "at most 0.02, the budget"), (0.001, "as measured at 300 states"), (None, "at most")],
+)
+def test_a_file_that_tells_otherwise_is_refused(model, tmp_path, share, says):
+    document = document_of(model).model_dump()
+    document["norms"] = [(part, share if part == 0.95 else own) for part, own in document["norms"]]
+    (tmp_path / "model.json").write_text(json.dumps(signed(document)))
+    with pytest.raises(ModelError, match="what the model file states of its errors cannot be") as caught:
+        gd.load_model(tmp_path / "model.json")
+    assert "norms at 0.95 of the states" in caught.value.details["where"]
+    assert says in caught.value.details["expected"]
+
+
+def test_what_cannot_be_had_is_refused_by_name(exact, two_link, swing):
+    refusals = {
+        "a certified model": lambda: simplify_certified(exact, BUDGET, gd.Box.of(exact.arm)),
+        "a model of so many operations": lambda: simplify_exact(
+            exact, BUDGET, SearchOptions(TERM, operations=20)
+        ),
+        "a trade-off": lambda: trade_off(exact, BUDGET),
+        "the main job's results": lambda: gd.Settings(budget=BUDGET),
+        "a model for several motions": lambda: gd.simplify(
+            two_link, [swing, replace(swing, name="again")], BUDGET
+        ),
+    }
+    for what, ask in refusals.items():
+        with pytest.raises(UsageError, match="cannot be had with a budget of the norm") as caught:
+            ask()
+        assert caught.value.what.startswith(what)
+        assert caught.value.details["found"] == f'"{BUDGET}", which is of all joints together'
+        assert "next" in caught.value.details

@@ -150,14 +150,6 @@ def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset
         by_elements(two_link, swing_dataset, Budget.parse("1%"))
 
 
-def test_selection_uses_that_errors_cancel():
-    """Two parts of 5 N m each and opposite: neither may go alone under 1 N m, both may go together."""
-    errors = np.array([[[5.0]], [[-5.0]], [[0.5]]])
-    costs = {frozenset({0}): 1, frozenset({1}): 1, frozenset({2}): 1}
-    assert select(errors, 1.0, costs)[0].tolist() == [False, False, False]
-    assert select(errors[:1], 1.0, {frozenset({0}): 1})[0].tolist() == [True]
-
-
 def test_selection_holds_huge_errors_against_tiny_budgets():
     """Coefficients of 1e15 exceed a solver's tolerances; the promise must not."""
     errors = np.array([[[1e3, 0.0]], [[1e-13, 1e-13]], [[0.0, 2e-12]]])

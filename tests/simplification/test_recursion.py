@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,8 +20,6 @@ from gd_analyze.formulas.formula import Function, Product, Symbol
 from gd_analyze.harmonics.expansion import expanded
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.tape import Tape
-from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.exact import ExactDynamics
@@ -37,7 +34,6 @@ from gd_analyze.simplification.recursion import (
     Changes,
     Quantity,
     Recursion,
-    restated,
 )
 from gd_analyze.simplification.recursion_losses import omissions
 from gd_analyze.simplification.recursion_reading import Reading, scales
@@ -78,76 +74,6 @@ def form(two_link) -> ExactForm:
 def test_what_no_recursion_has(form, step, source, what):
     with pytest.raises(ModelError, match=what):
         RECURSIVE.from_entries(form, [{"step": step, "source": source, "number": 1.0}])
-
-
-def _small() -> Recursion:
-    trace = Trace()
-    x, y, z = trace.inputs("x", 3)[:, 0]
-    inner = 2.0 * (x * y)
-    outer = 3.0 * inner + z
-    outputs = outer, inner * z
-    return Recursion(tuple(trace.expressions), outputs)
-
-
-def _place(recursion: Recursion, operation: str, which: int) -> int:
-    return [k for k, step in enumerate(recursion.steps) if step.operation == operation][which]
-
-
-INPUTS = {"x1": np.array([1.5, -2.0]), "x2": np.array([0.5, 3.0]), "x3": np.array([2.0, 0.25])}
-
-
-@pytest.mark.parametrize(
-    ("changes", "wanted"),
-    [
-        ({}, lambda x, y, z: (6 * x * y + z, 2 * x * y * z)),
-        ({("multiply", 0, "input", 0): 0.5}, lambda x, y, z: (3 * x + z, x * z)),
-        ({("multiply", 1, None, NUMBER): 4.0}, lambda x, y, z: (12 + z, 4 * z)),
-        ({("multiply", 1, None, CONSTANT): 5.0}, lambda x, y, z: (15 * x * y + z, 5 * x * y * z)),
-        (
-            {("multiply", 0, "input", 0): 0.5, ("multiply", 0, "input", 2): 2.0},
-            lambda x, y, z: (3 * x + 12 * z + z, (x + 4 * z) * z),
-        ),
-    ],
-    ids=["none", "a step stands in", "a number stands in", "another constant", "two steps stand in"],
-)
-def test_what_changes_mean(changes: Any, wanted: Any) -> None:
-    recursion = _small()
-    stated = {
-        Change(
-            _place(recursion, operation, which), last if source is None else _place(recursion, source, last)
-        ): c
-        for (operation, which, source, last), c in changes.items()
-    }
-    got = recursion.changed(stated).run(INPUTS)
-    # A handful of exact small numbers.
-    np.testing.assert_allclose(got, wanted(*INPUTS.values()), rtol=1e-15)
-
-
-@examples(20)
-@given(arm=arms(max_joints=4, massive=True), seed=st.integers(0, 2**16))
-def test_numbers_are_stated_again(arm: RobotArm, seed: int) -> None:
-    """Other numbers, stated as changes, make the program that the tape runs with them."""
-    rng, recursion = np.random.default_rng(seed), ExactForm(arm).recursion
-    steps = [k for k, step in enumerate(recursion.steps) if step.operation in ("add", "subtract")]
-    chosen = rng.choice(steps, min(3, len(steps)), replace=False) if steps else []
-    changes = {
-        Change(int(k), x): float(rng.uniform(0.5, 2.0))
-        for k in chosen
-        for x in recursion.arguments[k][:1]
-        if isinstance(x, int) and recursion.steps[x].operation != "input"
-    }
-    before = recursion.carried_out(changes)
-    tape = Tape(before.program, before.scales)
-    numbers = tape.numbers.copy()
-    numbers[tape.scaled] *= rng.uniform(0.5, 2.0, len(tape.scaled))
-    stated = restated(changes, {tape.steps[k].order: float(numbers[k]) for k in tape.scaled}, before)
-    inputs = inputs_of(random_states(arm.n_joints, 3, seed))
-    again = recursion.changed(stated)
-    wanted = tape.results(tape.values(inputs, numbers))
-    # Numbers are divided by nothing on the way: both round each operation once.
-    size = np.abs(tape.values(inputs, numbers)).max(initial=1.0)
-    np.testing.assert_allclose(again.run(inputs), wanted, atol=1e-12 * size)
-    assert again.count.total <= before.program.count.total
 
 
 # An equation has some twenty summands and there are some hundred in a row, each rounded once; relative to

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -73,17 +72,6 @@ def test_where_too_many_terms_matter_the_exact_torque_is_every_point(swinging, m
     monkeypatch.setattr("gd_analyze.simplification.candidates._MOST", 3)
     for point in trade_off(swinging, thorough=False, factors=(1.0, 5.0), kinds=((TERM, False), (TERM, True))):
         assert (point.operations, point.error_share) == (swinging.form.operations, 0.0)
-
-
-def test_fitted_numbers_count_for_the_budget_they_were_fitted_to(two_link, swing):
-    exact = ExactDynamics.of(two_link, swing)
-    model = simplify_exact(exact, "2%", SearchOptions(RECURSIVE, thorough=False))
-    none = simplify_exact(exact, "1%", SearchOptions(RECURSIVE, operations=10**6)).accuracy.errors
-    lucky = replace(model, accuracy=replace(model.accuracy, errors=none))
-    kind = RECURSIVE, False
-    half, whole = trade_off(exact, "2%", factors=[0.5, 1.0], kinds=[kind], through={kind: [lucky]})
-    assert half.operations == model.operations_full
-    assert whole.operations == model.operations != half.operations
 
 
 ONE_PERCENT = Budget()
