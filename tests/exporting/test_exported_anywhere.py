@@ -16,7 +16,6 @@ from test_exported_python import imported
 
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.exporting.registry import LANGUAGES
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.simplification.exact_form import ExactForm
@@ -147,9 +146,3 @@ def test_odd_arms_in_python(what: ExportInput, language, tmp_path):
         listed = results if len(function.outputs) > 1 else [results]
         found = np.concatenate([np.asarray(x).reshape(-1, 1) for x in listed])
         assert_same(found, function.program, drawn)
-
-
-def test_odd_arms_in_every_language(what: ExportInput):
-    for language in LANGUAGES:
-        if language != "latex" or what.torque:
-            assert all(written(what, language).files.values())

@@ -75,11 +75,6 @@ def test_an_arm_is_named_or_given(two_link):
     assert "gravity_loading" in gd.export("two_link", "c")._repr_html_()
 
 
-def test_every_language_has_files_of_its_own():
-    suffixes = [suffix for language in LANGUAGES for suffix in language_class(language).files]
-    assert len(set(suffixes)) == len(suffixes)
-
-
 @pytest.mark.parametrize("level", ["term", "recursive"])
 def test_a_model_from_its_file_is_written_the_same(two_link, swing, level, tmp_path):
     model = gd.simplify(two_link, swing, budget="5%", level=level, effort=0.1)

@@ -68,19 +68,6 @@ def test_so_it_is_with_any_names(names, language):
     assert code_of(renamed(plain, names), language) == code_of(plain, language)
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_reserved_words_name_nothing(language):
-    """Neither an arm nor a joint is called as a language reserves, in that language or any other."""
-    words = sorted(language_class(language).reserved)
-    for word, made in zip(words, map(identifier, words), strict=True):
-        assert made != word
-        assert made.lower() not in reserved()
-    for first in range(0, len(words), 9):
-        what = renamed(subject("two_link energy"), [*words[first:], *words][:9])
-        assert not {word.lower() for word in what.joints} & reserved()
-        assert identifier(what.arm.name).lower() not in reserved()
-
-
 @needs_gcc
 @needs_gpp
 @pytest.mark.parametrize(("language", "compiler"), [("c", "gcc"), ("cpp", "g++")])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 import sys
 from fractions import Fraction
 
@@ -21,8 +20,8 @@ from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.report.html import page_of
-from gd_analyze.studies.comparison import compare, comparison_result, growth_figure
-from gd_analyze.studies.comparison_agreement import agreement, time_methods
+from gd_analyze.studies.comparison import compare, comparison_result
+from gd_analyze.studies.comparison_agreement import agreement
 from gd_analyze.studies.comparison_costs import (
     N_JOINTS,
     Polynomial,
@@ -129,14 +128,6 @@ def test_a_trajectory_of_another_arm_is_refused(puma, swing):
         compare(puma, swing)
 
 
-def test_times_are_measured_of_every_method(two_link):
-    done = []
-    timing = time_methods(two_link, states_in_box(two_link, 50), repeats=2, progress=done.append)
-    assert list(timing.seconds) == list(METHODS)
-    assert all(0 < seconds < 1 for seconds in (*timing.seconds.values(), timing.pinocchio))
-    assert (timing.set_points, timing.repeats, sum(done)) == (50, 2, 3)
-
-
 def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
     result = comparison_result(swing_comparison)
     told = json.loads(json.dumps(result.document(), allow_nan=False))
@@ -162,30 +153,11 @@ def test_a_disagreement_is_the_headline(swing_comparison):
     assert "DISAGREE" in result.headline
 
 
-@pytest.mark.parametrize("name", list(METHODS))
-def test_explanations_are_made_of_the_counts(grown, name):
-    sentence = explanation(name, grown)
-    cost = grown.costs[name][grown.sizes.index(N_JOINTS)]
-    assert {str(cost.executed.total), str(cost.folded.total)} <= set(re.findall(r"\d+", sentence))
-    stated = text_costs().of(name)
-    assert stated is None or str(stated.at(N_JOINTS).total) in sentence
-
-
 def test_the_traces_of_lagrange_euler_are_as_told(grown):
     """One per h_ikm or D_ik and link in ours; in the text one per link and pair for D, n times that for h."""
     n, sentence = N_JOINTS, explanation("lagrange_euler", grown)
     assert f"takes {sum(j**2 + j**3 for j in range(1, n + 1))} traces" in sentence
     assert f"each of its {n * (n + 1) ** 2 * (n + 2) // 6} traces" in sentence
-
-
-def test_the_figure_has_every_curve_and_the_texts(grown):
-    (panel,) = growth_figure(grown, "executed").panels
-    curves = [item for item in panel.items if hasattr(item, "dashes")]
-    ours = {curve.label: curve for curve in curves if curve.label}
-    assert set(ours) == {method.short for method in METHODS.values()}
-    assert len(curves) - len(ours) == sum(bool(grown.counts(name, "text")) for name in METHODS)
-    for name, method in METHODS.items():
-        assert ours[method.short].y[-1] == grown.costs[name][-1].executed.total
 
 
 @pytest.mark.parametrize(("table", "method"), [("3.1", "lagrange_euler"), ("3.4", "newton_euler_link")])

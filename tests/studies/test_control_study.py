@@ -26,9 +26,7 @@ from gd_analyze.studies.control_result import (
     SIMPLIFIED,
     WITHOUT_H,
     control_result,
-    error_figure,
     good_enough,
-    speed_figure,
 )
 
 
@@ -229,15 +227,6 @@ def test_prismatic_joints_err_in_millimetres():
     shown = {column.label: (unit, cells) for column, unit, cells in peak.shown()}
     assert [shown[f"joint {i}"][0] for i in (2, 3)] == ["mrad", "mm"]
     np.testing.assert_array_equal(study.tolerance, np.where(arm.is_revolute, np.radians(0.1), 1e-3))
-
-
-def test_every_controller_is_drawn(swing_study):
-    titles = {controller.title for controller in CONTROLLERS}
-    rows = error_figure(swing_study).rows
-    for row in rows:
-        assert {curve.label for panel in row for curve in panel.items} == titles
-    (panel,) = speed_figure(swing_study).panels
-    assert titles <= {item.label for item in panel.items if hasattr(item, "label")}
 
 
 @pytest.mark.parametrize(

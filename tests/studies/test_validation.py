@@ -228,13 +228,6 @@ def motion(count: int = 11, gaps: tuple[int, ...] = (), **columns: list[float]) 
     return Trajectory(np.arange(count) / 10, *states.values(), gaps=gaps)
 
 
-def test_within_the_box_there_is_no_exit():
-    edge = [1.0] * 5 + [-1.0] * 6
-    exits, outside = box_exits(TWO_LINK, motion(q1=edge, qd2=[-4.0] * 11, qdd1=[5.0] * 11), BOX)
-    assert exits == ()
-    assert not outside.any()
-
-
 def test_a_rounded_digit_beyond_a_limit_is_none():
     exits, _ = box_exits(TWO_LINK, motion(q1=[1.0 + 1e-10] * 11, qd1=[-3.0 - 1e-10] * 11), BOX)
     assert exits == ()
@@ -272,12 +265,6 @@ def test_the_longest_stretch_ends_at_a_gap():
     assert (whole.begin, whole.end, whole.set_points) == (0.1, 0.4, 7)
     # 1, 2 | 3, 4 and 7 to 9.
     assert (parted.begin, parted.end, parted.set_points, parted.first) == (0.7, 0.9, 7, 0.1)
-
-
-def test_a_box_of_no_velocity_at_all():
-    still = Box(np.full(2, -1.0), np.full(2, 1.0), np.zeros(2), np.zeros(2))
-    exits, _ = box_exits(TWO_LINK, motion(qd1=[0.0] * 10 + [0.5]), still)
-    assert [(e.farthest.quantity, e.farthest.limit, e.first) for e in exits] == [("velocity", 0.0, 1.0)]
 
 
 @given(
@@ -332,20 +319,6 @@ def test_a_case_per_motion_and_joint(rough):
     about = {p.attrib["name"]: p.attrib["value"] for p in root[1].iter("property")}
     assert about["fail over"] == "promise"
     assert about["set points outside the box"] == str(int(found.motions[1].outside.sum()))
-
-
-def test_a_failure_says_how_large_when_and_what_was_allowed(rough):
-    (one,) = validate(rough, swung(1.0, "fast"), fail_over="0.5").motions
-    told = one.error_text(0)
-    size = one.evaluation.errors.largest[0]
-    assert told.startswith(f"largest torque error {size:.3g} N m at {one.at[0]:.6g} s, ")
-    assert told.endswith(f", {size / 0.5:.4g} times its limit 0.5 N m")
-
-
-def test_nobody_fails_unless_asked(rough):
-    root = read(validate(rough, swung(1.0, "fast")))
-    assert counted(root)["failures"] == 0
-    assert not list(root.iter("failure"))
 
 
 HOSTILE = (

@@ -327,3 +327,22 @@ def apart(ends: Sequence[tuple[float, str, str]], pitch: float, top: float) -> l
         top = heights[k] = min(heights[k], top)
         top -= pitch
     return [(height, *end[1:]) for height, end in zip(heights, ordered, strict=True)]
+
+
+def ends_named(
+    label: str,
+    panel: Panel,
+    ends: Sequence[tuple[float, str, str]],
+    below: str,
+    height: float,
+    pitch: float = 9.0,
+) -> Figure:
+    """A figure of one panel: names (value, text, colour) at the ends of its curves, and a text below."""
+    x, y, top = panel.x, panel.y, height - panel.margins[1] - panel.margins[3]
+    heights = [(top * float(y.place(np.array([value]))[0]), name, colour) for value, name, colour in ends]
+    words = [
+        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
+        for up, name, colour in apart(heights, pitch, top)
+    ]
+    words.append(Words(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
+    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), WIDTH, height)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,16 +13,13 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import QUANTITIES
 from gd_analyze.figures.figure import (
-    WIDTH,
     Axis,
     Curve,
     Figure,
-    Item,
     Marker,
     Panel,
-    Words,
-    apart,
     decades_axis,
+    ends_named,
 )
 from gd_analyze.motions.checks import check_against_arm, require_joints
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -73,7 +70,6 @@ _MARKS: dict[str, tuple[Marker, bool]] = {
     "generalized_dalembert": ("diamond", False),
     "composite_moments": ("cross", False),
 }
-_HEIGHT, _PITCH = 250.0, 9.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,15 +188,9 @@ def _drawn(arm: RobotArm, count: int) -> States:
 
 def comparison_result(found: Comparison) -> Result:
     """Facts, tables and drawings of a comparison."""
-    arm, agreed, timing, grown = found.arm, found.agreement, found.timing, found.growth
+    arm, agreed, grown = found.arm, found.agreement, found.growth
     unit = "N m" if all(arm.is_revolute) else "N m or N"
-    folded = {name: cost.folded.total for name, cost in found.costs.items()}
-    fewest, most = (choose(folded, key=folded.__getitem__) for choose in (min, max))
-    fastest = min(timing.seconds, key=timing.seconds.__getitem__)
-    slopes = {name: grown.slope(name, "executed") or 0.0 for name in METHODS}
-    flattest, steepest = (choose(slopes, key=slopes.__getitem__) for choose in (min, max))
     verdict = "agree" if agreed.holds else "DISAGREE"
-    text = text_costs()
     return Result(
         title=arm.title or arm.name,
         subtitle=f"formulations compared at {found.compared_at}",
@@ -208,59 +198,7 @@ def comparison_result(found: Comparison) -> Result:
             f"All formulations {verdict}. Largest torque difference {number(agreed.largest)} {unit}, "
             f"explained by round-off up to {number(agreed.bounds['torque'])} {unit}."
         ),
-        facts=(
-            Fact("arm", "", arm.name),
-            Fact("n_joints", "", arm.n_joints),
-            Fact("compared_at", "", found.compared_at),
-            Fact("agrees", "", agreed.holds),
-            Fact("largest_difference", "", agreed.largest),
-            Fact(
-                "",
-                "Fewest operations, folded",
-                folded[fewest],
-                shown="count",
-                note=METHODS[fewest].short,
-            ),
-            Fact("", "Most operations, folded", folded[most], shown="count", note=METHODS[most].short),
-            Fact(
-                "operations_full",
-                "Exact torque that simplified models are counted against",
-                asdict(found.exact),
-                text=f"{found.exact.total} operations",
-            ),
-            Fact(
-                "",
-                "Shortest time per set point",
-                timing.seconds[fastest],
-                text=f"{1e6 * timing.seconds[fastest]:.2f} µs",
-                note=METHODS[fastest].short,
-            ),
-            Fact(
-                "seconds_pinocchio",
-                "Time per set point, Pinocchio in a loop",
-                timing.pinocchio,
-                text=f"{1e6 * timing.pinocchio:.2f} µs",
-            ),
-            Fact(
-                "",
-                f"Growth from 6 to {SIZES[-1]} joints",
-                "",
-                text=f"n^{slopes[flattest]:.1f} to n^{slopes[steepest]:.1f}",
-                note=f"{METHODS[flattest].short}, {METHODS[steepest].short}",
-            ),
-            Fact("timed_set_points", "", timing.set_points),
-            Fact("timed_repeats", "", timing.repeats),
-            Fact("sizes", "", grown.sizes),
-            Fact(
-                "curves",
-                "",
-                {
-                    name: {which: [asdict(x) for x in grown.counts(name, which)] for which in _COUNTED}
-                    for name in METHODS
-                },
-            ),
-            Fact("text_source", "", text.source),
-        ),
+        facts=tuple(_facts(found)),
         parts=(
             Section("cost", "Cost", (_methods_table(found, unit), _growth_table(grown), _forms_table())),
             Section(
@@ -286,6 +224,47 @@ def comparison_result(found: Comparison) -> Result:
         notices=found.warnings,
         provenance=inputs_stated(arm, found.trajectory) | dict(found.provenance),
     )
+
+
+def _facts(found: Comparison) -> Iterator[Fact]:
+    agreed, timing, grown = found.agreement, found.timing, found.growth
+    folded: dict[str, float] = {name: cost.folded.total for name, cost in found.costs.items()}
+    slopes = {name: grown.slope(name, "executed") or 0.0 for name in METHODS}
+    (fewest, most), (flattest, steepest) = (
+        (min(x, key=x.__getitem__), max(x, key=x.__getitem__)) for x in (folded, slopes)
+    )
+    fastest = min(timing.seconds, key=timing.seconds.__getitem__)
+    for label, name in (("Fewest", fewest), ("Most", most)):
+        note = METHODS[name].short
+        yield Fact("", f"{label} operations, folded", folded[name], shown="count", note=note)
+    label, text = "Exact torque that simplified models are counted against", f"{found.exact.total} operations"
+    yield Fact("operations_full", label, asdict(found.exact), text=text)
+    for key, label, seconds, note in (
+        ("", "Shortest time per set point", timing.seconds[fastest], METHODS[fastest].short),
+        ("seconds_pinocchio", "Time per set point, Pinocchio in a loop", timing.pinocchio, ""),
+    ):
+        yield Fact(key, label, seconds, text=f"{1e6 * seconds:.2f} µs", note=note)
+    note = f"{METHODS[flattest].short}, {METHODS[steepest].short}"
+    text = f"n^{slopes[flattest]:.1f} to n^{slopes[steepest]:.1f}"
+    yield Fact("", f"Growth from 6 to {SIZES[-1]} joints", "", text=text, note=note)
+    curves = {
+        name: {which: [asdict(count) for count in grown.counts(name, which)] for which in _COUNTED}
+        for name in METHODS
+    }
+    values: dict[str, Any] = {
+        "arm": found.arm.name,
+        "n_joints": found.arm.n_joints,
+        "compared_at": found.compared_at,
+        "agrees": agreed.holds,
+        "largest_difference": agreed.largest,
+        "timed_set_points": timing.set_points,
+        "timed_repeats": timing.repeats,
+        "sizes": grown.sizes,
+        "curves": curves,
+        "text_source": text_costs().source,
+    }
+    for key, value in values.items():
+        yield Fact(key, "", value)
 
 
 def _methods_table(found: Comparison, unit: str) -> Table:
@@ -409,9 +388,7 @@ def growth_figure(grown: Growth, which: Literal["executed", "folded"]) -> Figure
     named = tuple(float(n) for n in SIZES if n <= 6 or n % 2 == 0)
     x = Axis(SIZES[0] / 1.05, SIZES[-1] * 1.05, named, is_logarithmic=True)
     sizes = np.array(SIZES, dtype=float)
-    margins = (40.0, 26.0, 110.0, 16.0)
-    pt = _HEIGHT - margins[1] - margins[3]
-    items: list[Item] = []
+    items: list[Curve] = []
     ends = []
     for k, (name, (marker, hollow)) in enumerate(_MARKS.items(), start=1):
         colour, row = f"series-{k}", totals[which][name]
@@ -424,12 +401,8 @@ def growth_figure(grown: Growth, which: Literal["executed", "folded"]) -> Figure
         items.append(
             Curve(sizes, curve, colour, 1.3, label=_NAMES[name], marker=marker, hollow=hollow, tips=tips)
         )
-        ends.append((pt * float(y.place(curve[-1:])[0]), _NAMES[name], colour))
-    items += [
-        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=height - 2.5)
-        for height, name, colour in apart(ends, _PITCH, pt)
-    ]
-    items.append(Words(x.high, y.low, "joints n", "ink", "end", 7.0, up=-22.0))
+        ends.append((float(row[-1]), _NAMES[name], colour))
+    margins = (40.0, 26.0, 110.0, 16.0)
     panel = Panel(which, f"operations, {_COUNTED[which]}", x, y, tuple(items), margins=margins)
     label = f"Operations {_COUNTED[which]} over the number of joints"
-    return Figure(label, ((panel,),), WIDTH, _HEIGHT)
+    return ends_named(label, panel, ends, "joints n", 250.0)

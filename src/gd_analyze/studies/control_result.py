@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,12 +15,10 @@ from gd_analyze.figures.figure import (
     Axis,
     Curve,
     Figure,
-    Item,
     Key,
     Panel,
-    Words,
-    apart,
     decades_axis,
+    ends_named,
     time_axis,
     value_axis,
 )
@@ -57,14 +55,6 @@ _COLUMNS = (
 # Expected errors beyond this, rad (m), are of a D that is nearly singular; errors below this share of the
 # largest would leave no room in the figure for the others.
 _FARTHEST, _DECADES = 1.0, 5
-_SPEED_HEIGHT, _PITCH = 230.0, 9.0
-
-
-class Worst(NamedTuple):
-    """The error that is the largest share of its joint's tolerance, as text, and that joint, from 1."""
-
-    text: str
-    joint: int
 
 
 def good_enough(study: ControlStudy) -> Literal["computed torque", "fixed gains", ""]:
@@ -151,14 +141,14 @@ def _scale(study: ControlStudy, joint: int) -> tuple[float, str]:
     return 1e3, "mrad" if study.arm.is_revolute[joint] else "mm"
 
 
-def worst_of(study: ControlStudy, errors: FloatArray, *, bound: bool = False) -> Worst:
-    """The worst of the joints' errors, rad (m), shape (n,)."""
+def _worst_text(study: ControlStudy, errors: FloatArray, *, bound: bool = False) -> str:
+    """The joint whose error, rad (m), is the largest share of its tolerance, and that error."""
     joint = int((errors / study.tolerance).argmax())
     scale, unit = _scale(study, joint)
     value = scale * float(errors[joint])
     if not math.isfinite(value):
-        return Worst("lost", joint + 1)
-    return Worst(f"{number(rounded_up(value) if bound else value)} {unit}", joint + 1)
+        return f"lost (joint {joint + 1})"
+    return f"{number(rounded_up(value) if bound else value)} {unit} (joint {joint + 1})"
 
 
 def _headline(study: ControlStudy) -> str:
@@ -170,8 +160,7 @@ def _headline(study: ControlStudy) -> str:
     else:
         verdict = "The simplified model is not good enough to control this arm"
     within = study.settings.tolerance.in_words(study.arm)
-    errors = [worst_of(study, _usual(study, one).peak_error) for one in (judged(study), EXACT)]
-    simplified, exact = (f"{text} (joint {joint})" for text, joint in errors)
+    simplified, exact = (_worst_text(study, _usual(study, c).peak_error) for c in (judged(study), EXACT))
     return (
         f"{verdict}. Largest tracking error {_here(study)}: {simplified} with the simplified model, {exact} "
         f"with the exact one; tolerance {within}."
@@ -182,10 +171,9 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     """Figures for people, most of them also in JSON."""
     names = {judged(study): "simplified model", EXACT: "exact model", WITHOUT_H: "exact model without h"}
     for controller, name in names.items():
-        worst = worst_of(study, _usual(study, controller).peak_error)
+        worst = _worst_text(study, _usual(study, controller).peak_error)
         law = " with fixed gains" * (controller == FIXED_GAINS)
-        label = f"Tracking error, {name}{law}"
-        yield Fact("", label, worst.text, shown="text", note=f"joint {worst.joint}")
+        yield Fact("", f"Tracking error, {name}{law}", worst, shown="text")
     fastest = max(study.settings.speeds)
     for controller, name in names.items():
         speed = study.tracks_up_to(controller, study.usual_rate)
@@ -218,19 +206,13 @@ def _bound_facts(study: ControlStudy) -> Iterator[Fact]:
     simulated = study.loop(controller, max(study.settings.rates), study.usual_speed)
     label = "Tracking error by the model error"
     if found is not None:
-        worst = worst_of(study, found.error, bound=True)
-        text = f"at most {worst.text}"
-        yield Fact("", f"{label}, proven", text, shown="text", note=f"joint {worst.joint}")
-    elif controller == FIXED_GAINS and simulated.rate in study.too_slow_for_fixed_gains:
-        return  # what is expected is of a stable loop
-    elif not (simulated.expected < _FARTHEST).all():
-        yield Fact(
-            "", f"{label}, to first order", "unbounded: the model's D is nearly singular", shown="text"
-        )
-    else:
-        worst = worst_of(study, simulated.expected)
-        text = f"at most {worst.text}"
-        yield Fact("", f"{label}, to first order", text, shown="text", note=f"joint {worst.joint}")
+        text = f"at most {_worst_text(study, found.error, bound=True)}"
+        yield Fact("", f"{label}, proven", text, shown="text")
+    elif controller != FIXED_GAINS or simulated.rate not in study.too_slow_for_fixed_gains:
+        text = "unbounded: the model's D is nearly singular"
+        if (simulated.expected < _FARTHEST).all():
+            text = f"at most {_worst_text(study, simulated.expected)}"
+        yield Fact("", f"{label}, to first order", text, shown="text")
 
 
 def _saturation(study: ControlStudy) -> dict[float, float]:
@@ -461,11 +443,8 @@ def speed_figure(study: ControlStudy) -> Figure:
     high = 1.4 * max(*positive, 1.0)
     y = decades_axis(max(min(*positive, 1.0) / 1.4, high / 10**_DECADES), high)
     x = Axis(speeds[0] / 1.05, speeds[-1] * 1.05, tuple(speeds.tolist()), is_logarithmic=True)
-    margins = (34.0, 26.0, 110.0, 16.0)
-    pt = _SPEED_HEIGHT - margins[1] - margins[3]
-    one = np.array([1.0])
-    items: list[Item] = [Curve(np.array([x.low, x.high]), np.ones(2), "ink", 0.8, (1.0, 1.6))]
-    ends = [(pt * float(y.place(one)[0]), "tolerance", "soft")]
+    items: list[Curve] = [Curve(np.array([x.low, x.high]), np.ones(2), "ink", 0.8, (1.0, 1.6))]
+    ends = [(1.0, "tolerance", "soft")]
     for controller, row in shares.items():
         known = (row > 0) & np.isfinite(row)
         if not known.any():
@@ -475,12 +454,8 @@ def speed_figure(study: ControlStudy) -> Figure:
         items.append(
             Curve(speeds[known], values, colour, width, dashes, label=name, marker="circle", size=3.2)
         )
-        ends.append((pt * float(y.place(values[-1:])[0]), name, colour))
-    items += [
-        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=height - 2.5)
-        for height, name, colour in apart(ends, _PITCH, pt)
-    ]
-    items.append(Words(x.high, y.low, "speed, times the planned one", "ink", "end", 7.0, up=-22.0))
+        ends.append((float(values[-1]), name, colour))
     title = "largest tracking error, times the tolerance"
-    panel = Panel("speeds", title, x, y, tuple(items), margins=margins)
-    return Figure("Largest tracking error over the speed of the motion", ((panel,),), WIDTH, _SPEED_HEIGHT)
+    panel = Panel("speeds", title, x, y, tuple(items), margins=(34.0, 26.0, 110.0, 16.0))
+    label = "Largest tracking error over the speed of the motion"
+    return ends_named(label, panel, ends, "speed, times the planned one", 230.0)

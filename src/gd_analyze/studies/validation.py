@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,28 +107,11 @@ def _longest(beyond: Array, time: FloatArray, stretches: Sequence[slice]) -> tup
     return max(runs, key=lambda run: time[run[1]] - time[run[0]])
 
 
-@dataclass(frozen=True, eq=False)
-class BesideMeasured:
-    """Measured torques compared with both models; friction is fitted beside each by itself.
-
-    Parameters
-    ----------
-    exact, simplified
-        The comparison with the exact dynamics, and with the simplified model.
-    """
+class BesideMeasured(NamedTuple):
+    """Measured torques compared with both models; friction is fitted beside each by itself."""
 
     exact: TorqueComparison
     simplified: TorqueComparison
-
-    @classmethod
-    def of(cls, arm: RobotArm, trajectory: Trajectory, evaluation: Evaluation) -> BesideMeasured | None:
-        """Compare, where torques were recorded with the motion; None elsewhere."""
-        if trajectory.recording is None or trajectory.recording.torque is None:
-            return None
-        return cls(
-            compared(arm, trajectory, evaluation.dynamics.torque),
-            compared(arm, trajectory, evaluation.torque),
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,30 +242,16 @@ class Validation:
 
     def _repr_html_(self) -> str:
         """A row per motion and joint, for a notebook."""
-        rows = [
-            [
-                one.name,
-                joint_name(i + 1, joint.name),
-                amount(float(one.evaluation.errors.peak_torque[i]), joint.effort_unit),
-                amount(float(one.evaluation.errors.largest[i]), joint.effort_unit),
-                percent(float(one.evaluation.errors.largest_share[i])),
-                "yes" if one.keeps_promise[i] else "no",
-                "–" if one.most is None else "no" if one.fails[i] else "yes",
-            ]
-            for one in self.motions
-            for i, joint in enumerate(self.model.arm.joints)
-        ]
-        headings = [
-            "motion",
-            "joint",
-            "peak torque",
-            "largest error",
-            "of that peak",
-            "as promised",
-            "passes",
-        ]
-        outside = sum(int(one.outside.sum()) for one in self.motions)
-        return html_of(repr(self), headings, rows, f"{outside} set points lie outside {self.box.where}.")
+        rows = []
+        for one in self.motions:
+            errors = one.evaluation.errors
+            for i, joint in enumerate(self.model.arm.joints):
+                largest = amount(float(errors.largest[i]), joint.effort_unit)
+                share, kept = percent(float(errors.largest_share[i])), "yes" if one.keeps_promise[i] else "no"
+                passes = "–" if one.most is None else "no" if one.fails[i] else "yes"
+                rows.append([one.name, joint_name(i + 1, joint.name), largest, share, kept, passes])
+        headings = ["motion", "joint", "largest error", "of peak torque", "as promised", "passes"]
+        return html_of(repr(self), headings, rows)
 
 
 def validate(
@@ -344,7 +313,10 @@ def validate(
     most = _most([evaluation for _, evaluation in tried], promises, asked)
     found = []
     for (one, evaluation), accuracy, each in zip(tried, promises, most, strict=True):
-        measured = BesideMeasured.of(arm, one, evaluation)
+        measured = None
+        if one.recording is not None and one.recording.torque is not None:
+            torques = evaluation.dynamics.torque, evaluation.torque
+            measured = BesideMeasured(*(compared(arm, one, torque) for torque in torques))
         found.append(ValidatedMotion(one, evaluation, accuracy, each, *box_exits(arm, one, box), measured))
         if progress is not None:
             progress(1)

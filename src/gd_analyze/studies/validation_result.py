@@ -214,42 +214,34 @@ def junit_xml(validation: Validation) -> str:
 
     Names may be anybody's: what XML cannot hold or what acts on a terminal is written out, the rest escaped.
     """
-    about = {"name": "gd-analyze validate"} | _counts(validation.motions)
-    root = ElementTree.Element("testsuites", about)
+    model = validation.model
+    root = ElementTree.Element("testsuites", {"name": "gd-analyze validate"} | _counts(validation.motions))
     for one in validation.motions:
         suite = ElementTree.SubElement(root, "testsuite", {"name": visible(one.name)} | _counts([one]))
         properties = ElementTree.SubElement(suite, "properties")
-        for name, value in _properties(validation, one).items():
-            ElementTree.SubElement(properties, "property", name=name, value=visible(value))
-        for i, joint in enumerate(validation.model.arm.joints):
-            _add_case(suite, one, i, f"joint {joint_name(i + 1, joint.name)}")
+        for name, value in {
+            "arm": model.arm.name,
+            "budget": model.accuracy.budget,
+            "fail over": validation.fail_over or "",
+            "set points": one.trajectory.n_set_points,
+            "box": validation.box.where,
+            "set points outside the box": int(one.outside.sum()),
+            "joints beyond the promise": int((~one.keeps_promise).sum()),
+        }.items():
+            ElementTree.SubElement(properties, "property", name=name, value=visible(str(value)))
+        for i, joint in enumerate(model.arm.joints):
+            name = visible(f"joint {joint_name(i + 1, joint.name)}")
+            case = ElementTree.SubElement(suite, "testcase", classname=visible(one.name), name=name)
+            text = one.error_text(i)
+            if one.fails[i]:
+                ElementTree.SubElement(case, "failure", type="torque error", message=text).text = text
+            else:
+                ElementTree.SubElement(case, "system-out").text = text
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True).decode() + "\n"
-
-
-def _add_case(suite: ElementTree.Element, one: ValidatedMotion, joint: int, name: str) -> None:
-    case = ElementTree.SubElement(suite, "testcase", classname=visible(one.name), name=visible(name))
-    text = one.error_text(joint)
-    if one.fails[joint]:
-        ElementTree.SubElement(case, "failure", type="torque error", message=text).text = text
-    else:
-        ElementTree.SubElement(case, "system-out").text = text
 
 
 def _counts(motions: Sequence[ValidatedMotion]) -> dict[str, str]:
     tests = sum(len(one.fails) for one in motions)
     failures = sum(int(one.fails.sum()) for one in motions)
     return {"tests": str(tests), "failures": str(failures), "errors": "0", "skipped": "0"}
-
-
-def _properties(validation: Validation, one: ValidatedMotion) -> dict[str, str]:
-    model = validation.model
-    return {
-        "arm": model.arm.name,
-        "budget": model.accuracy.budget,
-        "fail over": "" if validation.fail_over is None else str(validation.fail_over),
-        "set points": str(one.trajectory.n_set_points),
-        "box": validation.box.where,
-        "set points outside the box": str(int(one.outside.sum())),
-        "joints beyond the promise": str(int((~one.keeps_promise).sum())),
-    }
