@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import re
-import textwrap
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,18 +13,6 @@ from gd_analyze.cli.options import digits_option, number_read, out_option
 from gd_analyze.cli.output import Output, reporting
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
-from gd_analyze.text import visible
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from gd_analyze.harmonics.equations import Equation
-    from gd_analyze.harmonics.terms import Factor
-    from gd_analyze.harmonics.transform import Harmonics
-    from gd_analyze.result import Result, Table
-
-# Beginning and end of a comment in each format.
-_COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
 
 
 class Share(click.ParamType[float]):
@@ -65,7 +50,7 @@ class Share(click.ParamType[float]):
 @click.option(
     "--format",
     "form",
-    type=click.Choice([*_COMMENTS]),
+    type=click.Choice(["text", "latex", "mathml", "sympy"]),
     default="text",
     show_default=True,
     help="How to write them: sympy is a Python script, the others are one equation each.",
@@ -114,145 +99,26 @@ def equations(
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.files import write_text
+        from gd_analyze.formulas.equations_result import Heading, equation_text, equations_result
+        from gd_analyze.formulas.sympy import sympy_head
         from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
         arm = robot.load()
         stage("identifying")
         harmonics = harmonics_for(arm, elements)
         stage("writing out", len(elements_named(elements, arm.n_joints)))
-        found, texts, heading = [], [], _Heading(harmonics, form, min_share, whole=not elements)
+        found, texts, heading = [], [], Heading(WIDTH, harmonics, form, min_share, whole=not elements)
         for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
             heading.note(equation)
-            texts.append(_written(equation, form, digits))
+            texts.append(equation_text(equation, form, digits, WIDTH))
             # Terms take much more memory than their text.
             found += [equation] if terms or output.as_json else []
-        body = _before(form, arm.n_joints) + "".join(texts)
+        body = (sympy_head(arm.n_joints) if form == "sympy" else "") + "".join(texts)
         header = str(heading)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, header + body)
     if output.as_json or terms or out is not None:
-        output.give(_result(harmonics, found, heading.terms, form, body, digits), wrote=out)
+        output.give(equations_result(harmonics, found, heading.terms, form, body, digits), wrote=out)
     else:
         lines(body if output.quiet else header + body)
-
-
-def _before(form: str, n_joints: int) -> str:
-    from gd_analyze.formulas.sympy import sympy_head
-
-    return sympy_head(n_joints) if form == "sympy" else ""
-
-
-def _written(equation: Equation, form: str, digits: int) -> str:
-    from gd_analyze.formulas.languages import Latex, MathML, Plain
-    from gd_analyze.formulas.sympy import sympy_line
-    from gd_analyze.formulas.writing import element_formula
-
-    if form == "sympy":
-        return f"{sympy_line(equation)}\n"
-    formula = element_formula(equation)
-    if form == "text":
-        return f"{Plain(digits).wrapped(formula, WIDTH)}\n"
-    return f"{(Latex(digits) if form == 'latex' else MathML(digits)).line(formula)}\n"
-
-
-@dataclass
-class _Heading:
-    """Arm, number of terms, units and legend, as a comment of the format."""
-
-    harmonics: Harmonics
-    form: str
-    min_share: float
-    whole: bool
-    terms: int = 0
-    has_christoffel: bool = False
-    factors: set[Factor] = field(default_factory=set)
-
-    def note(self, equation: Equation) -> None:
-        """Count an equation, and collect its factors."""
-        self.terms += len(equation.terms)
-        self.has_christoffel |= equation.symbol.startswith("h")
-        self.factors.update(factor for term in equation.terms for factor in term.factors)
-
-    def __str__(self) -> str:
-        from gd_analyze.formulas.languages import Plain
-        from gd_analyze.formulas.writing import factor_legend
-
-        arm = self.harmonics.arm
-        cut = f", shares of at least {100 * self.min_share:g} %" if self.min_share > 0 else ""
-        units = "Units: kg, m, s, rad" + "; D is symmetric, and elements not shown are zero" * self.whole
-        if self.has_christoffel:
-            units += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
-        legend = ", ".join(Plain().legend(factor_legend(self.factors)))
-        before, after = _COMMENTS[self.form]
-        room, out = WIDTH - len(before) - len(after), ""
-        for text in filter(None, (f"{arm.title or arm.name}: {self.terms} terms{cut}", units, legend)):
-            # Two hyphens would end a comment of XML.
-            safe = re.sub("-(?=-)", "- ", text) if self.form == "mathml" else text
-            pieces = textwrap.wrap(f"{visible(safe)}.", room)
-            out += "".join(f"{before}{piece}{after}\n" for piece in pieces)
-        return f"{out}\n"
-
-
-def _result(
-    harmonics: Harmonics, found: Sequence[Equation], terms: int, form: str, body: str, digits: int
-) -> Result:
-    from dataclasses import asdict
-
-    from gd_analyze.formulas.writing import exponents
-    from gd_analyze.result import Fact, Result
-
-    def term_document(term: Any) -> dict[str, Any]:
-        factors = [factor._asdict() | {"exponent": power} for factor, power in exponents(term.factors)]
-        return asdict(term) | {"factors": factors}
-
-    arm = harmonics.arm
-    documents = [asdict(one) | {"terms": [*map(term_document, one.terms)]} for one in found]
-    return Result(
-        title=f"{arm.title or arm.name}: exact equations",
-        facts=(
-            Fact("arm", "", arm.name),
-            Fact("", "Terms", terms, shown="count"),
-            Fact("noise", "", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
-            Fact("gap", "", harmonics.gap),
-            Fact("equations", "", documents),
-            Fact("format", "", form),
-            Fact("written", "", body),
-        ),
-        parts=tuple(_table(equation, digits) for equation in found),
-    )
-
-
-def _table(equation: Equation, digits: int) -> Table:
-    from gd_analyze.formulas.formula import Product
-    from gd_analyze.formulas.languages import Plain
-    from gd_analyze.formulas.printer import number
-    from gd_analyze.formulas.writing import powers
-    from gd_analyze.result import Column, Table
-
-    terms = equation.terms
-    products = [Plain().product(Product(1.0, powers(term.factors))) for term in terms]
-    coefficients = [number(term.coefficient, digits) for term in terms]
-    return Table(
-        "",
-        f"{equation.symbol} ({equation.unit})",
-        (
-            Column("", "term", products, shown="text"),
-            Column("", "coefficient", coefficients, shown="text"),
-            Column("", "effect", [term.effect for term in terms], shown="text"),
-            Column("", "links", [_spans(term.links) for term in terms], shown="text"),
-            Column("", "share", [term.share for term in terms], shown="percent"),
-        ),
-        note="" if terms else "zero",
-    )
-
-
-def _spans(links: tuple[int, ...]) -> str:
-    """Write 2-4, 6 for 2, 3, 4, 6."""
-    spans: list[list[int]] = []
-    for s in links:
-        if spans and s == spans[-1][-1] + 1:
-            spans[-1].append(s)
-        else:
-            spans.append([s])
-    return ", ".join(str(span[0]) if len(span) == 1 else f"{span[0]}-{span[-1]}" for span in spans)
