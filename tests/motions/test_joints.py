@@ -238,7 +238,6 @@ BROKEN: dict[str, tuple[str | bytes, list[str]]] = {
         "1,2,,a,b,1,2\n1,3,,a,b,1,2\n1,4,,b,a,1,2\n",
         ["line 3, column 4", "found: b; a before"],
     ),
-    "a header only": ("time,q_0\n# end\n", ["line 1"]),
     "comments only": ("# a\n", ["the file is empty"]),
     "a name of a page": ("time," + "q" * 300 + "\n0,1\n", ["name of column 2 is far too long"]),
     "binary": (b"\x89HDF\r\n\x1a\n\0\0", ["binary file"]),

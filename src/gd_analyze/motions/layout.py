@@ -81,9 +81,8 @@ def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
         if first.startswith("%") and cells:
             cells[0] = f"%{cells[0]}"
         if len(rows) == 1:
-            raise refusal(
-                "the file holds a header only", Location(path, number), "one line per instant", "none"
-            )
+            expected, step = "one line per instant", "check the recording, or add a line for each instant"
+            raise refusal("the file holds a header only", Location(path, number), expected, "none", step)
         header = number
         names, (begin, row) = _with_units(cells, rows[1:3], delimiter)
     else:

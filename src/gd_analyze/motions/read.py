@@ -436,10 +436,10 @@ def _require_complete(table: LogTable, choice: Choice, held: dict[int, FloatArra
     for column, values in held.items():
         empty = np.flatnonzero(np.isnan(values))
         if empty.size:
-            where, step = table.where(int(empty[0]), column), "give a number there, or remove the set point"
-            raise refusal(
-                f"{table.label(column)} is no finite number", where, "a number", "an empty cell", step
-            )
+            row, step = int(empty[0]), "give a number there, or remove the set point"
+            found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
+            what = f"{table.label(column)} is no finite number"
+            raise refusal(what, table.where(row, column), "a number", found, step)
     column = choice.time.columns[0] if choice.time is not None else 0
     time = held[column]
     wrong = np.flatnonzero(np.diff(time) <= 0)

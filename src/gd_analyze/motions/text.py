@@ -105,14 +105,20 @@ class TextTable(LogTable):
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place in the file; to find a row's line takes as long as to read the file."""
-        line = self.layout.header or None if row is None else None
-        if row is not None:
-            for block in self._blocks(no_progress):
-                if row < len(block.numbers):
-                    line = block.numbers[row]
-                    break
-                row -= len(block.numbers)
+        line = self.layout.header or None if row is None else self._line(row)[0]
         return Location(self.path, line, None if column is None else column + 1)
+
+    def cell(self, row: int, column: int) -> str:
+        """A cell as it is written."""
+        number, line = self._line(row)
+        return split_cells(line, self.layout.delimiter, Location(self.path, number))[column].strip()
+
+    def _line(self, row: int) -> tuple[int, str]:
+        for block in self._blocks(no_progress):
+            if row < len(block.numbers):
+                return block.numbers[row], block.lines[row]
+            row -= len(block.numbers)
+        raise IndexError(row)
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
