@@ -52,26 +52,19 @@ def test_missing(tmp_path):
     assert "no such results file" in refused(tmp_path).what
 
 
-DAMAGED = {
-    "signature only": b"\x89HDF\r\n\x1a\n",
-    "signature and noise": b"\x89HDF\r\n\x1a\n" + np.random.default_rng(1).bytes(5000),
-}
+NOISE = np.random.default_rng(1).bytes(5000)
 
 
-OTHER = {"empty": b"", "text": b"time,q1\n0,1\n", "random": np.random.default_rng(0).bytes(5000)}
-
-
-@pytest.mark.parametrize("content", DAMAGED.values(), ids=DAMAGED.keys())
+@pytest.mark.parametrize("content", [b"", NOISE])
 def test_hdf5_without_a_digest(tmp_path, content):
     path = tmp_path / "analysis.h5"
-    path.write_bytes(content)
-    assert "not as gd-analyze wrote it" in refused(path).what
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + content)
     assert "no digest" in refused(path).details["found"]
     seal(path)
     assert "the results file is damaged" in refused(path).what
 
 
-@pytest.mark.parametrize("content", OTHER.values(), ids=OTHER.keys())
+@pytest.mark.parametrize("content", [b"", b"time,q1\n0,1\n", NOISE])
 def test_not_hdf5(tmp_path, content):
     path = tmp_path / "analysis.h5"
     path.write_bytes(content)
@@ -193,38 +186,22 @@ def _altered(stored: Path, tmp_path: Path, change, again: bool = True) -> Path:
     return path
 
 
-def test_a_group_is_gone(stored, tmp_path):
-    def change(file):
-        del file["dominance"]
-
-    assert "does not hold" in refused(_altered(stored, tmp_path, change)).what
+@pytest.mark.parametrize("name", ["dominance", "decomposition/torque"])
+def test_a_group_or_a_variable_is_gone(stored, tmp_path, name):
+    refused(_altered(stored, tmp_path, lambda file: file.__delitem__(name)))
 
 
-@pytest.mark.parametrize("schema", [0, 1, 99])
+@pytest.mark.parametrize("schema", [0, 1, 99, None, np.bytes_("first")])
 def test_other_schema_version(stored, tmp_path, schema):
-    def change(file):
-        file.attrs["schema"] = schema
-
-    error = refused(_altered(stored, tmp_path, change))
-    assert "another schema version" in error.what
-    assert error.details["found"] == str(schema)
-
-
-@pytest.mark.parametrize("schema", [None, np.bytes_("first")])
-def test_schema_version_no_number(stored, tmp_path, schema):
     def change(file):
         del file.attrs["schema"]
         if schema is not None:
             file.attrs["schema"] = schema
 
-    assert "another schema version" in refused(_altered(stored, tmp_path, change)).what
-
-
-def test_a_variable_is_gone(stored, tmp_path):
-    def change(file):
-        del file["decomposition/torque"]
-
-    refused(_altered(stored, tmp_path, change))
+    error = refused(_altered(stored, tmp_path, change))
+    assert "another schema version" in error.what
+    if isinstance(schema, int):
+        assert error.details["found"] == str(schema)
 
 
 def _varying(file):

@@ -110,10 +110,7 @@ def _recording(findings: Findings) -> Section | None:
     for row in zip(*(table[name].values.tolist() for name in names), strict=True):
         (unused if row[1] == "unused" else used).append(row)
     heads = ("column", "holds", "joint", "unit", "understood by")
-    columns = [
-        Column("", head, cells, shown="text")
-        for head, cells in zip(heads, zip(*used, strict=True), strict=False)
-    ]
+    columns = [_words(head, cells) for head, cells in zip(heads, zip(*used, strict=True), strict=False)]
     left_out = ", ".join(f"{name} ({why})" if why else name for name, *_, why in unused)
     drawing = Drawing(
         "recording",
@@ -171,8 +168,8 @@ def _effects(findings: Findings) -> Section:
             for name, title, number in drawings
         ),
         "Each element is the sum of a part from moving the links' masses (translation) and a part "
-        "from turning "
-        "the links about their centres of mass (rotation). At the right of a title: what dominates, T or R. "
+        "from turning the links about their centres of mass (rotation). At the right of a title: what "
+        "dominates, T or R. "
         "Parts that are zero but for round-off are drawn as zero.",
     )
 
@@ -215,15 +212,15 @@ def _ranking(findings: Findings) -> Section:
     if text:
         remarks = [
             f"{row['element']}, called {row['text_verdict']} dominant: {remark}. Here its translation "
-            "peaks at "
+            f"peaks at "
             f"{number(row['part_peak_translation'])} and its rotation at {number(row['part_peak_rotation'])} "
             f"{row['unit']}: {finding}."
             for row, remark, finding in text["remarks"]
         ]
         note = (
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on "
-            "this trajectory "
-            "(✓); it states neither its trajectory nor its inertial parameters, and verdicts depend on both."
+            "this trajectory (✓); it states neither its trajectory nor its inertial parameters, and "
+            "verdicts depend on both."
         )
         more = (
             [f"The founding text contradicts itself on {len(remarks)} of them:", *remarks] if remarks else []
@@ -235,8 +232,8 @@ def _ranking(findings: Findings) -> Section:
         )
     note = (
         "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % "
-        "where elements "
-        f"cancel. An effect dominates an element that changes by at most {threshold} of its peak "
+        f"where elements cancel. An effect dominates an element that changes by at most {threshold} of "
+        f"its peak "
         "without the other."
     )
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
@@ -272,7 +269,7 @@ def _motions(findings: Findings) -> Section | None:
             f"{percent(row['used'][i])}, {pretty(amount(row['peak_torque'][i], joint.effort_unit))}"
             for row in rows
         ]
-        columns.append(Column("", f"{i + 1} {joint.name}", cells, shown="text"))
+        columns.append(_words(f"{i + 1} {joint.name}", cells))
     parts: list[Part] = [
         Fact(
             "worst",
@@ -350,10 +347,9 @@ def _terms(findings: Findings) -> Section:
     }
     note = (
         f"The exact torques are a sum of {total} terms. The ranking removes the term whose loss adds "
-        "least to the "
-        "squared error of all removed before; the last to be removed ranks first. Everything below "
-        "the row whose "
-        "error is acceptable may go at once."
+        "least to the squared error of all removed before; the last to be removed ranks first. Everything "
+        "below "
+        "the row whose error is acceptable may go at once."
     )
     if stated is not None:
         note += (
@@ -384,12 +380,11 @@ def _equations(findings: Findings) -> Section:
     check = table_of("cross_check", "Difference from Pinocchio, an independent implementation", rows, labels)
     note = (
         "Generalized d'Alembert equations of motion of K. S. Fu, R. C. Gonzalez, C. S. G. Lee, "
-        "Robotics, 1987 "
-        "[FGL87], of revolute joints; a prismatic joint contributes its axis where a revolute one "
+        "Robotics, 1987 [FGL87], of revolute joints; a prismatic joint contributes its axis where a "
+        "revolute one "
         "contributes axis × "
         "arm. z: axes of joints; p: origins of frames; r, c: centres of mass from the base and from "
-        "the joint before; "
-        "m, I: mass and inertia about it of a link; R: rotations."
+        "the joint before; m, I: mass and inertia about it of a link; R: rotations."
     )
     return Section("equations", "Equations and cross-check", (check,), note)
 
@@ -398,7 +393,7 @@ def _data(findings: Findings) -> Section:
     arm = findings.arm
     joints = [
         *joint_columns(arm.joints),
-        Column("", "kind", [joint.kind for joint in arm.joints], shown="text"),
+        _words("kind", [joint.kind for joint in arm.joints]),
     ]
     if arm.dh_table:
         rows = [
@@ -406,20 +401,13 @@ def _data(findings: Findings) -> Section:
             for r in arm.dh_table
         ]
         for name, cells in zip(("θ", "d, m", "a, m", "α"), zip(*rows, strict=True), strict=True):
-            joints.append(Column("", name, _with_variable(arm, name[0], cells), shown="text"))
+            joints.append(_words(name, _with_variable(arm, name[0], cells)))
     joints += [
-        Column("", "range", [_range(joint) for joint in arm.joints], shown="text"),
-        Column(
-            "",
-            "velocity limit",
-            [_limit(joint.velocity_limit, f"{joint.unit}/s") for joint in arm.joints],
-            shown="text",
-        ),
-        Column(
-            "",
+        _words("range", [_range(joint) for joint in arm.joints]),
+        _words("velocity limit", [_limit(joint.velocity_limit, f"{joint.unit}/s") for joint in arm.joints]),
+        _words(
             "acceleration limit",
             [_limit(joint.acceleration_limit, f"{joint.unit}/s²") for joint in arm.joints],
-            shown="text",
         ),
     ]
     if arm.drives:
@@ -433,14 +421,9 @@ def _data(findings: Findings) -> Section:
         inertias = inertias[:3]
     links = [
         Column("", "link", [link.name for link in arm.links], shown="name"),
-        Column("", "mass, kg", [given(link.mass) for link in arm.links], shown="text"),
-        Column(
-            "", "centre of mass, m", [", ".join(map(given, link.com)) for link in arm.links], shown="text"
-        ),
-        *(
-            Column("", name, [given(link.inertia_com[a, b]) for link in arm.links], shown="text")
-            for name, a, b in inertias
-        ),
+        _words("mass, kg", [given(link.mass) for link in arm.links]),
+        _words("centre of mass, m", [", ".join(map(given, link.com)) for link in arm.links]),
+        *(_words(name, [given(link.inertia_com[a, b]) for link in arm.links]) for name, a, b in inertias),
     ]
     stated = [
         *arm.sources,
@@ -481,3 +464,7 @@ def _range(joint: Any) -> str:
 
 def _limit(value: float | None, unit: str) -> str:
     return "not given" if value is None else f"{given(value)} {unit}"
+
+
+def _words(label: str, cells: Sequence[str]) -> Column:
+    return Column("", label, cells, shown="text")
