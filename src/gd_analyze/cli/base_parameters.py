@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -14,9 +11,6 @@ from gd_analyze.cli.given import GivenRobot
 from gd_analyze.cli.output import Output
 from gd_analyze.cli.outputs import require_outputs
 from gd_analyze.cli.terminal import lines
-
-if TYPE_CHECKING:
-    from gd_analyze.result import Result
 
 
 def give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:
@@ -32,119 +26,16 @@ def give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None,
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.files import write_text
+        from gd_analyze.formulas.base_parameters_result import base_equations, base_parameters_result
 
         arm = robot.load()
         stage("regrouping")
         base = gd.base_parameters(arm)
-        text = "".join(f"{line}\n" for line in _equations(base, form, digits))
+        text = "".join(f"{line}\n" for line in base_equations(base, form, digits))
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, text)
     if output.as_json or out is not None or (form == "text" and not output.quiet):
-        output.give(_result(base, form, text, digits), wrote=out)
+        output.give(base_parameters_result(base, form, text, digits), wrote=out)
     else:
         lines(text)
-
-
-def _equations(base: gd.BaseParameters, form: str, digits: int) -> Iterable[str]:
-    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
-    from gd_analyze.formulas.formula import Product
-    from gd_analyze.formulas.languages import Latex, Plain
-    from gd_analyze.formulas.writing import base_formula
-
-    printer = Latex(digits) if form == "latex" else Plain(digits)
-    for one in base:
-        value = printer.argument((Product(one.number),))
-        unit = rf" \; \mathrm{{{one.unit.replace(' ', '~')}}}" if form == "latex" else f" {one.unit}"
-        yield f"{printer.line(base_formula(one))} = {value}{unit}"
-
-
-def _result(base: gd.BaseParameters, form: str, text: str, digits: int) -> Result:
-    from gd_analyze.formulas.languages import equations
-    from gd_analyze.formulas.printer import number
-    from gd_analyze.formulas.writing import base_formula
-    from gd_analyze.result import Column, Fact, Result, Table
-
-    effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
-    columns = [Column("", "symbol", [one.symbol for one in base], shown="text")]
-    columns += [
-        Column("", effect, [number(getattr(one, effect), digits) for one in base], shown="text")
-        for effect in effects
-    ]
-    columns.append(Column("", "unit", [one.unit for one in base], shown="text"))
-    links = [str(link) for link in range(1, base.arm.n_joints + 1)]
-    acting = zip(*(_acting(base, int(link)) for link in links), strict=True)
-    axes = {"origin": lambda frame: frame.translation} | {
-        name: lambda frame, k=k: frame.rotation[:, k] for name, k in (("x", 0), ("z", 2))
-    }
-    of_links = [Column("", "link", links, shown="text")]
-    parameters = [asdict(one) | {"combination": [s._asdict() for s in one.combination]} for one in base]
-    return Result(
-        title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
-        subtitle="Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
-        "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
-        facts=(
-            Fact("arm", "", base.arm.name),
-            Fact("drives", "Drives included", base.drives),
-            Fact("", "Base parameters", len(base), shown="count", note=f"of {len(base.original)} parameters"),
-            Fact("", "Base parameters that are zero", sum(one.number == 0.0 for one in base), shown="count"),
-            Fact("parameters", "", parameters),
-            Fact("acting_alone", "", _listed(base.acting_alone)),
-            Fact("never_acting", "", _listed(base.never_acting)),
-            Fact("frames", "", [asdict(frame) for frame in base.frames]),
-            Fact("format", "", form),
-            Fact("written", "", text),
-        ),
-        parts=(
-            Table("", "Base parameters", tuple(columns)),
-            equations("", "Combinations", map(base_formula, base), digits=digits),
-            Table(
-                "",
-                "Parameters of the links that act",
-                (
-                    *of_links,
-                    *(
-                        Column("", heading, cells, shown="text")
-                        for heading, cells in zip(("alone", "combined", "never"), acting, strict=True)
-                    ),
-                ),
-            ),
-            Table(
-                "",
-                "Frames of the parameters: origin (m) and axes in the link's own frame",
-                (
-                    *of_links,
-                    *(
-                        Column(
-                            "",
-                            name,
-                            [" ".join(number(x, digits) for x in of(frame)) for frame in base.frames],
-                            shown="text",
-                        )
-                        for name, of in axes.items()
-                    ),
-                ),
-            ),
-        ),
-    )
-
-
-def _listed(original: Iterable[tuple[str, int]]) -> list[dict[str, object]]:
-    return [{"kind": kind, "link": link} for kind, link in original]
-
-
-def _acting(base: gd.BaseParameters, link: int) -> tuple[str, str, str]:
-    """Parameters of a link that act alone, in combination only, and never."""
-    of_link = [kind for kind, one in base.original if one == link]
-    alone = [kind for kind in of_link if (kind, link) in base.acting_alone]
-    never = [kind for kind in of_link if (kind, link) in base.never_acting]
-    combined = [kind for kind in of_link if kind not in (*alone, *never)]
-    return _named(alone, of_link), _named(combined, of_link), _named(never, of_link)
-
-
-def _named(kinds: Sequence[str], of_link: Sequence[str]) -> str:
-    """Some of a link's parameters, or the fewer others."""
-    others = [kind for kind in of_link if kind not in kinds]
-    if len(others) < len(kinds) - 1:
-        return f"all but {' '.join(others)}" if others else "all"
-    return " ".join(kinds)
