@@ -199,62 +199,48 @@ class ExportInput:
     @property
     def constants(self) -> Mapping[str, Constant]:
         """Errors and box, for a controller to compare a state with."""
-        found: dict[str, Constant] = {}
-
-        def add(name: str, meaning: str, values: FloatArray, towards: float = -math.inf) -> None:
-            found[name] = Constant(meaning, tuple(map(float, values)), towards)
-
+        found: list[tuple[str, str, FloatArray, float]] = []
         if self.model is not None:
-            largest = self.model.accuracy.errors.largest
-            add(
-                "sampled_error",
-                "largest torque error at the states the model was fitted on",
-                largest,
-                math.inf,
-            )
+            meaning = "largest torque error at the states the model was fitted on"
+            found.append(("sampled_error", meaning, self.model.accuracy.errors.largest, math.inf))
         if self.certificate is not None:
-            box = self.certificate.box
-            bounds = np.array([up(float(x)) for x in self.certificate.certified])
-            add("error_bound", "no state within the box has a larger torque error", bounds, math.inf)
-            add("lower", "the box: lowest positions", box.lower, math.inf)
-            add("upper", "the box: highest positions", box.upper)
-            add("velocity", "the box: largest velocities, either way", box.velocity)
-            add("acceleration", "the box: largest accelerations, either way", box.acceleration)
-        return found
+            box, bounds = self.certificate.box, np.array([up(float(x)) for x in self.certificate.certified])
+            found += [
+                ("error_bound", "no state within the box has a larger torque error", bounds, math.inf),
+                ("lower", "the box: lowest positions", box.lower, math.inf),
+                ("upper", "the box: highest positions", box.upper, -math.inf),
+                ("velocity", "the box: largest velocities, either way", box.velocity, -math.inf),
+                ("acceleration", "the box: largest accelerations, either way", box.acceleration, -math.inf),
+            ]
+        return {
+            name: Constant(meaning, tuple(map(float, values)), towards)
+            for name, meaning, values, towards in found
+        }
 
 
 def torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
     """Torque, D, h and c, from the program of the torque of n joints; D is mirrored where it is symmetric."""
-    vector, matrix = (n,), (n, n)
-    return (
-        Function(
-            "torque",
-            "generalized torque tau = D(q) qdd + h(q, qd) + c(q)",
-            ("q", "qd", "qdd"),
-            (Output("tau", vector),),
-            torque,
-        ),
-        Function(
+    parts = (
+        ("torque", "generalized torque tau = D(q) qdd + h(q, qd) + c(q)", 3, "tau", torque),
+        (
             "inertia",
             "inertia matrix D(q), its rows one after another",
-            ("q",),
-            (Output("D", matrix),),
+            1,
+            "D",
             inertia_program(torque, n, symmetric),
         ),
-        Function(
+        (
             "coriolis_centrifugal",
             "Coriolis and centrifugal torque h(q, qd)",
-            ("q", "qd"),
-            (Output("h", vector),),
+            2,
+            "h",
             coriolis_centrifugal_program(torque, n),
         ),
-        Function(
-            "gravity_loading",
-            "gravity loading c(q)",
-            ("q",),
-            (Output("c", vector),),
-            gravity_loading_program(torque, n),
-        ),
+        ("gravity_loading", "gravity loading c(q)", 1, "c", gravity_loading_program(torque, n)),
+    )
+    return tuple(
+        Function(name, meaning, _KINDS[:taken], (Output(symbol, (n, n) if symbol == "D" else (n,)),), program)
+        for name, meaning, taken, symbol, program in parts
     )
 
 

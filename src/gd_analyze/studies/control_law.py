@@ -43,14 +43,6 @@ _UNITS = {
 Law = Literal["computed_torque", "fixed_gains", "pd"]
 Knows = Literal["nothing", "gravity", "without_h", "simplified", "exact"]
 
-KNOWN: dict[Knows, str] = {
-    "nothing": "nothing",
-    "gravity": "gravity only",
-    "without_h": "without h",
-    "simplified": "simplified model",
-    "exact": "exact model",
-}
-
 
 @dataclass(frozen=True)
 class Gains:
@@ -275,7 +267,8 @@ class Controller(NamedTuple):
     def title(self) -> str:
         """Name it: computed torque by what it knows, PD as such."""
         if self.law == "computed_torque":
-            return KNOWN[self.knows]
+            words = {"gravity": "gravity only", "without_h": "without h", "nothing": "nothing"}
+            return words.get(self.knows, f"{self.knows} model")
         if self.law == "fixed_gains":
             return f"{self.knows}, fixed gains"
         of = {"nothing": "alone", "gravity": "exact c", "simplified": "simplified c"}
@@ -313,15 +306,7 @@ CONTROLLERS = (
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """The models that controllers may use.
-
-    Parameters
-    ----------
-    exact, simplified
-        Programs of its torque.
-    diagonal
-        Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,).
-    """
+    """The models that controllers may use: torque programs, and the mean of D's diagonal along the motion."""
 
     exact: Program
     simplified: Program
@@ -356,15 +341,7 @@ class _Model:
 
 
 class Bank:
-    """Several controllers at work at the same time.
-
-    Parameters
-    ----------
-    controllers
-        Any number of them, m.
-    knowledge, gains
-        What they know, and how they are tuned.
-    """
+    """Several controllers, m, at work at the same time."""
 
     def __init__(self, controllers: Sequence[Controller], knowledge: Knowledge, gains: Gains) -> None:
         n = len(knowledge.diagonal)
