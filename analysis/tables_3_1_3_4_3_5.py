@@ -125,13 +125,13 @@ def lagrange_euler_rows() -> tuple[Row, ...]:
         Row(
             "Tr(U_jkm J_j U_ji^T)",
             "traces for h",
-            lambda p: p.target == "coupling[i, k, m]" and p.helper == "_trace_of_product",
+            lambda p: p.target == "christoffel[i, k, m]" and p.helper == "_trace_of_product",
             "as for D; the founding text takes n times its row for D, ours one trace per h_ikm and link",
         ),
         Row(
             "its sum over j, for h",
             "sum for h",
-            lambda p: p.target == "coupling[i, k, m]" and p.helper == "solve",
+            lambda p: p.target == "christoffel[i, k, m]" and p.helper == "solve",
             "the founding text takes n times its sum for D, ours sums every h_ikm",
         ),
         Row(
