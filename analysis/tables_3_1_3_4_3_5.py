@@ -199,7 +199,7 @@ def booked(parts: Parts, rows: Sequence[Row]) -> list[OperationCount]:
 
 def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
     """One of the founding text's tables beside ours, as Markdown."""
-    text = {row.name: row for row in text_costs().rows_of(table)}
+    text = {row.name: row for row in text_costs().rows if row.table == table}
     total = text_costs().of(method, table)
     assert total is not None  # the shipped reference has both tables
     ours = booked(count_by_place(method), rows)

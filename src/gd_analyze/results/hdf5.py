@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, Array, chunks
 from gd_analyze.dynamics.long_decomposition import on_demand
-from gd_analyze.errors import StoreError
+from gd_analyze.errors import Location, StoreError
 from gd_analyze.schema import GROUPS, require_numbers, validate
 
 if TYPE_CHECKING:
@@ -220,7 +220,8 @@ def _later(dataset: Any, group: str, name: str) -> Any:
         try:
             values = np.asarray(dataset[first:behind] if behind - first == len(rows) else dataset[rows])
         except OSError as error:
-            raise StoreError("the results file is damaged", found=str(error)) from None
+            where = Location(dataset.file.filename)
+            raise StoreError("the results file is damaged", where=where, found=str(error)) from None
         require_numbers(values, name, group)
         return values
 
