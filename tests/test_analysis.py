@@ -104,6 +104,7 @@ def test_the_arms_of_psdm_are_those_of_their_table() -> None:
     assert (timed is None) == (shutil.which("gcc") is None)
 
 
+@pytest.mark.slow
 def test_the_study_of_published_arms_is_up_to_date() -> None:
     if find_spec("frax") is None:
         pytest.skip("frax, whose URDF files this reads, is not installed")

@@ -56,7 +56,14 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     assert model.operations.total <= exact.form.operations.total
 
 
-@pytest.mark.parametrize("make", MAKES, ids=lambda make: make.replace(" ", "-"))
+@pytest.mark.parametrize(
+    "make",
+    [
+        pytest.param(make, marks=pytest.mark.slow) if make.startswith(("seven", "eight")) else make
+        for make in MAKES
+    ],
+    ids=lambda make: make.replace(" ", "-"),
+)
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
@@ -87,6 +94,7 @@ def test_an_exact_model_of_a_million_terms_is_kept_and_read(level, tmp_path):
     assert load_model(tmp_path / "model.json").program.count == model.program.count
 
 
+@pytest.mark.slow
 def test_a_program_too_long_to_be_written_out_is_tried_at_states(tmp_path):
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))
     other = arm_of(["askew"] * 8, np.random.default_rng(5))

@@ -155,6 +155,7 @@ def pruned_within(
     return best
 
 
+@pytest.mark.slow
 def test_models_that_are_programs_alone_take_few_rounds(monkeypatch):
     rng = np.random.default_rng(3)
     arm = general_arm(4, rng, slides=False)

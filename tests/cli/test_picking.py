@@ -32,7 +32,7 @@ def test_what_branches_off_is_named_with_the_flags(run):
         ("arms", "robot.urdf"),
         ("rank", "robot.urdf", "swing.csv"),
         ("simplify", "robot.urdf", "swing.csv"),
-        ("trade-off", "robot.urdf", "swing.csv"),
+        pytest.param(("trade-off", "robot.urdf", "swing.csv"), marks=pytest.mark.slow),
         ("equations", "robot.urdf"),
         ("plan", "robot.urdf", "--from", "0,0", "--to", "10,20", "--duration", "3"),
     ],

@@ -158,6 +158,7 @@ def test_the_level_asked_for(puma, pick_and_place, level) -> None:
     assert again.largest == pytest.approx(model.accuracy.errors.largest)
 
 
+@pytest.mark.slow
 def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
     """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""
     arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
