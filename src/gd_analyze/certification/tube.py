@@ -388,7 +388,7 @@ class _Path:
             return ""
         most, at, kind, joint = max(map(self._widest, chunks(len(self.unsure))), key=itemgetter(0))
         joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
-        by = f"{most:.2g} times its margin" if np.isfinite(most) else "its margin being zero"
+        by = f"{float(f'{most:.2g}'):g} times its margin" if np.isfinite(most) else "its margin being zero"
         time = self.motion.time
         count = self.unsure.any(axis=(1, 2)).sum()
         return (

@@ -160,7 +160,7 @@ def _by_level(findings: Findings) -> str:
 
 def more_facts(findings: Findings) -> tuple[Fact, ...]:
     """What is proven and where, and what confirms or limits the numbers."""
-    model, tube, arm = findings.model, findings.tables["tube"], findings.arm
+    model, tube = findings.model, findings.tables["tube"]
     beyond = findings.tables["beyond"]
     text, check, unlisted = text_comparison(findings), cross_check_row(findings), not_worth_keeping(findings)
     facts = [Fact("margin", "Margins of the proof", str(tube.attrs["margin"]), text=margins(findings))]
@@ -191,7 +191,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
                 "Unmodelled payload that uses up the budget",
                 float(smallest[joint]),
                 "kg",
-                note=f"joint {arm.joints[joint].name}",
+                note=f"joint {joint + 1}",
             )
         )
     return tuple(facts)
