@@ -56,6 +56,8 @@ class Polynomial:
                 factor = "" if abs(coefficient) == 1 and power else str(abs(coefficient))
                 symbol = "" if power == 0 else "n" if power == 1 else f"n^{power}"
                 terms.append(("-" if coefficient < 0 else "+", f"{factor} {symbol}".strip()))
+        if not terms:
+            return "0"
         first = terms[0][1] if terms[0][0] == "+" else f"-{terms[0][1]}"
         return " ".join([first, *(f"{sign} {term}" for sign, term in terms[1:])])
 
