@@ -75,24 +75,6 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     return 10.0**power, _PREFIXES[grams] + (unit[1:] if weighed else unit)
 
 
-def fitting(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Unit with the prefix for all values of a row: the largest's, or the next smaller one.
-
-    The next smaller one where another value would need a power of ten otherwise.
-
-    Examples
-    --------
-    >>> fitting([0.423, 0.00423, 0.000222], "N m"), fitting([13.9, 0.138], "N m")
-    ((0.001, 'mN m'), (1.0, 'N m'))
-    """
-    sizes = [abs(value) for value in values if value and math.isfinite(value)]
-    largest = max(sizes, default=0.0)
-    factor, shown = prefixed(largest, unit)
-    # Far less than the largest may need a power of ten, lest the largest does.
-    least = min((size for size in sizes if size >= 1e-6 * largest), default=largest)
-    return prefixed(5e-3 * factor, unit) if 0 < least < 1e-3 * factor else (factor, shown)
-
-
 def amount(value: float, unit: str) -> str:
     """Format to three significant digits with the unit, prefixed where that saves a power of ten.
 
@@ -158,11 +140,6 @@ def share_up(share: float) -> float:
     ('0.94 %', '100 %', '112 %')
     """
     return rounded_up(share, 2 if share < 1.0 or not math.isfinite(share) else 3 + int(math.log10(share)))
-
-
-def mass(kilograms: float) -> str:
-    """Format kilograms, or grams below a tenth of one."""
-    return f"{number(kilograms)} kg" if kilograms >= 0.1 else f"{number(1000 * kilograms)} g"
 
 
 def named_joints(numbers: Sequence[int], of: int) -> str:

@@ -18,7 +18,6 @@ from gd_analyze.text import (
     LARGEST,
     amount,
     figures,
-    fitting,
     in_python,
     number_in,
     percent,
@@ -46,12 +45,6 @@ def test_three_digits_and_a_unit_with_a_prefix() -> None:
     assert amount(4e-5, "kg m^2") == "40 mg m^2"
     assert amount(2.1e-14, "N m") == "2.10e-14 N m"  # round-off is no quantity of the arm
     assert amount(0.01, "deg") == "0.01 deg"
-
-
-@given(st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=6))
-def test_a_row_in_one_unit_needs_no_powers_of_ten_within_seven_decades(values: list[float]) -> None:
-    factor, _ = fitting(values, "N m")
-    assert not [x for x in values if x > 1.01e-5 * max(values) and "×" in figures(x / factor)]
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -55,8 +55,10 @@ def test_everything_is_written_and_agrees(run, here):
     for row, shown in zip(rows, found["dominance"], strict=True):
         assert (row["element"], row["verdict"]) == (shown["element"], shown["verdict"])
         assert float(row["torque_peak"]) == shown["torque_peak"]
+        assert row["torque_unit"] == "N m"
     with h5py.File(folder / "analysis.h5") as file:
         assert file.attrs["command"].decode() == "gd-analyze puma560 pick-and-place --json"
+        assert file["decomposition/inertia"].attrs["units"] == b"kg m^2"
         assert file["decomposition/inertia"].shape == (found["set_points"], 2, 6, 6)
         largest = np.abs(file["simplified_model/torque_error"][:]).max(axis=0)
     # The stored errors are those of the same two arrays, so they agree to the last bit or are round-off.
