@@ -49,6 +49,7 @@ def test_a_set_is_replaced_when_all_of_it_is_written(tmp_path):
 def test_one_that_fails_leaves_the_whole_set(tmp_path, end):
     paths = [tmp_path / name for name in ("one", "two")]
     write_all(paths, "old")
+    # Both statements are meant to stand in the block: a file is written, then the block ends badly.
     with pytest.raises((type(end), StorageError)), replacing_together(paths) as temporaries:  # noqa: PT012
         temporaries[0].write_text("new")
         raise end

@@ -40,7 +40,6 @@ class Language:
     unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'
     scalars: ClassVar[tuple[str, ...]] = ("double",)
     operators: ClassVar[Mapping[str, str]] = {"add": "+", "subtract": "-", "multiply": "*"}
-    functions: ClassVar[Mapping[str, str]] = {"sin": "sin", "cos": "cos"}
     separator: ClassVar[str] = ", "
 
     def number(self, value: float) -> str:
@@ -60,6 +59,11 @@ class Language:
         'arm <U+2A>/ int x; <U+22><U+3F><U+3F>/'
         """
         return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
+
+    @property
+    def functions(self) -> dict[str, str]:
+        """Names of sine and cosine."""
+        return {"sin": "sin", "cos": "cos"}
 
     def block(self, text: str) -> str:
         """Write lines as a comment."""

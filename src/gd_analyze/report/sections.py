@@ -103,7 +103,9 @@ def _recording(findings: Findings) -> Section | None:
     treatment = "\n".join(
         f"{line[:1].upper()}{line[1:]}." for line in table.attrs["treatment"].split("\n") if line
     )
-    inside = [part for part in recording_parts(findings)[0].parts if isinstance(part, Fact | Table)]  # type: ignore[union-attr]
+    readings = recording_parts(findings)[0]
+    assert isinstance(readings, Section)
+    inside = [part for part in readings.parts if isinstance(part, Fact | Table)]
     names = ("column", "column_role", "column_joint", "column_unit", "column_why")
     used: list[tuple[str, ...]] = []
     unused: list[tuple[str, ...]] = []

@@ -171,6 +171,7 @@ class _Angle:
 
 
 class _SymbolicArm(SimpleNamespace):
+    # A namespace is compared by value and has no hash; here one arm is one key.
     def __hash__(self) -> int:  # type: ignore[override]
         return id(self)
 

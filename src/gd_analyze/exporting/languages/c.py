@@ -110,7 +110,7 @@ class C(Language):
         return self.scalar == "float"
 
     @property
-    def functions(self) -> dict[str, str]:  # type: ignore[override]
+    def functions(self) -> dict[str, str]:
         """Names of sine and cosine."""
         return {"sin": "sinf", "cos": "cosf"} if self.single else {"sin": "sin", "cos": "cos"}
 

@@ -25,7 +25,7 @@ class Python(Language):
     short: ClassVar[str] = "np"
 
     @property
-    def functions(self) -> dict[str, str]:  # type: ignore[override]
+    def functions(self) -> dict[str, str]:
         """Names of sine and cosine."""
         return {name: f"{self.short}.{name}" for name in ("sin", "cos")}
 
