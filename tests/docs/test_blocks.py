@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,10 @@ import pytest
 from markdown_pages import ROOT, Block, blocks
 from own_robot import write_own_robot
 
+from gd_analyze.cli import main
+
 NOT_RUN = "not run"
+README = ROOT / "README.md"
 
 
 def commands(block: Block) -> list[str]:
@@ -30,37 +34,42 @@ def runnable(path: Path) -> list[Block]:
     ]
 
 
-PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))) if runnable(page)]
+PAGES = [page for page in sorted((ROOT / "docs").rglob("*.md")) if runnable(page)]
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A folder with the program on its own, data beside it as in a checkout, a robot and a log."""
-    program = tmp_path / "bin" / "gd-analyze"
-    program.parent.mkdir()
-    program.write_text(f"#!{sys.executable}\nfrom gd_analyze.cli import main\nmain()\n")
-    program.chmod(0o755)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with data beside it as in a checkout, a robot and a log; the current one."""
     work = tmp_path / "work"
     shutil.copytree(ROOT / "data", work / "data")
     write_own_robot(work)
+    monkeypatch.chdir(work)
     return work
 
 
-def test_the_readme_is_among_the_pages():
-    assert ROOT / "README.md" in PAGES
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="the pages' commands are for a POSIX shell")
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_the_blocks_run(page: Path, folder: Path):
-    environment = os.environ | {"PATH": f"{folder.parent / 'bin'}{os.pathsep}{os.environ['PATH']}"}
-    for block in runnable(page):
+@pytest.mark.skipif(sys.platform == "win32", reason="the page's commands are for a POSIX shell")
+def test_the_readme_runs_in_a_shell(folder: Path):
+    program = folder.parent / "bin" / "gd-analyze"
+    program.parent.mkdir()
+    program.write_text(f"#!{sys.executable}\nfrom gd_analyze.cli import main\nmain()\n")
+    program.chmod(0o755)
+    environment = os.environ | {"PATH": f"{program.parent}{os.pathsep}{os.environ['PATH']}"}
+    assert runnable(README)
+    for block in runnable(README):
         calls = [[sys.executable, "-c", block.text]]
         if block.language == "sh":
             calls = [["sh", "-ec", command] for command in commands(block)]
         for call in calls:
-            done = subprocess.run(
-                call, cwd=folder, env=environment, capture_output=True, text=True, check=False
-            )
-            assert done.returncode == 0, f"{page.name}, line {block.line}:\n{call[-1]}\n{done.stderr}"
+            done = subprocess.run(call, env=environment, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, f"line {block.line}:\n{call[-1]}\n{done.stderr}"
             assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_blocks_run(page: Path, folder: Path):
+    for block in runnable(page):
+        if block.language == "python":
+            exec(compile(block.text, f"{page.name}, line {block.line}", "exec"), {"__name__": "__main__"})
+            continue
+        for command in commands(block):
+            main(shlex.split(command, comments=True)[1:])
