@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from gd_analyze.robots.parts import Link
+
 ARM = """\
 format = "gd-analyze arm 1"
 name = "mine"
@@ -76,3 +80,8 @@ inertia = { xx = 0.001, yy = 0.015, zz = 0.015 }
 
 def line_of(text: str, needle: str, occurrence: int = 0) -> int:
     return [i for i, line in enumerate(text.splitlines(), start=1) if needle in line][occurrence]
+
+
+def link(**changes: object) -> Link:
+    """A link to change one thing of."""
+    return Link(**{"name": "l", "mass": 1.0, "com": np.zeros(3), "inertia_com": 0.1 * np.eye(3)} | changes)

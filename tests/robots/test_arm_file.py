@@ -105,7 +105,7 @@ CASES: dict[str, tuple[str, str, str, str]] = {
     "negative mass": (MASS, "mass = -2.0", "mass of link first is negative", "[[links]]"),
     "unknown joint kind": ('kind = "prismatic"', 'kind = "spherical"', "joints[2].kind", "kind ="),
     "empty range": ("range = [0.0", "range = [0.5", "range of joint slide is empty", "[[joints]]@1"),
-    "velocity limit of 0": ("limit = 2.0", "limit = 0.0", "velocity limit of joint turn", "[[joints]]"),
+    "velocity limit of 0": ("limit = 2.0", "limit = 0.0", "velocity_limit of joint turn", "[[joints]]"),
     "given twice": ("a_mm = 500.0", "a_mm = 500.0\na = 0.5", "joints[1]", "[[joints]]"),
     "degrees of a slide": ("range = [0.0", "range_deg = [0.0", "joints[2].range_deg", "range_deg = [0.0"),
     "an angle in millimetres": ("alpha_deg = -90.0", "alpha_mm = 1.0", "joints[1].alpha_mm", "alpha_mm"),

@@ -7,21 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arm_files import link
 from hypothesis import given
 from hypothesis import strategies as st
-from made_links import link
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.robots.parts import DHRow, Joint, Link, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
 from gd_analyze.text import LARGEST
 from strategies import examples, random_rotation
 
-PUMA = builtin_arms()["puma560"].read_text(encoding="utf-8")
+PUMA = gd.builtin_arms()["puma560"].read_text(encoding="utf-8")
 SHELF = Placement(np.eye(3), np.array([0.5, 0, 0]))
 
 
@@ -29,24 +28,28 @@ def one_joint(joint: Joint, of: Link | None = None, **others: object) -> RobotAr
     return RobotArm("one", (joint,), (of or Link("1", 2.0, np.zeros(3), 0.05 * np.eye(3), SHELF),), **others)
 
 
+def moving(**changes: object) -> RobotArm:
+    return one_joint(Joint("1", **changes))
+
+
 def changed(index: int, **changes: object) -> RobotArm:
     """The PUMA with another link."""
-    arm = load_arm("puma560")
+    arm = gd.load_arm("puma560")
     links = list(arm.links)
     links[index] = replace(links[index], **changes)
     return replace(arm, links=tuple(links))
 
 
 def row(**angles: float) -> RobotArm:
-    return one_joint(
-        Joint("1"), dh_table=(DHRow(**({"theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0} | angles)),)
-    )
+    zeros = {"theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0}
+    return one_joint(Joint("1"), dh_table=(DHRow(**(zeros | angles)),))
 
 
 def of_inertia(*moments: float, **more: object) -> RobotArm:
     return one_joint(Joint("1"), link(inertia_com=0.1 * np.diag(moments), **more))
 
 
+URDF = Location("a.urdf", 7)
 # By the check: arms that have the slip, and what the message says.
 SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "gravity_too_strong": [(one_joint(Joint("1"), gravity=np.array([0, 0, -98.1])), "98.1 m/s^2")],
@@ -54,19 +57,17 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "angle_of_pi_degrees": [(row(alpha=0.0274156), "is pi/2"), (row(theta=0.0548313), "is pi;")],
     "length_in_millimetres": [
         (row(a=431.8), "write a_mm"),
-        (one_joint(Joint("1", placement=Placement(np.eye(3), np.array([0, 300.0, 0])))), "300 m long"),
+        (moving(placement=Placement(np.eye(3), np.array([0, 300.0, 0]))), "300 m long"),
     ],
-    "prismatic_range_in_millimetres": [
-        (one_joint(Joint("1", "prismatic", lower=0.0, upper=800.0)), "joint 1: the range goes to 800 m"),
-    ],
+    "prismatic_range_in_millimetres": [(moving(kind="prismatic", lower=0.0, upper=800.0), "goes to 800 m")],
     "revolute_range_in_degrees": [
-        (one_joint(Joint("1", lower=-end, upper=end)), f"joint 1: the range goes to {end:g} rad")
+        (moving(lower=-end, upper=end), f"joint 1: the range goes to {end:g} rad")
         for end in (45.0, 90.0, 110.0, 170.0, 266.0, 355.0, 360.0, 112.5)
     ],
     "velocity_in_degrees": [
-        (one_joint(Joint("1", velocity_limit=180.0)), "write velocity_limit_deg"),
-        (one_joint(Joint("1", velocity_limit=180.0, source=Location("a.urdf", 7))), "give rad/s"),
-        (one_joint(Joint("1", velocity_limit=1000.0, source=Location("a.toml", 7))), "a.toml, line 7: "),
+        (moving(velocity_limit=180.0), "write velocity_limit_deg"),
+        (moving(velocity_limit=180.0, source=URDF), "give rad/s"),
+        (moving(velocity_limit=1000.0, source=Location("a.toml", 7)), "a.toml, line 7: "),
     ],
     "inertia_wider_than_the_arm": [(changed(1, inertia_com=5000.0 * np.eye(3)), "is it in kg cm^2")],
     "mass_too_large_for_reach": [
@@ -96,18 +97,17 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
 def test_a_slip_is_found_by_its_check(check):
     for arm, said in SLIPS[check.__name__]:
-        found = [f"{place}: {message}" for place, message in check(arm)]
-        assert len(found) == 1
-        assert said in found[0]
-        assert found[0] in implausible(arm)
+        (found,) = (f"{place}: {message}" for place, message in check(arm))
+        assert said in found
+        assert found in implausible(arm)
 
 
 FINE = [
-    *(one_joint(Joint("1", lower=-np.pi * k, upper=round(np.pi * k, 4))) for k in (1, 2, 2.5, 4, 6, 192)),
-    one_joint(Joint("1", "prismatic", lower=0.0, upper=30.0)),
-    one_joint(Joint("1", lower=-np.inf, upper=np.inf)),
-    one_joint(Joint("1", velocity_limit=1000.0, source=Location("arm.urdf", 7))),
-    one_joint(Joint("1", "prismatic", lower=-1e3, upper=1e3, source=Location("arm.urdf", 7))),
+    *(moving(lower=-np.pi * k, upper=round(np.pi * k, 4)) for k in (1, 2, 2.5, 4, 6, 192)),
+    moving(kind="prismatic", lower=0.0, upper=30.0),
+    moving(lower=-np.inf, upper=np.inf),
+    moving(velocity_limit=1000.0, source=URDF),
+    moving(kind="prismatic", lower=-1e3, upper=1e3, source=URDF),
     row(theta=2 * np.pi, d=-15.0, a=15.0, alpha=-np.pi),
     of_inertia(0.5, 0.4995, 1.0),  # rounding
     of_inertia(0.5, 0.4001, 1.0, as_measured=True),
@@ -115,7 +115,7 @@ FINE = [
     of_inertia(0.0, 1 / 12, 1 / 12),  # a rod without thickness
     one_joint(Joint("1"), link(com=np.array([0.9, 0, 0]))),
     one_joint(Joint("1"), link(com=np.array([1.2, 0, 0]), mass=0.0)),
-    *map(load_arm, builtin_arms()),
+    *map(gd.load_arm, gd.builtin_arms()),
 ]
 
 
@@ -124,28 +124,23 @@ def test_what_is_fine(arm):
     assert implausible(arm) == ()
 
 
-FILE_SLIPS = {
-    "angles": ([("alpha_deg", "alpha")], "alpha is -90 rad"),
-    "lengths": ([("a_mm", "a"), ("d_mm", "d")], "write a_mm"),
-    "ranges": ([("range_deg", "range")], "which is 25.5 turns"),
-    "velocities": ([("velocity_limit = ", "velocity_limit = 8")], "degrees per second"),
-}
-
-
-@pytest.mark.parametrize("slip", FILE_SLIPS)
-def test_a_slip_in_a_file_is_named_with_its_line(slip, tmp_path):
-    changes, said = FILE_SLIPS[slip]
-    content = PUMA
-    for before, after in changes:
-        content = content.replace(before, after)
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("alpha_deg", "alpha", "alpha is -90 rad"),
+        ("a_mm", "a", "write a_mm"),
+        ("range_deg", "range", "which is 25.5 turns"),
+        ("velocity_limit = ", "velocity_limit = 8", "degrees per second"),
+    ],
+)
+def test_a_slip_in_a_file_is_named_with_its_line(before, after, said, tmp_path):
     path = tmp_path / "own.toml"
-    path.write_text(content, encoding="utf-8")
+    path.write_text(PUMA.replace(before, after), encoding="utf-8")
     with pytest.warns(GdAnalyzeWarning) as caught:
-        arm = load_arm(path)
+        gd.load_arm(path)
     texts = [str(item.message) for item in caught]
     assert any(said in text for text in texts), texts
     assert all("own.toml, line " in text for text in texts)
-    assert sorted(texts) == sorted(implausible(arm))
 
 
 def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float = 1.0) -> RobotArm:
@@ -160,14 +155,6 @@ def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float
     )
     joints = (replace(joint, placement=longer(joint.placement)) for joint in arm.joints)
     return replace(arm, joints=tuple(joints), links=tuple(links), dh_table=())
-
-
-IN_OTHER_UNITS = {
-    "mass in g": (1e3, 1.0, "no material is dense enough for so small an inertia"),
-    "inertia in kg cm^2": (1.0, 1e4, "is it in kg cm^2, kg mm^2 or g mm^2?"),
-    "inertia in g mm^2": (1.0, 1e9, "is it in kg cm^2, kg mm^2 or g mm^2?"),
-    "both": (1e3, 1e9, "is it in kg cm^2, kg mm^2 or g mm^2?"),
-}
 
 
 @st.composite
@@ -200,7 +187,7 @@ def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
 
 
 @given(arm=plausible_arms())
-@examples(80)
+@examples(60)
 def test_plausible_arms_are_not_suspected(arm: RobotArm) -> None:
     assert implausible(arm) == ()
     bare = replace(arm, links=tuple(replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links))
@@ -208,53 +195,50 @@ def test_plausible_arms_are_not_suspected(arm: RobotArm) -> None:
     assert implausible(bare) == () or heaviest > 300  # an arm of point masses is drawn on paper
 
 
-@given(arm=plausible_arms(lightest=270.0))
-@examples(50)
-def test_masses_and_lengths_of_any_arm_in_other_units(arm: RobotArm) -> None:
-    for mass, inertia, said in IN_OTHER_UNITS.values():
+DENSE, WIDE = "no material is dense enough for so small an inertia", "is it in kg cm^2, kg mm^2 or g mm^2?"
+# Mass in g, inertia in kg cm^2 and in g mm^2, both.
+IN_OTHER_UNITS = ((1e3, 1.0, DENSE), (1.0, 1e4, WIDE), (1.0, 1e9, WIDE), (1e3, 1e9, WIDE))
+
+
+def assert_suspected_in_other_units(arm: RobotArm) -> None:
+    for mass, inertia, said in IN_OTHER_UNITS:
         if max(np.abs(link.inertia_com).max() for link in arm.links) * inertia > LARGEST:
             with pytest.raises(ArmError, match="too large for any arm"):  # a crane's, in g mm^2
                 scaled(arm, mass, inertia)
         else:
             assert any(said in slip for slip in implausible(scaled(arm, mass, inertia)))
+
+
+@given(arm=plausible_arms(lightest=270.0))
+@examples(40)
+def test_masses_and_lengths_of_any_arm_in_other_units(arm: RobotArm) -> None:
+    assert_suspected_in_other_units(arm)
     assert any("if in mm" in slip for slip in implausible(scaled(arm, length=1e3)))
 
 
-@pytest.mark.parametrize("name", builtin_arms())
+@pytest.mark.parametrize("name", gd.builtin_arms())
 def test_the_shipped_arms_in_other_units(name):
-    for mass, inertia, said in IN_OTHER_UNITS.values():
-        assert any(said in slip for slip in implausible(scaled(load_arm(name), mass, inertia)))
+    assert_suspected_in_other_units(gd.load_arm(name))
 
 
-def test_a_payload_is_checked_for_itself_and_does_not_accuse_its_link(puma):
+def test_a_payload_does_not_accuse_its_link(puma):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for mass, moments in ((0.1, None), (10.0, None), (15.0, [0.1, 0.1, 0.1])):
             assert implausible(with_payload(puma, mass, [0.0, 0.0, 0.1], moments)) == ()
-    for given_payload, said in (
-        ((2500.0, [0.0, 0.0, 0.1]), "in grams"),
-        ((1.5, [0.0, 0.0, 100.0]), "metres"),
-        ((1.0, [0.0, 0.0, 0.1], [0.1, 0.1, 0.3]), "by 33 %"),
-        ((1.0, [0.0, 0.0, 0.1], [-0.1, 0.1, 0.1]), "by 100 %"),
-    ):
-        with pytest.warns(GdAnalyzeWarning, match=said) as caught:
-            loaded = with_payload(puma, *given_payload)
-        assert len(caught) == 1
-        assert implausible(loaded) == ()
 
 
 @pytest.mark.parametrize("payload", [None, 0.01])
 def test_a_slip_is_reported_once_by_the_main_job(tmp_path, payload):
     """By reading, by what is made of the arm, and by the main job: the same sentences."""
-    text = builtin_arms()["two_link"].read_text(encoding="utf-8")
+    text = gd.builtin_arms()["two_link"].read_text(encoding="utf-8")
     path = tmp_path / "own.toml"
     path.write_text(text.replace("zz = 0.083", "zz = 0.085"), encoding="utf-8")
     with pytest.warns(GdAnalyzeWarning) as caught:
-        arm = load_arm(path)
-    stated = [str(warning.message) for warning in caught]
-    assert len(stated) == 1
+        arm = gd.load_arm(path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         arm = arm if payload is None else with_payload(arm, payload, [0.01, 0.0, 0.0])
         findings = gd.find(arm, "two-link-swing")
-    assert list(findings.warnings) == stated
+    assert list(findings.warnings) == [str(warning.message) for warning in caught]
+    assert len(findings.warnings) == 1

@@ -18,7 +18,7 @@ from gd_analyze.cli.outputs import require_outputs
 
 if TYPE_CHECKING:
     from gd_analyze.result import Result
-    from gd_analyze.robots.payload import Payload
+    from gd_analyze.robots.parts import Link
     from gd_analyze.simplification.evaluation import Evaluation, Loss, PayloadEffect
 
 # Smallest share of peak torque that people see a loss of.
@@ -37,7 +37,7 @@ class _Trial:
 
     model: gd.SimplifiedModel
     fitted_on: Mapping[str, str | int]
-    payload: Payload | None
+    payload: Link | None
     evaluation: Evaluation
     without_payload: Evaluation | None
     effect: PayloadEffect
@@ -180,7 +180,7 @@ def _result(trial: _Trial) -> Result:
         "",
         tuple(Column(name, "", [getattr(loss, name) for loss in trial.lost]) for name in _LOSS),
     )
-    carried = body and {"mass": body.mass, "position": body.position, "inertia": body.inertia}
+    carried = body and {"mass": body.mass, "position": body.com, "inertia": body.inertia_com}
     within = (bare or found).within(model.accuracy.allowed).all()
     mass = "Point mass at the end effector within the budget" * bool(within and effect.limiting_joint)
     kept = "" if asked.norm is None else "kept here" if found.keeps(asked.norm) else "not kept here"

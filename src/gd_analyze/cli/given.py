@@ -22,7 +22,7 @@ from gd_analyze.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from gd_analyze.robots.payload import Payload
+    from gd_analyze.robots.parts import Link
 
 _WITHOUT = "Without one: states drawn from the arm's limits."
 trajectory_or_states = trajectory_argument(_WITHOUT)
@@ -150,15 +150,15 @@ def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
     return arm if payload is None else carrying(arm, parse_payload(payload))
 
 
-def carrying(arm: gd.RobotArm, body: Payload) -> gd.RobotArm:
+def carrying(arm: gd.RobotArm, body: Link) -> gd.RobotArm:
     """Attach a payload to an arm's end effector; its name has every number of it that is not zero."""
     from gd_analyze.robots.payload import with_payload
 
-    rest = [f",{x:g}" for x in (*body.position, *body.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
+    rest = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
     while rest and rest[-1] == ",0":
         rest.pop()
     return dataclasses.replace(
-        with_payload(arm, body.mass, body.position, body.inertia),
+        with_payload(arm, body.mass, body.com, body.inertia_com),
         name=f"{arm.name}+{body.mass:g}kg{''.join(rest)}",
         title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
     )

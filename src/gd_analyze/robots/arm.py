@@ -1,10 +1,8 @@
 """The robot arm as a value: joints, links, drives and gravity, valid once it exists.
 
-The description is placement-based. From link frame i-1 a constant `Joint.placement` leads to the
-joint frame, whose origin is p_{i-1} and in which the joint turns about (or slides along) `Joint.axis`;
-from there a constant `Link.frame` leads to link frame i, in which the link's data are given. In the
-Denavit-Hartenberg convention of FGL87 the first is the identity for a revolute joint and the second
-holds d, a and alpha.
+From link frame i-1 a constant `Joint.placement` leads to the joint frame, whose origin is p_{i-1} and in
+which the joint turns about (or slides along) `Joint.axis`; from there a constant `Link.frame` leads to link
+frame i, in which the link's data are given.
 """
 
 from __future__ import annotations
@@ -13,16 +11,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, checked, require_name, require_sentences
-from gd_analyze.text import amount, html_of, joint_name, pretty
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, checked, is_sentence, require_name
+from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
 
-_LIMITS = ("lower", "upper", "velocity_limit", "acceleration_limit")
+Limit = Literal["lower", "upper", "velocity_limit", "acceleration_limit"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +43,11 @@ class RobotArm:
         Where the numbers come from, and which of them are not published.
     doubts
         What looked wrong when the arm was read, a sentence each; warned of wherever the arm is used.
+
+    Raises
+    ------
+    ArmError
+        If a number is impossible, a text not printable, or the lists differ in length.
     """
 
     name: str
@@ -63,18 +66,18 @@ class RobotArm:
         where = f"arm {self.name}"
         for name in ("name", "title", "convention"):
             require_name(getattr(self, name), f"an arm's {name}", where)
-        sentences = (*self.sources, *self.assumptions, *self.doubts)
-        require_sentences(sentences, "a source, an assumption or a doubt", where)
-        gravity = checked(self.gravity, (3,), f"the gravity of {self.name}", where)
-        object.__setattr__(self, "gravity", gravity)
+        for text in (*self.sources, *self.assumptions, *self.doubts):
+            if not is_sentence(text):
+                what, found = "a source, an assumption or a doubt is not printable", in_python(text)
+                raise ArmError(what, where=where, expected="text without control characters", found=found)
+        object.__setattr__(self, "gravity", checked(self.gravity, (3,), f"gravity of {where}", where))
         if not self.joints:
-            raise ArmError(f"arm {self.name} has no joints", expected="at least one joint")
+            raise ArmError(f"{where} has no joints", expected="at least one joint")
         n = len(self.joints)
         for what, items in (("links", self.links), ("drives", self.drives), ("table rows", self.dh_table)):
             if len(items) != n and (items or what == "links"):
-                expected, found = f"{n} {what}", str(len(items))
-                problem = f"arm {self.name} needs one of its {what} per joint"
-                raise ArmError(problem, where=where, expected=expected, found=found)
+                problem, found = f"{where} needs one of its {what} per joint", str(len(items))
+                raise ArmError(problem, where=where, expected=f"{n} {what}", found=found)
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
                 raise ArmError(
@@ -110,10 +113,9 @@ class RobotArm:
     @cached_property
     def reach(self) -> float:
         """Upper bound on the distance from the first joint to the last link frame, m."""
-        travel = sum(
-            max(abs(j.lower or 0.0), abs(j.upper or 0.0)) for j in self.joints if j.kind == "prismatic"
-        )
-        lengths = [np.linalg.norm(j.placement.translation) for j in self.joints[1:]]
+        slides = [joint for joint in self.joints if joint.kind == "prismatic"]
+        travel = sum(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) for joint in slides)
+        lengths = [np.linalg.norm(joint.placement.translation) for joint in self.joints[1:]]
         lengths += [np.linalg.norm(link.frame.translation) for link in self.links]
         return float(sum(lengths) + travel)
 
@@ -137,7 +139,7 @@ class RobotArm:
         """Whether each joint is revolute."""
         return tuple(joint.kind == "revolute" for joint in self.joints)
 
-    def limits(self, what: Literal["lower", "upper", "velocity_limit", "acceleration_limit"]) -> FloatArray:
+    def limits(self, what: Limit) -> FloatArray:
         """One limit of every joint, shape (n,); infinite (minus infinite for "lower") where unknown."""
         unknown = -np.inf if what == "lower" else np.inf
         values = [getattr(joint, what) for joint in self.joints]
@@ -146,8 +148,7 @@ class RobotArm:
     @property
     def has_all_limits(self) -> bool:
         """Whether every joint states its range and its velocity and acceleration limits."""
-        limits = [getattr(joint, what) for joint in self.joints for what in _LIMITS]
-        return all(limit is not None and math.isfinite(limit) for limit in limits)
+        return all(np.isfinite(self.limits(what)).all() for what in get_args(Limit))
 
     def counts_drives(self, asked: bool | None = None) -> bool:
         """Whether the drives' inertia counts: as asked for, or else where the arm describes any."""
@@ -177,9 +178,9 @@ def _limits_text(joint: Joint) -> tuple[str, str]:
     ends = [end for end in (joint.lower, joint.upper) if end is not None and math.isfinite(end)]
     scale, unit = (180 / math.pi, "°") if joint.kind == "revolute" else (1.0, "m")
     span = " .. ".join(f"{scale * end:.4g}" for end in ends)
-    limit = joint.velocity_limit
-    is_known = limit is not None and math.isfinite(limit)
-    return f"{span} {unit}" if len(ends) == 2 else "–", f"{limit:.4g} {joint.unit}/s" if is_known else "–"
+    limit = math.inf if joint.velocity_limit is None else joint.velocity_limit
+    velocity = f"{limit:.4g} {joint.unit}/s" if math.isfinite(limit) else "–"
+    return f"{span} {unit}" if len(ends) == 2 else "–", velocity
 
 
 def _read_only(values: Sequence[float | FloatArray]) -> FloatArray:

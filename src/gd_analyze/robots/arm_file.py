@@ -35,9 +35,9 @@ from gd_analyze.robots.arm_schema import (
     PlacementFile,
     Table,
 )
-from gd_analyze.robots.frames import CONVENTIONS, placements_of, roll_pitch_yaw
+from gd_analyze.robots.frames import CONVENTIONS, roll_pitch_yaw
 from gd_analyze.robots.limits import invalid_toml
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, require_name, require_sentences
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, is_sentence, require_name
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.text import in_python
 
@@ -201,7 +201,8 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
     for key in ("name", "title"):
         require_name(getattr(parsed, key), f"an arm's {key}", lines.locate((key,)))
     for key in ("sources", "assumptions", "doubts"):
-        require_sentences(getattr(parsed, key), f"one of the {key}", lines.locate((key,)))
+        if not all(map(is_sentence, getattr(parsed, key))):
+            raise ArmError(f"one of the {key} is not printable", where=lines.locate((key,)), expected="text")
     n = len(parsed.joints)
     for what, count in (("links", len(parsed.links)), ("drives", len(parsed.drives))):
         if count != n and (count or what == "links"):
@@ -219,7 +220,7 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
             behind = _placement(link.frame_xyz, link.frame_rpy, link.frame_rotation)
         elif isinstance(joint, DHJointTable):
             rows.append(DHRow(joint.theta, joint.d, joint.a, joint.alpha))
-            before, behind = placements_of(parsed.convention, joint.kind, rows[-1])
+            before, behind = CONVENTIONS[parsed.convention][1](joint.kind, rows[-1])
         lower, upper = (end if math.isfinite(end) else None for end in joint.range or (-math.inf, math.inf))
         joints.append(
             Joint(
@@ -256,7 +257,7 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
         links=tuple(links),
         drives=tuple(drives),
         dh_table=tuple(rows),
-        convention=CONVENTIONS.get(parsed.convention, PLACEMENTS),
+        convention=CONVENTIONS[parsed.convention][0] if rows else PLACEMENTS,
         sources=tuple(parsed.sources),
         assumptions=tuple(parsed.assumptions),
         doubts=tuple(parsed.doubts),

@@ -16,7 +16,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_schema import UNIT_SUFFIXES
-from gd_analyze.robots.frames import CONVENTIONS, angles_of, placements_of, roll_pitch_yaw
+from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 
 # Digits up to which an angle in degrees is short enough to be a person's.
@@ -116,12 +116,12 @@ def _head(arm: RobotArm, convention: str) -> Iterator[str]:
 
 def _convention(arm: RobotArm) -> str:
     """The convention of the arm's table, or "placement" where it has none that makes the same arm."""
-    for word, name in CONVENTIONS.items():
+    for word, (name, placements_of) in CONVENTIONS.items():
         if not arm.dh_table or arm.convention != name:
             continue
         frames = []
         for joint, link, row in zip(arm.joints, arm.links, arm.dh_table, strict=True):
-            before, behind = placements_of(word, joint.kind, row)
+            before, behind = placements_of(joint.kind, row)
             frames += [(joint.placement, before), (link.frame, behind)]
         if all(_same(joint.axis, _ALONG_Z) for joint in arm.joints) and all(
             _same(a.rotation, b.rotation) and _same(a.translation, b.translation) for a, b in frames

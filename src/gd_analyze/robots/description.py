@@ -12,6 +12,10 @@ import numpy as np
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, LinkUncertainty, Placement
 
+_ACTING_OF_JOINTS = ("kind", "placement", "axis")
+_ACTING_OF_LINKS = ("mass", "com", "inertia_com", "frame")
+_TEXTS = ("sources", "assumptions", "doubts")
+
 
 def describe(arm: RobotArm) -> dict[str, Any]:
     """Everything that acts on the dynamics, its uncertainties, names and limits, as plain JSON values."""
@@ -21,20 +25,11 @@ def describe(arm: RobotArm) -> dict[str, Any]:
 
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
     """Everything there is to show: also table, sources, assumptions and doubts."""
-    keys = ("dh_table", "convention", "sources", "assumptions", "doubts")
-    return describe(arm) | {key: _plain(getattr(arm, key)) for key in keys}
+    return describe(arm) | {key: _plain(getattr(arm, key)) for key in ("dh_table", "convention", *_TEXTS)}
 
 
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
-    """Rebuild an arm from what `describe` or `describe_in_full` gave.
-
-    Raises
-    ------
-    ArmError
-        If a value is impossible, as on construction.
-    KeyError, TypeError
-        If the description lacks something or is of another shape.
-    """
+    """Arm of what `describe` or `describe_in_full` gave; ArmError, KeyError or TypeError of other things."""
     placed = [{**joint, "placement": Placement(**joint["placement"])} for joint in description["joints"]]
     return RobotArm(
         name=description["name"],
@@ -45,24 +40,20 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
         drives=tuple(Drive(**drive) for drive in description["drives"]),
         dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
         convention=description.get("convention", ""),
-        sources=tuple(description.get("sources", [])),
-        assumptions=tuple(description.get("assumptions", [])),
-        doubts=tuple(description.get("doubts", [])),
+        **{key: tuple(description.get(key, [])) for key in _TEXTS},
     )
 
 
 def fingerprint(arm: RobotArm, drives: bool = False) -> str:
-    """SHA-256 of the numbers that act on torque at a state; drives on request, never names or limits.
+    """SHA-256 of the numbers that act on torque at a state; drives on request.
 
-    Nor uncertainties: an arm whose numbers are known better has the same torques, and results made for it
-    remain those of the same arm.
+    Never of names, limits and uncertainties: results remain those of the same arm when it is known better.
     """
     description = describe(arm)
-    joint_keys, link_keys = ("kind", "placement", "axis"), ("mass", "com", "inertia_com", "frame")
     acting = {
         "gravity": description["gravity"],
-        "joints": [[joint[key] for key in joint_keys] for joint in description["joints"]],
-        "links": [[link[key] for key in link_keys] for link in description["links"]],
+        "joints": [[joint[key] for key in _ACTING_OF_JOINTS] for joint in description["joints"]],
+        "links": [[link[key] for key in _ACTING_OF_LINKS] for link in description["links"]],
     }
     if drives:
         acting["drive_inertia"] = [drive.inertia for drive in arm.drives]

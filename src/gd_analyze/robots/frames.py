@@ -9,9 +9,6 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.parts import DHRow, JointKind, Placement
 
-# By the word of an arm file, the name of the convention.
-CONVENTIONS = {name: f"{name} Denavit-Hartenberg" for name in ("standard", "modified")}
-
 
 def exact_cos_sin(angle: float) -> tuple[float, float]:
     """Cosine and sine with exact zeros and ones at multiples of a right angle.
@@ -25,27 +22,18 @@ def exact_cos_sin(angle: float) -> tuple[float, float]:
     return math.cos(angle), math.sin(angle)
 
 
-def about_x(angle: float) -> FloatArray:
-    """Rotation about x."""
-    c, s = exact_cos_sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def about_y(angle: float) -> FloatArray:
-    """Rotation about y."""
-    c, s = exact_cos_sin(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
-def about_z(angle: float) -> FloatArray:
-    """Rotation about z."""
-    c, s = exact_cos_sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def _about(axis: int, angle: float) -> FloatArray:
+    """Rotation about x (0), y (1) or z (2)."""
+    turn, j, k = np.eye(3), (axis + 1) % 3, (axis + 2) % 3
+    cosine, sine = exact_cos_sin(angle)
+    turn[j, j] = turn[k, k] = cosine
+    turn[k, j], turn[j, k] = sine, -sine
+    return turn
 
 
 def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Rotation about x, then y, then z of the fixed frame, as in URDF; no negative zeros."""
-    return about_z(yaw) @ about_y(pitch) @ about_x(roll) + 0.0
+    return _about(2, yaw) @ _about(1, pitch) @ _about(0, roll) + 0.0
 
 
 def angles_of(rotation: FloatArray) -> tuple[float, float, float]:
@@ -61,26 +49,24 @@ def angles_of(rotation: FloatArray) -> tuple[float, float, float]:
 def standard_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
     """Joint placement and link frame of A_i = Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha).
 
-    The constant part of the joint's own motion (theta for a revolute, d for a prismatic joint) commutes
-    with the motion and is put behind it, so that the joint frame's origin stays FGL87's p_{i-1}; a
-    prismatic joint's constant theta turns the joint frame. [FGL87] Eq. (3.2-5).
+    The constant part of the joint's own motion commutes with it and is put behind it, so that the joint
+    frame's origin stays FGL87's p_{i-1}; a prismatic joint's theta turns the frame. [FGL87] Eq. (3.2-5).
     """
-    behind = Placement(about_x(row.alpha), np.array([row.a, 0.0, row.d]))
-    turn = about_z(row.theta)
+    behind = Placement(_about(0, row.alpha), np.array([row.a, 0.0, row.d]))
+    turn = _about(2, row.theta)
     if kind == "prismatic":
         return Placement(turn), behind
     return Placement(), Placement(turn @ behind.rotation, turn @ behind.translation)
 
 
 def modified_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
-    """Joint placement and link frame of Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d).
-
-    Here alpha and a lead to the joint's axis, so the joint frame's origin lies on it.
-    """
-    before = Placement(about_x(row.alpha), np.array([row.a, 0.0, 0.0]))
-    return before, Placement(about_z(row.theta), np.array([0.0, 0.0, row.d]))
+    """Joint placement and link frame of Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d)."""
+    before = Placement(_about(0, row.alpha), np.array([row.a, 0.0, 0.0]))
+    return before, Placement(_about(2, row.theta), np.array([0.0, 0.0, row.d]))
 
 
-def placements_of(convention: str, kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
-    """Joint placement and link frame by the convention that an arm file names."""
-    return (standard_placements if convention == "standard" else modified_placements)(kind, row)
+# By the word of an arm file: the convention's name, and the two placements of a row.
+CONVENTIONS = {
+    "standard": ("standard Denavit-Hartenberg", standard_placements),
+    "modified": ("modified Denavit-Hartenberg", modified_placements),
+}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -14,20 +14,13 @@ from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.frames import angles_of
 from gd_analyze.robots.parts import Placement
 
-_ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-_MOMENTS, _PRODUCTS = list(_ENTRIES)[:3], list(_ENTRIES)[3:]
+_MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
+_PRODUCTS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+_POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
-    """Tables of an arm: chain, placements, masses, uncertainties, limits, drives, sources, assumptions.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    suspicious
-        Sentences that stand first: what was warned of when it was read.
-    """
+    """Tables of an arm; what was warned of when it was read stands first."""
     document = {"suspicious": list(suspicious), **describe_in_full(arm), "fingerprint": fingerprint(arm)}
     places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
@@ -64,8 +57,12 @@ def _cells(values: Iterable[float | None]) -> list[str]:
     return ["?" if value is None else f"{value:g}" for value in values]
 
 
+def _entries(tensor: FloatArray, of: Mapping[str, tuple[int, int]]) -> list[str]:
+    return _cells(float(tensor[at]) for at in of.values())
+
+
 def _table(
-    title: str, first: Column, headings: Sequence[str], rows: Sequence[Sequence[str]], note: str = ""
+    title: str, first: Column, headings: Iterable[str], rows: Sequence[Sequence[str]], note: str = ""
 ) -> Table:
     columns = zip(headings, zip(*rows, strict=True), strict=True)
     return Table("", title, (first, *(Column("", heading, list(cells)) for heading, cells in columns)), note)
@@ -75,6 +72,14 @@ def _names(heading: str, names: Sequence[str]) -> Column:
     return Column("", heading, names, shown="name")
 
 
+def _of_joints(arm: RobotArm) -> Column:
+    return _names("joint", [joint.name for joint in arm.joints])
+
+
+def _numbers(arm: RobotArm) -> Column:
+    return Column("", "#", range(1, arm.n_joints + 1), shown="count")
+
+
 def _chain(arm: RobotArm) -> Table:
     whole = float(arm.mass.sum())
     places = [
@@ -82,8 +87,8 @@ def _chain(arm: RobotArm) -> Table:
         for joint, link in zip(arm.joints, arm.links, strict=True)
     ]
     columns = (
-        Column("", "#", range(1, arm.n_joints + 1), shown="count"),
-        _names("joint", [joint.name for joint in arm.joints]),
+        _numbers(arm),
+        _of_joints(arm),
         _names("moves link", [link.name for link in arm.links]),
         Column("", "kg", [f"{mass:.3g}" for mass in arm.mass]),
         Column("", "%", [f"{100 * mass / (whole or 1.0):.0f}" for mass in arm.mass]),
@@ -102,30 +107,27 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
             d = f"q + {d}" if row.d else "q"
         rows.append([joint.kind, theta, d, a, alpha])
     title = arm.convention[:1].upper() + arm.convention[1:]
-    headings = ["kind", "theta °", "d m", "a m", "alpha °"]
-    yield _table(title, _names("joint", [joint.name for joint in arm.joints]), headings, rows)
+    yield _table(title, _of_joints(arm), ["kind", "theta °", "d m", "a m", "alpha °"], rows)
 
 
 def _placements(arm: RobotArm) -> Iterator[Table]:
-    headings = ["x", "y", "z", "roll", "pitch", "yaw"]
-    numbers = Column("", "#", range(1, arm.n_joints + 1), shown="count")
-    rows = [[*_placed(joint.placement), _axis(joint.axis), joint.kind] for joint in arm.joints]
+    rows = [[*_pose(joint.placement), _axis(joint.axis), joint.kind] for joint in arm.joints]
     title = "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), axis"
-    yield _table(title, numbers, [*headings, "axis", "kind"], rows)
+    yield _table(title, _numbers(arm), [*_POSE, "axis", "kind"], rows)
     frames = [link.frame for link in arm.links]
     if any(frame.translation.any() or (frame.rotation != np.eye(3)).any() for frame in frames):
         title = "Link frames, each in its joint's: place (m), angles about x, y, z (°)"
-        yield _table(title, numbers, headings, list(map(_placed, frames)))
+        yield _table(title, _numbers(arm), _POSE, list(map(_pose, frames)))
 
 
-def _placed(placement: Placement) -> list[str]:
+def _pose(placement: Placement) -> list[str]:
     # Twelve digits of a degree are round-off; a zero has no sign.
     angles = (round(math.degrees(angle), 9) + 0.0 for angle in angles_of(placement.rotation))
     return _cells([*(placement.translation + 0.0), *angles])
 
 
 def _axis(axis: FloatArray) -> str:
-    along = [k for k in range(3) if axis[k] != 0.0]
+    along = np.flatnonzero(axis)
     if len(along) == 1:
         return ("-" if axis[along[0]] < 0 else "") + "xyz"[along[0]]
     return " ".join(f"{x:.4g}" for x in axis)
@@ -134,41 +136,42 @@ def _axis(axis: FloatArray) -> str:
 def _links(arm: RobotArm) -> Iterator[Table | Fact]:
     names = _names("link", [link.name for link in arm.links])
     masses = [_cells([link.mass, *link.com]) for link in arm.links]
-    title = "Links: mass (kg) and centre of mass (m) in the link's frame"
-    yield _table(title, names, ["mass", "x", "y", "z"], masses)
-    products = [_entries(link.inertia_com, _PRODUCTS) for link in arm.links]
+    yield _table(
+        "Links: mass (kg) and centre of mass (m) in the link's frame", names, ["mass", "x", "y", "z"], masses
+    )
+    moments, products = (
+        [_entries(link.inertia_com, of) for link in arm.links] for of in (_MOMENTS, _PRODUCTS)
+    )
     has_products = any(cell != "0" for row in products for cell in row)
     title = "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
-    note = "" if has_products else "All products of inertia are zero."
-    yield _table(title, names, _MOMENTS, [_entries(link.inertia_com, _MOMENTS) for link in arm.links], note)
+    yield _table(title, names, _MOMENTS, moments, "" if has_products else "All products of inertia are zero.")
     if has_products:
         yield _table("Products of inertia, as they stand in the tensor", names, _PRODUCTS, products)
-    for links, label in (
-        ([link.name for link in arm.links if link.as_measured], "Inertia kept as measured"),
-        ([link.name for link in arm.links if link.axial_only], "Inertia about the joint's axis only"),
+    measured = [link.name for link in arm.links if link.as_measured]
+    axial = [link.name for link in arm.links if link.axial_only]
+    for label, links in (
+        ("Inertia kept as measured", measured),
+        ("Inertia about the joint's axis only", axial),
     ):
         if links:
             yield Fact("", label, ", ".join(links), shown="text")
-
-
-def _entries(tensor: FloatArray, names: Sequence[str]) -> list[str]:
-    return _cells(float(tensor[_ENTRIES[name]]) for name in names)
 
 
 def _uncertainties(arm: RobotArm) -> Iterator[Table]:
     stated = [(link.name, link.uncertainty) for link in arm.links if link.uncertainty is not None]
     if not stated:
         return
-    unknown, names = [None] * 3, _names("link", [name for name, _ in stated])
-    rows = []
+    names, rows = _names("link", [name for name, _ in stated]), []
     for _, known in stated:
         moments = ["?"] * 3 if known.inertia is None else _entries(known.inertia, _MOMENTS)
-        rows.append([*_cells([known.mass, *(unknown if known.com is None else known.com)]), *moments])
+        rows.append([*_cells([known.mass, *([None] * 3 if known.com is None else known.com)]), *moments])
     title = "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? if not stated"
     yield _table(title, names, ["mass", "x", "y", "z", *_MOMENTS], rows)
-    tensors = [(name, known) for name, known in stated if known.inertia is not None]
-    about_origin = ", ".join(name for name, known in tensors if known.inertia_about == "origin")
-    products = [_entries(known.inertia, _PRODUCTS) for _, known in tensors if known.inertia is not None]
+    tensors = [(name, known.inertia) for name, known in stated if known.inertia is not None]
+    about_origin = ", ".join(
+        name for name, known in stated if known.inertia is not None and known.inertia_about == "origin"
+    )
+    products = [_entries(tensor, _PRODUCTS) for _, tensor in tensors]
     if about_origin or any(cell != "0" for row in products for cell in row):
         note = f"About the origin of the link frame: {about_origin}." if about_origin else ""
         title = "Standard uncertainties of products of inertia (kg m²)"
@@ -186,26 +189,20 @@ def _limits(arm: RobotArm) -> Table:
             ["?" if ends == (None, None) else f"{lower} .. {upper} {unit}"]
             + ["?" if limit is None else f"{limit:g} {joint.unit}/{per}" for limit, per in limits]
         )
-    names = _names("joint", [joint.name for joint in arm.joints])
-    return _table("Limits", names, ["range", "velocity", "acceleration"], rows)
+    return _table("Limits", _of_joints(arm), ["range", "velocity", "acceleration"], rows)
 
 
 def _drives(arm: RobotArm) -> Iterator[Table]:
     if not arm.drives:
         return
-    rows = [
-        _cells(
-            [
-                *(drive.inertia, drive.inertia_uncertainty, drive.gear_ratio, drive.viscous),
-                *(*drive.coulomb, drive.torque_limit),
-            ]
-        )
-        for drive in arm.drives
-    ]
-    kg, newton = ("; kg if prismatic", "; N if prismatic") if not all(arm.is_revolute) else ("", "")
+    kg, newton = ("", "") if all(arm.is_revolute) else ("; kg if prismatic", "; N if prismatic")
     title = (
         f"Drives: inertia at the joint (kg m²{kg}), gear ratio, friction at the motor (N m s and N m), "
         f"torque limit at the joint (N m{newton})"
     )
     headings = ["inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"]
-    yield _table(title, _names("joint", [joint.name for joint in arm.joints]), headings, rows)
+    rows = [
+        _cells([*(x.inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous), *x.coulomb, x.torque_limit])
+        for x in arm.drives
+    ]
+    yield _table(title, _of_joints(arm), headings, rows)

@@ -1,9 +1,9 @@
-"""Parts of an arm: placements, joints, links and drives, each checked when it is made and read-only after."""
+"""Parts of an arm: placements, joints, links and drives, checked when they are made and read-only after."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -29,61 +29,51 @@ _LONGEST_NAME = 200
 def checked(
     values: ArrayLike, shape: tuple[int, ...], what: str, where: Location | str, *, nonnegative: bool = False
 ) -> FloatArray:
-    """Copy numbers into a read-only array.
-
-    Raises
-    ------
-    ArmError
-        If something is no number, the shape differs, or a number is not finite, too large or (on request)
-        negative.
-    """
+    """Read-only copy of numbers; ArmError unless all are finite, possible and of this shape."""
     given = np.array(values)
-    found = in_python(given.tolist())
     if given.dtype.kind not in "fiu":
-        raise ArmError(f"{what} is not made of numbers", where=where, expected="numbers", found=found)
-    array = given.astype(float)
-    if array.shape != shape:
-        raise ArmError(
-            f"{what} has the wrong shape", where=where, expected=str(shape), found=str(array.shape)
-        )
-    if not np.isfinite(array).all():
-        raise ArmError(f"{what} is not finite", where=where, expected="finite numbers", found=found)
-    if not are_possible(array):
-        expected = f"numbers up to {LARGEST:g} in SI units"
-        raise ArmError(f"{what} is too large for any arm", where=where, expected=expected, found=found)
-    if nonnegative and (array < 0).any():
-        raise ArmError(f"{what} is negative", where=where, expected="0 or more", found=found)
-    array.flags.writeable = False
-    return array
+        problem, expected = "is not made of numbers", "numbers"
+    elif given.shape != shape:
+        problem, expected = "has the wrong shape", f"shape {shape}"
+    elif not np.isfinite(given).all():
+        problem, expected = "is not finite", "finite numbers"
+    elif not are_possible(given):
+        problem, expected = "is too large for any arm", f"numbers up to {LARGEST:g} in SI units"
+    elif nonnegative and (given < 0).any():
+        problem, expected = "is negative", "0 or more"
+    else:
+        array = given.astype(float)
+        array.flags.writeable = False
+        return array
+    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=in_python(given.tolist()))
 
 
-def _keep(
-    owner: object,
-    name: str,
-    shape: tuple[int, ...],
-    what: str,
-    where: Location | str,
-    nonnegative: bool = False,
-) -> FloatArray:
-    """Replace a field of a frozen value by its checked copy, a float where the shape is ()."""
-    array = checked(getattr(owner, name), shape, what, where, nonnegative=nonnegative)
-    object.__setattr__(owner, name, array if shape else float(array))
-    return array
+def _check(
+    owner: object, of: str, where: Location | str, nonnegative: Container[str] = (), **shapes: tuple[int, ...]
+) -> None:
+    """Put checked copies into fields of a frozen value, floats where the shape is (); default None stays."""
+    for name, shape in shapes.items():
+        given = getattr(owner, name)
+        if given is not None or getattr(type(owner), name, ...) is not None:
+            array = checked(given, shape, f"{name} of {of}", where, nonnegative=name in nonnegative)
+            object.__setattr__(owner, name, array if shape else float(array))
+
+
+def is_name(text: object) -> bool:
+    """Whether a text is one short line of printable characters."""
+    return isinstance(text, str) and visible(text) == text and len(text) <= _LONGEST_NAME
+
+
+def is_sentence(text: object) -> bool:
+    """Whether a text of one or more lines is printable."""
+    return isinstance(text, str) and all(visible(word) == word for word in text.split())
 
 
 def require_name(name: object, what: str, where: Location | str) -> None:
-    """Raise an ArmError unless a name is one short line of printable text."""
-    if not isinstance(name, str) or visible(name) != name or len(name) > _LONGEST_NAME:
+    """Raise an ArmError unless `is_name`."""
+    if not is_name(name):
         expected = f"one line of printable text, at most {_LONGEST_NAME} characters"
         raise ArmError(f"{what} is not a name", where=where, expected=expected, found=in_python(name))
-
-
-def require_sentences(texts: Iterable[object], what: str, where: Location | str) -> None:
-    """Raise an ArmError unless texts of one or more lines are printable."""
-    for text in texts:
-        if not isinstance(text, str) or visible(" ".join(text.split())) != " ".join(text.split()):
-            expected = "text without control characters"
-            raise ArmError(f"{what} is not printable", where=where, expected=expected, found=in_python(text))
 
 
 def symmetric_tensor(
@@ -117,65 +107,48 @@ class Placement:
     translation: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        rotation = _keep(self, "rotation", (3, 3), "the rotation of a placement", "placement")
-        off = np.abs(rotation.T @ rotation - np.eye(3)).max()
-        if off > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0:
-            raise ArmError("the rotation of a placement is not a rotation", found=str(rotation.tolist()))
-        _keep(self, "translation", (3,), "the translation of a placement", "placement")
+        _check(self, "a placement", "placement", rotation=(3, 3), translation=(3,))
+        off = np.abs(self.rotation.T @ self.rotation - np.eye(3)).max()
+        if off > ORTHONORMAL_TOLERANCE or np.linalg.det(self.rotation) < 0:
+            found = str(self.rotation.tolist())
+            raise ArmError("rotation of a placement is not a rotation", where="placement", found=found)
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """One joint of one degree of freedom.
-
-    Parameters
-    ----------
-    name
-        Shown in tables and messages.
-    kind
-        "revolute" (rad) or "prismatic" (m).
-    placement
-        The joint frame in the previous link's frame; its origin is p_{i-1}.
-    axis
-        Unit vector z_{i-1} in the joint frame.
-    lower, upper, velocity_limit, acceleration_limit
-        Limits in rad, rad/s, rad/s^2 (m, m/s, m/s^2); None where unknown.
-    source
-        Where the joint is described, for messages.
-    """
+    """One joint of one degree of freedom; limits are None where unknown."""
 
     name: str
     kind: JointKind = "revolute"
-    placement: Placement = field(default_factory=Placement)
-    axis: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    lower: float | None = None
+    placement: Placement = field(default_factory=Placement)  # of the joint frame in the previous link's
+    axis: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # unit z_{i-1}, joint frame
+    lower: float | None = None  # rad or m
     upper: float | None = None
-    velocity_limit: float | None = None
-    acceleration_limit: float | None = None
-    source: Location | None = None
+    velocity_limit: float | None = None  # rad/s or m/s
+    acceleration_limit: float | None = None  # rad/s^2 or m/s^2
+    source: Location | None = None  # where the joint is described, for messages
 
     def __post_init__(self) -> None:
-        where = self.place
+        joint, where = f"joint {self.name}", self.place
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             expected, found = "revolute or prismatic", in_python(self.kind)
-            what = f"joint {self.name} is of an unknown kind"
-            raise ArmError(what, where=where, expected=expected, found=found)
-        length = float(np.linalg.norm(_keep(self, "axis", (3,), f"the axis of joint {self.name}", where)))
+            raise ArmError(f"{joint} is of an unknown kind", where=where, expected=expected, found=found)
+        _check(self, joint, where, axis=(3,))
+        length = float(np.linalg.norm(self.axis))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
-            what = f"the axis of joint {self.name} is not a unit vector"
+            what = f"axis of {joint} is not a unit vector"
             raise ArmError(what, where=where, expected="length 1", found=f"length {length:g}")
         for limit in ("lower", "upper", "velocity_limit", "acceleration_limit"):
             given = getattr(self, limit)
-            what = f"the {limit.replace('_', ' ')} of joint {self.name}"
-            if given is not None and not (isinstance(given, float) and math.isinf(given)):
-                _keep(self, limit, (), what, where)
+            if not (isinstance(given, float) and math.isinf(given)):
+                _check(self, joint, where, **{limit: ()})
             if given is not None and limit.endswith("limit") and not given > 0:
-                expected, found = "a positive number", f"{given:g}"
-                raise ArmError(f"{what} is not positive", where=where, expected=expected, found=found)
+                what = f"{limit} of {joint} is not positive"
+                raise ArmError(what, where=where, expected="a positive number", found=f"{given:g}")
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
-            what, found = f"the range of joint {self.name} is empty", f"{self.lower:g} .. {self.upper:g}"
-            raise ArmError(what, where=where, expected="lower < upper", found=found)
+            found = f"{self.lower:g} .. {self.upper:g}"
+            raise ArmError(f"range of {joint} is empty", where=where, expected="lower < upper", found=found)
 
     @property
     def place(self) -> str:
@@ -195,98 +168,53 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class LinkUncertainty:
-    """Standard uncertainties of a link's inertial parameters, independent of each other.
+    """Standard uncertainties of a link's inertial parameters, independent of each other; None if not stated.
 
-    Parameters
-    ----------
-    mass
-        Of the mass, kg; None where not stated, as below.
-    com
-        Of the centre of mass in the link frame, m, shape (3,).
-    inertia
-        Of the entries of the inertia tensor along the axes of the link frame, kg m^2, shape (3, 3),
-        symmetric: xy and yx are one number.
-    inertia_about
-        Point the inertia was stated about, "com" or "origin" of the link frame. About the other point its
-        error would depend on those of mass and centre of mass.
-    body_mass, body_com
-        Mass and centre of mass of the link without its payload, which counts as known exactly; None where
-        the link carries none.
+    A payload counts as known exactly: a link that carries one has `body_mass` and `body_com` without it.
     """
 
-    mass: float | None = None
-    com: FloatArray | None = None
-    inertia: FloatArray | None = None
-    inertia_about: Literal["com", "origin"] = "com"
-    body_mass: float | None = None
-    body_com: FloatArray | None = None
+    mass: float | None = None  # kg
+    com: FloatArray | None = None  # (3,), m, in the link frame
+    inertia: FloatArray | None = None  # (3, 3), kg m^2, of the entries: xy and yx are one number
+    inertia_about: Literal["com", "origin"] = "com"  # the point that the inertia was stated about
+    body_mass: float | None = None  # kg
+    body_com: FloatArray | None = None  # (3,), m
 
     def __post_init__(self) -> None:
-        for name, shape, what in (
-            ("mass", (), "the uncertainty of a link's mass"),
-            ("com", (3,), "the uncertainty of a link's com"),
-            ("inertia", (3, 3), "the uncertainty of a link's inertia"),
-            ("body_mass", (), "the mass of an uncertain body"),
-            ("body_com", (3,), "the com of an uncertain body"),
-        ):
-            if getattr(self, name) is not None:
-                _keep(self, name, shape, what, "link uncertainty", nonnegative=name != "body_com")
+        of, where = "a link's uncertainty", "link uncertainty"
+        _check(self, of, where, ("mass", "com", "inertia"), mass=(), com=(3,), inertia=(3, 3))
+        _check(self, of, where, ("body_mass",), body_mass=(), body_com=(3,))
         if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
             found = str(self.inertia.tolist())
-            raise ArmError("the uncertainty of a link's inertia is not symmetric", found=found)
+            raise ArmError(f"inertia of {of} is not symmetric", where=where, found=found)
 
 
 @dataclass(frozen=True, eq=False)
 class Link:
     """One rigid link; its data are given in link frame s.
 
-    Parameters
-    ----------
-    name
-        Shown in tables and messages.
-    mass
-        m_s, kg.
-    com
-        Centre of mass in link frame s, m.
-    inertia_com
-        I_s about the centre of mass along the axes of link frame s, kg m^2, shape (3, 3). It may be
-        physically inconsistent, as published measurements are; `plausibility.py` reports by how much.
-    frame
-        Link frame s in the joint frame after the joint's motion.
-    as_measured
-        The inertia is a measurement kept as published: a triangle inequality violated by up to 10 % of the
-        largest principal moment gives no warning then.
-    axial_only
-        Only the moment about the joint's axis is known, and only it acts: allowed for the first link of
-        an arm whose first joint is revolute.
-    uncertainty
-        Stated standard uncertainties; None where none is stated.
-    source
-        Where the link is described, for messages.
-    bare
-        The link as described, without the payload that is merged into it.
+    The inertia may be physically inconsistent, as published measurements are; `plausibility.py` reports that.
     """
 
     name: str
-    mass: float
-    com: FloatArray
-    inertia_com: FloatArray
-    frame: Placement = field(default_factory=Placement)
-    as_measured: bool = False
-    axial_only: bool = False
+    mass: float  # m_s, kg
+    com: FloatArray  # (3,), m
+    inertia_com: FloatArray  # I_s about the centre of mass, (3, 3), kg m^2
+    frame: Placement = field(default_factory=Placement)  # of link frame s in the moved joint frame
+    as_measured: bool = False  # triangle inequality violated by up to 10 %: no warning
+    axial_only: bool = False  # only the moment about the joint's axis is known, and only it acts
     uncertainty: LinkUncertainty | None = None
-    source: Location | None = None
-    bare: Link | None = field(default=None, repr=False)
+    source: Location | None = None  # where the link is described, for messages
+    bare: Link | None = field(default=None, repr=False)  # the link without the payload merged into it
 
     def __post_init__(self) -> None:
-        where = self.place
+        link, where = f"link {self.name}", self.place
         require_name(self.name, "a link's name", where)
-        _keep(self, "mass", (), f"the mass of link {self.name}", where, nonnegative=True)
-        _keep(self, "com", (3,), f"the com of link {self.name}", where)
-        inertia = _keep(self, "inertia_com", (3, 3), f"the inertia of link {self.name}", where)
+        _check(self, link, where, ("mass",), mass=(), com=(3,), inertia_com=(3, 3))
+        inertia = self.inertia_com
         if np.abs(inertia - inertia.T).max() > _SYMMETRY_TOLERANCE * np.abs(inertia).max():
-            what = f"the inertia of link {self.name} is not symmetric"
-            raise ArmError(what, where=where, expected="I = I^T", found=str(inertia.tolist()))
+            what, found = f"inertia_com of {link} is not symmetric", str(inertia.tolist())
+            raise ArmError(what, where=where, expected="I = I^T", found=found)
 
     @property
     def place(self) -> str:
@@ -311,48 +239,24 @@ class Link:
 
 @dataclass(frozen=True)
 class Drive:
-    """One joint's drive; not part of FGL87's D, added only on request.
+    """One joint's drive; not part of FGL87's D."""
 
-    Parameters
-    ----------
-    inertia
-        Inertia of motor and gears seen at the joint, kg m^2 (kg for a prismatic joint).
-    inertia_uncertainty
-        Its stated standard uncertainty, same unit; None where not stated.
-    gear_ratio
-        Motor turns per joint turn, signed.
-    viscous
-        Viscous friction at the motor, N m s.
-    coulomb
-        Coulomb friction at the motor for positive and negative motion, N m.
-    torque_limit
-        Largest torque at the joint, N m.
-    """
-
-    inertia: float = 0.0
-    inertia_uncertainty: float | None = None
-    gear_ratio: float = 1.0
-    viscous: float = 0.0
-    coulomb: tuple[float, float] = (0.0, 0.0)
-    torque_limit: float | None = None
+    inertia: float = 0.0  # of motor and gears, seen at the joint, kg m^2 (kg if prismatic)
+    inertia_uncertainty: float | None = None  # standard uncertainty, same unit
+    gear_ratio: float = 1.0  # motor turns per joint turn, signed
+    viscous: float = 0.0  # friction at the motor, N m s
+    coulomb: tuple[float, float] = (0.0, 0.0)  # friction at the motor, positive and negative motion, N m
+    torque_limit: float | None = None  # at the joint, N m (N)
 
     def __post_init__(self) -> None:
-        for name, what in (
-            ("inertia", "the inertia of a drive"),
-            ("inertia_uncertainty", "the uncertainty of a drive's inertia"),
-            ("gear_ratio", "the gear ratio of a drive"),
-            ("viscous", "the viscous friction of a drive"),
-            ("torque_limit", "the torque limit of a drive"),
-        ):
-            if getattr(self, name) is not None:
-                _keep(self, name, (), what, "drive", nonnegative=name != "gear_ratio")
-        coulomb = _keep(self, "coulomb", (2,), "the Coulomb friction of a drive", "drive")
-        object.__setattr__(self, "coulomb", tuple(coulomb.tolist()))
+        positive = {"inertia": (), "inertia_uncertainty": (), "viscous": (), "torque_limit": ()}
+        _check(self, "a drive", "drive", positive, **positive, gear_ratio=(), coulomb=(2,))
+        object.__setattr__(self, "coulomb", tuple(np.array(self.coulomb).tolist()))
 
 
 @dataclass(frozen=True)
 class DHRow:
-    """One row of a Denavit-Hartenberg table, SI and radians; the joint variable adds to theta or d."""
+    """One row of a Denavit-Hartenberg table, rad and m; the joint variable adds to theta or d."""
 
     theta: float
     d: float
@@ -360,5 +264,4 @@ class DHRow:
     alpha: float
 
     def __post_init__(self) -> None:
-        for name in ("theta", "d", "a", "alpha"):
-            _keep(self, name, (), f"{name} of a Denavit-Hartenberg row", "dh_table")
+        _check(self, "a Denavit-Hartenberg row", "dh_table", theta=(), d=(), a=(), alpha=())

@@ -1,12 +1,11 @@
 """Plausibility of an arm: one function per check, each with its message.
 
-The limits are far beyond arms that exist, from 0.3 m on a desk to cranes and the Space Station's of 17 m and
-to some hundred chains from makers' files, and far below what a wrong unit makes of any of them.
+The limits are far beyond arms that exist, from 0.3 m on a desk to cranes and some hundred chains from makers'
+files, and far below what a wrong unit makes of any of them.
 """
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
 from collections.abc import Callable, Iterator
@@ -22,8 +21,6 @@ from gd_analyze.text import number, percent
 
 # What a check finds: the place, and the sentence.
 Findings = Iterator[tuple[str, str]]
-Check = Callable[[RobotArm], Findings]
-CHECKS: list[Check] = []
 
 _FULL_TURN = 2 * math.pi
 _TYPED = 1e-4  # four decimals of a radian
@@ -68,38 +65,6 @@ def check_payload(body: Link, reach: float) -> Iterator[str]:
         )
 
 
-def _of_arm(check: Check) -> Check:
-    CHECKS.append(check)
-    return check
-
-
-def _of_joints(find: Callable[[Joint], str | None]) -> Check:
-    """Make a check of what is wrong with one joint."""
-
-    @_of_arm
-    @functools.wraps(find)
-    def check(arm: RobotArm) -> Findings:
-        for joint in arm.joints:
-            if message := find(joint):
-                yield joint.place, message
-
-    return check
-
-
-def _of_links(find: Callable[[Link, RobotArm], str | None]) -> Check:
-    """Make a check of what is wrong with one link of an arm, as described, without a payload."""
-
-    @_of_arm
-    @functools.wraps(find)
-    def check(arm: RobotArm) -> Findings:
-        for link in arm.links:
-            if message := find(link.bare or link, arm):
-                yield link.place, message
-
-    return check
-
-
-@_of_arm
 def gravity_too_strong(arm: RobotArm) -> Findings:
     """Jupiter's is 25 m/s^2; 9.81 without its point is 98.1 at least."""
     strength = float(np.linalg.norm(arm.gravity))
@@ -107,7 +72,6 @@ def gravity_too_strong(arm: RobotArm) -> Findings:
         yield f"arm {arm.name}", f"gravity is {strength:g} m/s^2; on Earth it is 9.81"
 
 
-@_of_arm
 def angle_beyond_a_turn(arm: RobotArm) -> Findings:
     """An angle of a Denavit-Hartenberg table in degrees."""
     for place, key, angle in _angles(arm):
@@ -115,7 +79,6 @@ def angle_beyond_a_turn(arm: RobotArm) -> Findings:
             yield place, f"{key} is {angle:g} rad, more than a full turn; if in degrees, write {key}_deg"
 
 
-@_of_arm
 def angle_of_pi_degrees(arm: RobotArm) -> Findings:
     """An angle in radians under a key in degrees."""
     for place, key, angle in _angles(arm):
@@ -125,146 +88,166 @@ def angle_of_pi_degrees(arm: RobotArm) -> Findings:
                 yield place, f"{key} is {degrees:g} degrees, which is {name}; if in radians, write {key}"
 
 
-@_of_arm
 def length_in_millimetres(arm: RobotArm) -> Findings:
     """The longest booms between two joints have 15 m; an arm on a desk has 20 mm somewhere."""
     for joint, link, row in zip_longest(arm.joints, arm.links, arm.dh_table):
-        offsets = [(part.place, float(np.linalg.norm(frame.translation)))
-                   for part, frame in ((joint, joint.placement), (link, link.frame))]  # fmt: skip
-        lengths = [(place, "the offset", length, "give metres") for place, length in offsets]
         if row is not None:
             lengths = [(joint.place, key, abs(getattr(row, key)), f"write {key}_mm") for key in ("a", "d")]
+        else:
+            parts = (joint.place, joint.placement), (link.place, link.frame)
+            offsets = [(place, float(np.linalg.norm(frame.translation))) for place, frame in parts]
+            lengths = [(place, "the offset", length, "give metres") for place, length in offsets]
         for place, key, length, instead in lengths:
             if length > 20.0:
                 yield place, f"{key} is {length:g} m long; if in mm, {instead}"
 
 
-@_of_joints
-def prismatic_range_in_millimetres(joint: Joint) -> str | None:
+def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
     """Gantries run along 100 m."""
-    end = _end(joint)
-    if joint.kind != "prismatic" or not 100.0 < end < math.inf or _stands_for_none(end, joint):
-        return None
-    return f"the range goes to {end:g} m; if in mm, {_in_unit('range_mm', 'm', joint)}"
+    for joint in arm.joints:
+        end = _end(joint)
+        if joint.kind == "prismatic" and 100.0 < end < math.inf and not _stands_for_none(end, joint):
+            instead = _in_unit("range_mm", "m", joint)
+            yield joint.place, f"the range goes to {end:g} m; if in mm, {instead}"
 
 
-@_of_joints
-def revolute_range_in_degrees(joint: Joint) -> str | None:
+def revolute_range_in_degrees(arm: RobotArm) -> Findings:
     """Ranges of real joints end within two turns, at a number of half turns, or (none meant) far out."""
-    end = _end(joint)
-    half_turns = end / math.pi
-    if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
-        return None
-    if not end.is_integer() and abs(half_turns - round(half_turns)) < _TYPED:
-        return None
-    instead = _in_unit("range_deg", "rad", joint)
-    return f"the range goes to {end:g} rad, which is {half_turns / 2:.3g} turns; if in degrees, {instead}"
+    for joint in arm.joints:
+        end = _end(joint)
+        half_turns = end / math.pi
+        if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
+            continue
+        if end.is_integer() or abs(half_turns - round(half_turns)) >= _TYPED:
+            turns, instead = f"{half_turns / 2:.3g} turns", _in_unit("range_deg", "rad", joint)
+            yield joint.place, f"the range goes to {end:g} rad, which is {turns}; if in degrees, {instead}"
 
 
-@_of_joints
-def velocity_in_degrees(joint: Joint) -> str | None:
+def velocity_in_degrees(arm: RobotArm) -> Findings:
     """The fastest wrists turn at 40 rad/s; in degrees even slow joints do 60 per second."""
-    limit = joint.velocity_limit or 0.0
-    if joint.kind != "revolute" or not 60.0 < limit < math.inf or _stands_for_none(limit, joint):
-        return None
-    instead = _in_unit("velocity_limit_deg", "rad/s", joint)
-    return f"the velocity limit is {limit:g} rad/s, faster than any arm; if in degrees per second, {instead}"
+    for joint in arm.joints:
+        limit = joint.velocity_limit or 0.0
+        if joint.kind == "revolute" and 60.0 < limit < math.inf and not _stands_for_none(limit, joint):
+            yield (
+                joint.place,
+                f"the velocity limit is {limit:g} rad/s, faster than any arm; if in degrees per second, "
+                + _in_unit("velocity_limit_deg", "rad/s", joint),
+            )
 
 
-@_of_links
-def inertia_wider_than_the_arm(link: Link, arm: RobotArm) -> str | None:
+def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
     """Radii of gyration: below 0.5 reaches; of an arm's longest link 3 and more in kg cm^2, 30 in kg mm^2."""
-    if not _is_wide(link, arm.reach):
-        return None
-    return (
-        f"with a mass of {link.mass:g} kg the inertia is that of a body {2 * _gyration(link):.3g} m wide, "
-        f"of an arm that reaches {arm.reach:.3g} m; is it in kg cm^2, kg mm^2 or g mm^2? It is read in kg m^2"
-    )
+    for place, link in _stated(arm):
+        if _is_wide(link, arm.reach):
+            yield (
+                place,
+                f"with a mass of {link.mass:g} kg the inertia is that of a body {2 * _gyration(link):.3g} m "
+                f"wide, of an arm that reaches {arm.reach:.3g} m; is it in kg cm^2, kg mm^2 or g mm^2? It is "
+                "read in kg m^2",
+            )
 
 
-@_of_links
-def mass_too_large_for_reach(link: Link, arm: RobotArm) -> str | None:
+def mass_too_large_for_reach(arm: RobotArm) -> Findings:
     """Where the inertia says nothing about the mass, the reach does."""
-    says_nothing = link.is_point or _is_wide(link, arm.reach)
-    if not _weighs(link) or not says_nothing or link.mass <= _heaviest(arm.reach):
-        return None
-    return f"a mass of {link.mass:g} kg is more than an arm that reaches {arm.reach:.3g} m has; in grams?"
+    for place, link in _stated(arm):
+        says_nothing = link.is_point or _is_wide(link, arm.reach)
+        if says_nothing and _weighs(link) and link.mass > _heaviest(arm.reach):
+            reach = f"an arm that reaches {arm.reach:.3g} m"
+            yield place, f"a mass of {link.mass:g} kg is more than {reach} has; in grams?"
 
 
-@_of_links
-def mass_too_dense(link: Link, arm: RobotArm) -> str | None:
+def mass_too_dense(arm: RobotArm) -> Findings:
     """Density of the smallest ball with a link's mass and inertia: 5 to 3000 kg/m^3, 3e7 times more in grams.
 
     Links that carry point masses reach 1e7, where an end effector of 0.1 kg carries 10 kg in its middle.
     """
-    if not _weighs(link) or link.is_point:
-        return None
-    # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
-    volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
-    if link.mass <= 1e8 * volume:
-        return None
-    return f"with a mass of {link.mass:g} kg no material is dense enough for so small an inertia; in grams?"
+    for place, link in _stated(arm):
+        if link.is_point or not _weighs(link):
+            continue
+        # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
+        volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
+        if link.mass > 1e8 * volume:
+            mass = f"with a mass of {link.mass:g} kg"
+            yield place, f"{mass} no material is dense enough for so small an inertia; in grams?"
 
 
-@_of_links
-def centre_of_mass_beyond_reach(link: Link, arm: RobotArm) -> str | None:
+def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
     """A centre of mass in mm. Frames at the near ends of links do not tell the last link's length."""
-    distance = float(np.linalg.norm(link.com))
-    if link.mass <= 0 or distance <= max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
-        return None
-    return (
-        f"the centre of mass of link {link.name} is {distance:.3g} m from the link frame, farther than the "
-        f"arm reaches ({arm.reach:.3g} m); are its units metres?"
-    )
+    for place, link in _stated(arm):
+        distance = float(np.linalg.norm(link.com))
+        if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
+            yield (
+                place,
+                f"the centre of mass of link {link.name} is {distance:.3g} m from the link frame, farther "
+                f"than the arm reaches ({arm.reach:.3g} m); are its units metres?",
+            )
 
 
-@_of_links
-def inertia_physically_inconsistent(link: Link, arm: RobotArm) -> str | None:
+def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
     """Negative principal moments, or one that is more than the other two together."""
-    return _inconsistency(link)
+    for place, link in _stated(arm):
+        if message := _inconsistency(link):
+            yield place, message
 
 
-@_of_links
-def point_mass_among_bodies(link: Link, arm: RobotArm) -> str | None:
+def point_mass_among_bodies(arm: RobotArm) -> Findings:
     """A link without inertia; an arm of point masses alone is drawn on paper."""
-    if not link.is_point or not _weighs(link) or all((one.bare or one).is_point for one in arm.links):
-        return None
-    return f"link {link.name} has a mass of {number(link.mass)} kg and no inertia; other links have one"
+    stated = _stated(arm)
+    for place, link in stated:
+        if link.is_point and _weighs(link) and not all(one.is_point for _, one in stated):
+            mass = f"a mass of {number(link.mass)} kg"
+            yield place, f"link {link.name} has {mass} and no inertia; other links have one"
 
 
-@_of_arm
 def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
     """A centre of mass is within half the reach of a joint of its link; the last link's end is unknown."""
     farthest = max(0.6 * arm.reach, _LEAST_FAR)
-    for link, beyond in zip(_stated(arm), arm.joints[1:], strict=False):
+    for (place, link), beyond in zip(_stated(arm), arm.joints[1:], strict=False):
         offset, turn = link.frame.translation, link.frame.rotation
-        centre = turn @ link.com + offset
-        ends = (np.zeros(3), turn @ beyond.placement.translation + offset)
-        distance = min(float(np.linalg.norm(centre - end)) for end in ends)
+        centre, end = turn @ link.com + offset, turn @ beyond.placement.translation + offset
+        distance = min(float(np.linalg.norm(centre)), float(np.linalg.norm(centre - end)))
         if link.mass > 0 and distance > farthest and float(np.linalg.norm(link.com)) <= arm.reach:
             yield (
-                link.place,
+                place,
                 f"the centre of mass of link {link.name} is {number(distance)} m from both of its joints, of "
                 f"an arm that reaches {number(arm.reach)} m; is it given in another frame?",
             )
 
 
-@_of_arm
 def heavier_than_links_before(arm: RobotArm) -> Findings:
     """The last two links of arms of five joints and more have up to 0.31 of the mass before them.
 
     A leg's third from its end has 0.73. A finger's first links are as light as its last.
     """
-    links = _stated(arm)
-    for index in range((len(links) + 1) // 2, len(links)) if len(links) >= 5 else ():
-        link, before = links[index], sum(one.mass for one in links[:index])
-        share, than = (0.5, "half of all links") if index >= len(links) - 2 else (1.0, "all links")
+    stated, n = _stated(arm), arm.n_joints
+    for index in range((n + 1) // 2, n) if n >= 5 else ():
+        (place, link), before = stated[index], sum(one.mass for _, one in stated[:index])
+        share, than = (0.5, "half of all links") if index >= n - 2 else (1.0, "all links")
         if link.mass > max(share * before, _NO_MASS):
             yield (
-                link.place,
+                place,
                 f"link {link.name} has a mass of {number(link.mass)} kg, more than {than} before it together "
                 f"({number(before)} kg): real arms get lighter towards the end effector",
             )
+
+
+CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
+    gravity_too_strong,
+    angle_beyond_a_turn,
+    angle_of_pi_degrees,
+    length_in_millimetres,
+    prismatic_range_in_millimetres,
+    revolute_range_in_degrees,
+    velocity_in_degrees,
+    inertia_wider_than_the_arm,
+    mass_too_large_for_reach,
+    mass_too_dense,
+    centre_of_mass_beyond_reach,
+    inertia_physically_inconsistent,
+    point_mass_among_bodies,
+    centre_of_mass_outside_link,
+    heavier_than_links_before,
+)
 
 
 def _inconsistency(link: Link) -> str | None:
@@ -274,15 +257,16 @@ def _inconsistency(link: Link) -> str | None:
     negative, excess = -least, 0.0 if link.axial_only else most - least - middle
     if link.is_point or max(negative, excess) <= _ROUNDING_TOLERANCE * largest:
         return None
+    inertia = f"the inertia of link {link.name}"
     if negative > _ROUNDING_TOLERANCE * largest:
         return (
-            f"the inertia of link {link.name} is physically inconsistent: its smallest principal moment is "
-            f"negative, by {percent(negative / largest)} of the largest ({link.moments_text}); check the "
-            f"signs of the products of inertia, and {_UNITS}"
+            f"{inertia} is physically inconsistent: its smallest principal moment is negative, by "
+            f"{percent(negative / largest)} of the largest ({link.moments_text}); check the signs of the "
+            f"products of inertia, and {_UNITS}"
         )
     violated = (
-        f"the inertia of link {link.name} violates the triangle inequality by {percent(excess / largest)} of "
-        f"its largest principal moment ({link.moments_text})"
+        f"{inertia} violates the triangle inequality by {percent(excess / largest)} of its largest "
+        f"principal moment ({link.moments_text})"
     )
     if excess > _MEASUREMENT_TOLERANCE * largest:
         return f"{violated}: physically inconsistent; {_UNITS}"
@@ -291,9 +275,9 @@ def _inconsistency(link: Link) -> str | None:
     return f"{violated}; if it is a measurement, as_measured = true in a TOML file says so"
 
 
-def _stated(arm: RobotArm) -> list[Link]:
-    """Links as described, without a payload."""
-    return [link.bare or link for link in arm.links]
+def _stated(arm: RobotArm) -> list[tuple[str, Link]]:
+    """Places of links, and the links as described, without a payload."""
+    return [(link.place, link.bare or link) for link in arm.links]
 
 
 def _weighs(link: Link) -> bool:
