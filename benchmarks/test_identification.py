@@ -5,6 +5,7 @@ Run with `python -m pytest benchmarks/test_identification.py -s`.
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 from typing import Any
@@ -100,17 +101,12 @@ def test_growth_with_the_number_of_joints(benchmark) -> None:
 
 def test_one_element_against_the_whole(benchmark) -> None:
     """What it takes to read one element of a long arm, as a share of what all of its D and c take."""
-    for n, label in ((7, "D12"), (7, "D45"), (7, "c2"), (7, "h112"), (8, "D12")):
-        arm = chain(n)
-        whole = seconds_of(lambda a=arm: gd.equations(a, ("D", "c")))
-        for share in (0.0, 0.01):
-            one = seconds(lambda a=arm, m=share, e=label: gd.equations(a, [e], min_share=m), rounds=3)
-            benchmark.extra_info[f"n={n}, {label}, {share:g}"] = one / whole
-            print(
-                f"\n{n} joints, {label} from {100 * share:g} % on: {one:.3f} s, 1 / {whole / one:.0f} of all "
-                f"of D and c ({whole:.1f} s)"
-            )
     arm = chain(7)
+    whole = seconds_of(lambda: gd.equations(arm, ("D", "c")))
+    for label, share in itertools.product(("D12", "D45", "c2", "h112"), (0.0, 0.01)):
+        one = seconds_of(lambda e=label, m=share: gd.equations(arm, [e], min_share=m))
+        benchmark.extra_info[f"{label}, {share:g}"] = one / whole
+        print(f"\n{label} from {share:.0%} on: {one:.3f} s, 1 / {whole / one:.0f} of D and c ({whole:.1f} s)")
     benchmark.pedantic(lambda: gd.equations(arm, ["D12"], min_share=0.01), rounds=3)
 
 
@@ -196,10 +192,10 @@ def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
     simplified = seconds_of(lambda: mass.applyfunc(sympy.trigsimp))
     print(f"  to simplify its D alone (trigsimp) SymPy takes {simplified:.1f} s more")
     # The same equations: at one state, D and h + c agree.
-    at, rate = np.linspace(0.3, 0.9, n), np.linspace(-1.0, 1.5, n)
+    at, velocity = np.linspace(0.3, 0.9, n), np.linspace(-1.0, 1.5, n)
     q, qd = dynamicsymbols(f"q1:{n + 1}"), dynamicsymbols(f"q1:{n + 1}", 1)
-    values = {**dict(zip(qd, rate, strict=True)), **dict(zip(q, at, strict=True))}
-    found = gd.decompose_states(arm, gd.States(at, rate, 0 * at))
+    values = {**dict(zip(qd, velocity, strict=True)), **dict(zip(q, at, strict=True))}
+    found = gd.decompose_states(arm, gd.States(at, velocity, 0 * at))
     there = np.array(sympy.Matrix(mass).subs(values).evalf(), dtype=float)
     rest = -np.array(sympy.Matrix(forcing).subs(values).evalf(), dtype=float).ravel()
     np.testing.assert_allclose(found["inertia"].sum(axis=0), there, rtol=0, atol=1e-12 * there.max())
