@@ -14,8 +14,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.harmonics import products
-from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
@@ -108,22 +106,6 @@ def test_one_element_against_the_whole(benchmark) -> None:
         benchmark.extra_info[f"{label}, {share:g}"] = one / whole
         print(f"\n{label} from {share:.0%} on: {one:.3f} s, 1 / {whole / one:.0f} of D and c ({whole:.1f} s)")
     benchmark.pedantic(lambda: gd.equations(arm, ["D12"], min_share=0.01), rounds=3)
-
-
-def test_all_products_at_once_against_one_by_one(benchmark, monkeypatch) -> None:
-    """Double angles of all products of D12 by arrays, and every group of products by itself."""
-    harmonics = gd.harmonics_of(chain(7))
-    parts = harmonics.inertia[0, 1]
-
-    def written() -> object:
-        return to_terms(parts, harmonics.velocities, harmonics.noise[0])
-
-    at_once = seconds(written)
-    benchmark.pedantic(written, rounds=3)
-    monkeypatch.setattr(products, "has_one_double", lambda table, r: False)
-    one_by_one = seconds(written, rounds=1)
-    benchmark.extra_info["times_faster"] = one_by_one / at_once
-    print(f"\nD12 of 7 joints: {at_once:.3f} s, one by one {one_by_one:.3f} s")
 
 
 def lagranges_method(n: int) -> tuple[Any, Any]:

@@ -30,18 +30,10 @@ class Signed(NamedTuple):
 
 @dataclass(frozen=True)
 class AbsoluteVelocities:
-    """The runs of parallel joints of an arm, and how velocities and torques follow from them.
+    """The runs of parallel joints of an arm, and how velocities and torques follow from them."""
 
-    Parameters
-    ----------
-    runs
-        Joints of every run, from 0, ascending; runs in the order of their first joints.
-    signs
-        1 for every joint whose axis has the direction of its run's first, -1 if it is opposite.
-    """
-
-    runs: tuple[tuple[int, ...], ...]
-    signs: tuple[int, ...]
+    runs: tuple[tuple[int, ...], ...]  # joints of every run, from 0, ascending; by their first joints
+    signs: tuple[int, ...]  # 1 for every joint with the direction of its run's first, -1 if opposite
 
     @classmethod
     def of(cls, arm: RobotArm) -> AbsoluteVelocities:

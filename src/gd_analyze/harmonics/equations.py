@@ -36,29 +36,16 @@ _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 class Term:
     """One term of an element.
 
-    Parameters
-    ----------
-    coefficient
-        SI.
-    factors
-        Sines, cosines and prismatic variables to be multiplied.
-    effect
-        "translation", "rotation" or "both"; gravity is translation.
-    translation, rotation
-        Shares of the coefficient by effect; they add up to it.
-    links
-        Links whose mass or inertia contributes, from 1.
-    share
-        Largest value of the term over that of the element's largest term. Sines and cosines count as 1, a
-        prismatic variable as its farther limit, or 1 m if the arm states none.
+    Its `share` is its largest value over that of the element's largest term. Sines and cosines count as 1, a
+    prismatic variable as its farther limit, or 1 m if the arm states none.
     """
 
-    coefficient: float
+    coefficient: float  # SI
     factors: Monomial
-    effect: str
-    translation: float
+    effect: str  # "translation" (gravity, too), "rotation" or "both"
+    translation: float  # the coefficient's parts by effect, which add up to it
     rotation: float
-    links: tuple[int, ...]
+    links: tuple[int, ...]  # whose mass or inertia contributes, from 1
     share: float
 
 
@@ -129,17 +116,7 @@ def each_equation(
     min_share: float = 0.0,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
-    """Write elements out one after the other, as `equations` does.
-
-    Parameters
-    ----------
-    harmonics
-        The arm's exact dynamics, or `harmonics_for` the same elements.
-    elements, min_share
-        As for `equations`.
-    progress
-        Called with 1 after each of `elements_named`.
-    """
+    """As `equations`, one after the other; `progress` is called with 1 after each of `elements_named`."""
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
         equation = _equation(harmonics, kind, indices, min_share)
         if equation.terms or by_itself:

@@ -70,24 +70,12 @@ class TooLongError(ModelError):
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """The outputs of a program, written out.
-
-    Parameters
-    ----------
-    program
-        The program.
-    rows
-        For every output one polynomial per `velocity_factors`.
-    roundings
-        Largest number of roundings in a row behind the numbers of every output, shape (outputs,).
-    degrees
-        Formal degree of every output in every joint's variable, shape (outputs, n).
-    """
+    """The outputs of a program, written out."""
 
     program: Program
-    rows: tuple[TrigonometricPolynomial, ...]
-    roundings: NDArray[np.int64]
-    degrees: NDArray[np.int64]
+    rows: tuple[TrigonometricPolynomial, ...]  # for every output one polynomial per `velocity_factors`
+    roundings: NDArray[np.int64]  # (outputs,), the most in a row behind an output's numbers
+    degrees: NDArray[np.int64]  # (outputs, n), formal degree in every joint's variable
 
     def round_off(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """Bound the round-off of every output where no input exceeds these magnitudes, shape (outputs,).
@@ -104,22 +92,7 @@ class Expansion:
 
 
 def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
-    """Write a program out.
-
-    Parameters
-    ----------
-    program
-        Its inputs are among q1 .., qd1 .. and qdd1 ...
-    prismatic
-        Whether each joint is prismatic.
-
-    Raises
-    ------
-    ModelError
-        If it computes no torque of an arm: an angle outside of sines and cosines, a sine or cosine of
-        anything but a sum of angles, more than two velocities, an acceleration times a velocity, too high a
-        multiple or power; or if its numbers overflow, or it is too long to be written out.
-    """
+    """Write out a program with inputs among q1 .., qd1 .. and qdd1 ..; `ModelError` if it is no torque."""
     algebra = _TorqueAlgebra(prismatic)
     with np.errstate(all="ignore"):
         value = program.carried_out(algebra.given, algebra.apply)

@@ -34,14 +34,9 @@ _ROUND_OFF = 1e-12
 
 
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
-    """Terms of the kinetic energy in absolute velocities and of the potential energy; exact.
+    """Exact terms of the kinetic energy in absolute velocities and of the potential energy.
 
-    Parameters
-    ----------
-    harmonics
-        The exact dynamics.
-    drive_inertia
-        Added to the diagonal of D in the joints' own velocities, shape (n,); None without drives.
+    The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities.
     """
     n, a = harmonics.arm.n_joints, harmonics.velocities.matrix
     whole = harmonics.whole_inertia(drive_inertia)

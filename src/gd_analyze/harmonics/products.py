@@ -24,21 +24,11 @@ _MOST_CHOICES = 2**10
 
 @dataclass(frozen=True, eq=False)
 class ProductTable:
-    """K sums over the same T products, of which an arm has up to 10^5.
+    """K sums over the same T products, of which an arm has up to 10^5."""
 
-    Parameters
-    ----------
-    names
-        For every run of joints the monomials that occur, all distinct.
-    codes
-        Which of them is a factor of every product, shape (T, runs); all rows distinct.
-    weights
-        Shape (T, K).
-    """
-
-    names: tuple[tuple[Monomial, ...], ...]
-    codes: NDArray[np.int64]
-    weights: FloatArray
+    names: tuple[tuple[Monomial, ...], ...]  # for every run of joints the monomials that occur, distinct
+    codes: NDArray[np.int64]  # (T, runs), which of them is a factor of every product; rows distinct
+    weights: FloatArray  # (T, K)
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -94,19 +84,11 @@ def to_products(
     noise: float = 0.0,
     deciding: int = 1,
 ) -> ProductTable:
-    """Write K polynomials in products of sines and cosines, exactly, all in the same products.
+    """Write K polynomials exactly in the same products of sines and cosines.
 
-    Parameters
-    ----------
-    polynomial
-        The first one is the sum to be short; others, such as its effects or links, follow it.
-    velocities
-        The arm's runs: arguments within a run are sums of its angles.
-    noise
-        Largest weight that round-off can make: smaller products are left out, and weights that differ by up
-        to twice as much count as equal; nothing larger is ever lost.
-    deciding
-        How many of the first polynomials decide which products there are.
+    The first polynomial is the sum to be short; others, such as its effects or links, follow it. The first
+    `deciding` decide which products there are. Products up to `noise`, the largest weight that round-off can
+    make, are left out, and weights that differ by up to twice as much count as equal.
     """
     keys, weights = _split(polynomial, velocities)
     kept = (np.abs(weights[:deciding]) > noise).any(axis=0)

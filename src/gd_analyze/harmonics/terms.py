@@ -14,18 +14,10 @@ FactorKind = Literal["cos", "sin", "power"]
 
 
 class Factor(NamedTuple):
-    """Cosine or sine of a sum of angles, or the variable of a prismatic joint.
-
-    Parameters
-    ----------
-    kind
-        "cos", "sin" or "power".
-    multiples
-        Multiple of every joint's variable in the argument; 1 for a prismatic joint.
-    """
+    """Cosine or sine of a sum of angles, or the variable of a prismatic joint."""
 
     kind: FactorKind
-    multiples: tuple[int, ...]
+    multiples: tuple[int, ...]  # of every joint's variable in the argument; 1 for a prismatic joint
 
     def __repr__(self) -> str:
         return repr(tuple(self))

@@ -37,29 +37,15 @@ MOST_BYTES = 4e9
 
 @dataclass(frozen=True, eq=False)
 class Harmonics:
-    """An arm's exact dynamics as trigonometric polynomials.
-
-    Parameters
-    ----------
-    arm, velocities
-        The arm and its runs of parallel joints.
-    inertia_by_link
-        Contribution of link s to D_ij, i <= j <= s, by (s, i, j) from 0; two polynomials: translation,
-        rotation.
-    potential_by_link
-        Contribution of every link to the potential energy, J, up to a constant; n polynomials.
-    cut
-        Largest amplitude that round-off can make, in D (kg m^2) and in the potential (J).
-    left_out
-        Largest amplitude left out as a structural zero, over `cut`; at most 1.
-    """
+    """An arm's exact dynamics as trigonometric polynomials."""
 
     arm: RobotArm
     velocities: AbsoluteVelocities
+    # Contribution of link s to D_ij, i <= j <= s, by (s, i, j) from 0: translation, rotation.
     inertia_by_link: dict[tuple[int, int, int], TrigonometricPolynomial]
-    potential_by_link: TrigonometricPolynomial
-    cut: tuple[float, float]
-    left_out: float
+    potential_by_link: TrigonometricPolynomial  # one per link, J, up to a constant
+    cut: tuple[float, float]  # largest amplitude that round-off can make, in D (kg m^2) and potential (J)
+    left_out: float  # largest amplitude left out as a structural zero, over `cut`; at most 1
 
     def __repr__(self) -> str:
         return f"Harmonics({self.arm!r})"
@@ -166,15 +152,7 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
 
 
 def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
-    """Find D_ij for the joints from `first` (from 0) on, and the whole potential energy.
-
-    These elements do not depend on the joints up to `first`: each joint less shrinks the grid to a fifth.
-
-    Raises
-    ------
-    ArmError
-        If the grid still takes more than `MOST_BYTES`.
-    """
+    """D_ij for the joints from `first` (from 0) on, which need a smaller grid, and the potential energy."""
     _require_affordable(arm, first)
     cut = _cut(arm)
     inertia: dict[tuple[int, int, int], TrigonometricPolynomial] = {}

@@ -31,21 +31,11 @@ _MOST = 1 << 22
 
 @dataclass(frozen=True, eq=False)
 class TrigonometricPolynomial:
-    """P polynomials over the same W harmonics.
-
-    Parameters
-    ----------
-    prismatic
-        Whether each joint is prismatic.
-    multiples
-        m of every harmonic, the power for a prismatic joint, shape (W, n), all rows distinct.
-    coefficients
-        C, shape (P, W).
-    """
+    """P polynomials over the same W harmonics."""
 
     prismatic: tuple[bool, ...]
-    multiples: NDArray[np.int64]
-    coefficients: NDArray[np.complex128]
+    multiples: NDArray[np.int64]  # (W, n), m of every harmonic or power, all rows distinct
+    coefficients: NDArray[np.complex128]  # (P, W)
 
     # NumPy leaves array * polynomial to `__rmul__`.
     __array_ufunc__ = None
