@@ -58,26 +58,14 @@ _DRAWN, _CLIMBED = 512, 4
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Proven bounds and errors found per joint, N m (N for a prismatic joint), shape (n,).
+    """Proven bounds and errors found per joint, N m (N for a prismatic joint), shape (n,)."""
 
-    Parameters
-    ----------
-    region
-        The states: a box, or a tube around a motion.
-    certified
-        No state of the region has a larger torque error.
-    worst_found
-        Largest torque error that a search found in the region; the truth lies between.
-    worst_states
-        Positions, velocities and accelerations of these errors, shape (n, n) each, row i for joint i.
-    along
-        For a tube: bound in every piece, shape (pieces, n); `certified` is its largest. None for a box.
-    """
-
-    region: Box | Tube
-    certified: FloatArray
-    worst_found: FloatArray
+    region: Box | Tube  # the states: a box, or a tube around a motion
+    certified: FloatArray  # no state of the region has a larger torque error
+    worst_found: FloatArray  # largest torque error that a search found in the region; the truth lies between
+    # Positions, velocities and accelerations of these errors, shape (n, n) each, row i for joint i
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
+    # For a tube: bound in every piece, shape (pieces, n); `certified` is its largest. None for a box
     along: FloatArray | None = None
 
     @property

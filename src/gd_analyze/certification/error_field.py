@@ -26,23 +26,12 @@ _EFFECTS = 2
 
 @dataclass(frozen=True, eq=False)
 class ErrorField:
-    """One joint's torque error over a box.
+    """One joint's torque error over a box."""
 
-    Parameters
-    ----------
-    polynomial
-        F_r(q) max|r| for every factor r.
-    motion
-        The factors.
-    round_off
-        Largest round-off of evaluating the error at a position of the box.
-    rest
-        Largest value of what the polynomial lacks: harmonics that cancel, and rounding of coefficients.
-    """
-
-    polynomial: TrigonometricPolynomial
+    polynomial: TrigonometricPolynomial  # F_r(q) max|r| for every factor r
     motion: Motion
-    round_off: float
+    round_off: float  # largest round-off of evaluating the error at a position of the box
+    # Largest value of what the polynomial lacks: harmonics that cancel, and rounding of coefficients
     rest: float
 
     @classmethod

@@ -43,20 +43,11 @@ _TYPICAL = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Nodes of every joint, and how far a place of the box can be from one.
+    """Nodes of every joint, and how far a place of the box can be from one."""
 
-    Parameters
-    ----------
-    nodes
-        Positions of every joint, rad (m).
-    reaches
-        h, rad (m), shape (n,).
-    degrees
-        d of every joint whose curvature f itself bounds; 0 where the amplitudes do, the default.
-    """
-
-    nodes: tuple[FloatArray, ...]
-    reaches: FloatArray
+    nodes: tuple[FloatArray, ...]  # positions of every joint, rad (m)
+    reaches: FloatArray  # h, rad (m), shape (n,)
+    # d of every joint whose curvature f itself bounds; 0 where the amplitudes do, the default
     degrees: tuple[int, ...] = ()
 
     @classmethod
@@ -91,14 +82,9 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Expected largest value of a polynomial: a guess that only directs effort.
+    """Expected largest value of a polynomial: a guess that only directs effort."""
 
-    Parameters
-    ----------
-    in_box, around
-        Within the box, and with every revolute joint going around the circle.
-    """
-
+    # Within the box, and with every revolute joint going around the circle
     in_box: float
     around: float
 

@@ -24,17 +24,10 @@ class Motion:
 
     Methods take values of F_r(q) max|r|, so that velocities and accelerations are shares of their limits,
     between -1 and 1.
-
-    Parameters
-    ----------
-    n_joints
-        n.
-    factors
-        One per polynomial, in their order.
     """
 
     n_joints: int
-    factors: tuple[VelocityFactor, ...]
+    factors: tuple[VelocityFactor, ...]  # one per polynomial, in their order
 
     @cached_property
     def _kinds(self) -> tuple[list[int], list[int], list[int], list[int]]:

@@ -37,27 +37,14 @@ _EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Definiteness:
-    """Smallest eigenvalue of a model's D over a box, kg m^2 (if all joints are revolute).
-
-    Parameters
-    ----------
-    box
-        The positions.
-    proven
-        No position of the box has a smaller one. If it is at most 0, D is not proven positive definite.
-    smallest_found
-        Smallest one found; the truth lies between.
-    position
-        Position of that, rad (m), shape (n,).
-    round_off
-        Largest round-off of an eigenvalue found.
-    """
+    """Smallest eigenvalue of a model's D over a box, kg m^2 (if all joints are revolute)."""
 
     box: Box
+    # No position of the box has a smaller one. If it is at most 0, D is not proven positive definite
     proven: float
-    smallest_found: float
-    position: FloatArray
-    round_off: float
+    smallest_found: float  # smallest one found; the truth lies between
+    position: FloatArray  # position of that, rad (m), shape (n,)
+    round_off: float  # largest round-off of an eigenvalue found
 
     @property
     def is_proven(self) -> bool:

@@ -29,33 +29,16 @@ _LIMITS = ("lower", "upper", "velocity", "acceleration")
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """Bounds on the errors of a model.
-
-    Parameters
-    ----------
-    model
-        The model.
-    effort
-        Effort of the certificate.
-    certificate
-        Bounds over the arm's limits, or along the motion.
-    extremes
-        With a motion: bounds over all combinations of values between its extremes, without margins.
-    definiteness
-        Smallest eigenvalue of D; None if the model's D need not be symmetric.
-    largest
-        Largest exact torque found in the region, N m (N), shape (n,).
-    elsewhere
-        Whether the motion is another one than the model was fitted on.
-    """
+    """Bounds on the errors of a model."""
 
     model: SimplifiedModel
-    effort: int
-    certificate: Certificate
+    effort: int  # effort of the certificate
+    certificate: Certificate  # bounds over the arm's limits, or along the motion
+    # With a motion: bounds over all combinations of values between its extremes, without margins
     extremes: Certificate | None
-    definiteness: Definiteness | None
-    largest: FloatArray
-    elsewhere: bool
+    definiteness: Definiteness | None  # smallest eigenvalue of D; None if the model's D need not be symmetric
+    largest: FloatArray  # largest exact torque found in the region, N m (N), shape (n,)
+    elsewhere: bool  # whether the motion is another one than the model was fitted on
 
     def result(self) -> Result:
         """The bounds per joint, whether they prove the budget, and whether D is positive definite."""

@@ -87,31 +87,16 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
 
 @dataclass(frozen=True, eq=False)
 class _Boxes:
-    """K boxes and their errors; variables are those of `TaylorForm`.
+    """K boxes and their errors; variables are those of `TaylorForm`."""
 
-    Parameters
-    ----------
-    centre, half
-        Centres and half widths, shape (3 n, K).
-    pieces
-        Pieces of the tube that they belong to, shape (K,).
-    bounds
-        No error within the box is larger, shape (K,).
-    longest
-        Variable whose halving promises most, shape (K,).
-    found
-        Error at a state of the box where it is likely to be largest, shape (K,).
-    states
-        That state, shape (3 n, K).
-    """
-
+    # Centres and half widths, shape (3 n, K)
     centre: FloatArray
     half: FloatArray
-    pieces: NDArray[np.intp]
-    bounds: FloatArray
-    longest: NDArray[np.intp]
-    found: FloatArray
-    states: FloatArray
+    pieces: NDArray[np.intp]  # pieces of the tube that they belong to, shape (K,)
+    bounds: FloatArray  # no error within the box is larger, shape (K,)
+    longest: NDArray[np.intp]  # variable whose halving promises most, shape (K,)
+    found: FloatArray  # error at a state of the box where it is likely to be largest, shape (K,)
+    states: FloatArray  # that state, shape (3 n, K)
 
     @property
     def worst(self) -> tuple[float, FloatArray, int]:

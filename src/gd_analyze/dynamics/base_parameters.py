@@ -25,23 +25,14 @@ _ROUND_OFF = 1e-13
 
 
 class Share(NamedTuple):
-    """A link's parameter in a combination.
+    """A link's parameter in a combination."""
 
-    Parameters
-    ----------
-    coefficient
-        In the power of m that the kinds differ by.
-    kind
-        "m" is the link's mass, "mx", "my" and "mz" its first moments, and "Pxx", "Pxy", ... "Pzz" its second
-        ones, the sums of mass times x x, x y and so on, all in its frame on the joint's axis; its inertia
-        about the origin of that is Ixx = Pyy + Pzz, Ixy = -Pxy. "J" is the inertia of its drive.
-    link
-        From 1.
-    """
-
-    coefficient: float
+    coefficient: float  # in the power of m that the kinds differ by
+    # "m" is the link's mass, "mx", "my" and "mz" its first moments, and "Pxx", "Pxy", ... "Pzz" its second
+    # ones, the sums of mass times x x, x y and so on, all in its frame on the joint's axis; its inertia about
+    # the origin of that is Ixx = Pyy + Pzz, Ixy = -Pxy. "J" is the inertia of its drive
     kind: str
-    link: int
+    link: int  # from 1
 
 
 @dataclass(frozen=True)

@@ -42,33 +42,17 @@ TRANSLATION, ROTATION = 0, 1
 
 @dataclass(frozen=True)
 class CompositeMoments:
-    """Moments of the composites of links m..n about p_{m-1}, in the base frame, set points last.
+    """Moments of the composites of links m..n about p_{m-1}, in the base frame, set points last."""
 
-    Parameters
-    ----------
-    revolute, prismatic
-        w_m and u_m, shape (n, 3, N); `prismatic` is None for an arm of revolute joints only.
-    origins
-        p_{m-1}, shape (n, 3, N).
-    mass
-        M_m, shape (n,).
-    first
-        S_m, shape (n, 3, N).
-    second
-        P_m of both effects, shape (2, n, 3, 3, N).
-    momentum
-        f_m, shape (n, 3, N).
-    origin_velocities
-        v_i(p_{m-1}) of every pair i < m, ordered as `pairs_of` says, shape (n (n - 1) / 2, 3, N).
-    """
-
+    # w_m and u_m, shape (n, 3, N); `prismatic` is None for an arm of revolute joints only
     revolute: Array
     prismatic: Array | None
-    origins: Array
-    mass: Array
-    first: Array
-    second: Array
-    momentum: Array
+    origins: Array  # p_{m-1}, shape (n, 3, N)
+    mass: Array  # M_m, shape (n,)
+    first: Array  # S_m, shape (n, 3, N)
+    second: Array  # P_m of both effects, shape (2, n, 3, 3, N)
+    momentum: Array  # f_m, shape (n, 3, N)
+    # v_i(p_{m-1}) of every pair i < m, ordered as `pairs_of` says, shape (n (n - 1) / 2, 3, N)
     origin_velocities: Array
 
 

@@ -21,24 +21,14 @@ from gd_analyze.robots.arm import RobotArm
 
 @dataclass(frozen=True, eq=False)
 class Drivetrain:
-    """Which properties of the drives act, and damping at the joints.
+    """Which properties of the drives act, and damping at the joints."""
 
-    Parameters
-    ----------
-    inertia
-        Whether the drives' inertia J adds to the diagonal of D.
-    friction
-        Whether the drives' viscous and Coulomb friction act.
-    damping
-        Further viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,).
-    rest_velocity
-        Velocity, rad/s (m/s), below which Coulomb friction fades out as tanh(qd / rest_velocity): an
-        integrator cannot step over a jump. A joint held by Coulomb friction alone creeps at a few of these.
-    """
-
-    inertia: bool = False
-    friction: bool = False
+    inertia: bool = False  # whether the drives' inertia J adds to the diagonal of D
+    friction: bool = False  # whether the drives' viscous and Coulomb friction act
+    # Further viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,)
     damping: FloatArray | None = None
+    # Velocity, rad/s (m/s), below which Coulomb friction fades out as tanh(qd / rest_velocity): an integrator
+    # cannot step over a jump. A joint held by Coulomb friction alone creeps at a few of these
     rest_velocity: float = 1e-2
 
     def inertia_of(self, arm: RobotArm) -> FloatArray:

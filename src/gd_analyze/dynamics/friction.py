@@ -114,22 +114,16 @@ class Friction:
     measured - model = coulomb sign(qd) + viscous qd + offset. What is not known is nan: of a joint without a
     measurement, and where a motion does not tell one term from the others, as of a joint that only moves one
     way or always as fast.
-
-    Parameters
-    ----------
-    terms
-        By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), shape
-        (n, 3). Friction that would drive a joint is held at 0.
-    errors
-        Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
-        count as fewer. They tell of noise, not of what is wrong with the model.
-    rms, correlation, explained
-        Of the measurement beside model and friction: RMS of the difference, correlation, and share of the
-        measured variance explained, shape (n,).
     """
 
+    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), shape (n,
+    # 3). Friction that would drive a joint is held at 0
     terms: FloatArray
+    # Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
+    # count as fewer. They tell of noise, not of what is wrong with the model
     errors: FloatArray
+    # Of the measurement beside model and friction: RMS of the difference, correlation, and share of the
+    # measured variance explained, shape (n,)
     rms: FloatArray
     correlation: FloatArray
     explained: FloatArray
@@ -150,31 +144,21 @@ class Friction:
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """One joint's measured torque by friction beside the model: as the model is, and times a slope.
+    """One joint's measured torque by friction beside the model: as the model is, and times a slope."""
 
-    Parameters
-    ----------
-    terms, errors
-        Of `TERMS`, with the model as it is, shape (3,).
-    rms, correlation, explained
-        As of `Friction`.
-    slope, slope_error
-        What the model has to be multiplied by, friction fitted beside it, and its standard error.
-    partial
-        Correlation of measured and model once friction is taken out of both.
-    own, left, like_friction
-        RMS of the model's torque that is not like friction, of the measured torque that is not, and of that
-        which is.
-    """
-
+    # Of `TERMS`, with the model as it is, shape (3,)
     terms: FloatArray
     errors: FloatArray
+    # As of `Friction`
     rms: float
     correlation: float
     explained: float
+    # What the model has to be multiplied by, friction fitted beside it, and its standard error
     slope: float
     slope_error: float
-    partial: float
+    partial: float  # correlation of measured and model once friction is taken out of both
+    # RMS of the model's torque that is not like friction, of the measured torque that is not, and of that
+    # which is
     own: float
     left: float
     like_friction: float

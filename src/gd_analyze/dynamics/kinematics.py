@@ -13,27 +13,13 @@ from gd_analyze.robots.arm import RobotArm
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Base-frame vectors of an arm, set points last (N); names as in the notation table.
+    """Base-frame vectors of an arm, set points last (N); names as in the notation table."""
 
-    Parameters
-    ----------
-    joint_axes
-        z_{i-1}, shape (n, 3, N).
-    joint_origins
-        p_{i-1}, a point on each joint's axis, m, shape (n, 3, N).
-    link_rotations
-        Base from link frame s, the transpose of sR0, shape (n, 3, 3, N).
-    link_origins
-        p_s, origin of each link frame, m, shape (n, 3, N).
-    com_from_joint
-        c_s, centre of mass of link s from p_{s-1}, m, shape (n, 3, N).
-    """
-
-    joint_axes: Array
-    joint_origins: Array
-    link_rotations: Array
-    link_origins: Array
-    com_from_joint: Array
+    joint_axes: Array  # z_{i-1}, shape (n, 3, N)
+    joint_origins: Array  # p_{i-1}, a point on each joint's axis, m, shape (n, 3, N)
+    link_rotations: Array  # base from link frame s, the transpose of sR0, shape (n, 3, 3, N)
+    link_origins: Array  # p_s, origin of each link frame, m, shape (n, 3, N)
+    com_from_joint: Array  # c_s, centre of mass of link s from p_{s-1}, m, shape (n, 3, N)
 
     @property
     def com_positions(self) -> Array:

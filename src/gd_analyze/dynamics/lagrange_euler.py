@@ -19,21 +19,11 @@ from gd_analyze.robots.parts import Placement, second_moment_about_origin
 
 @dataclass(frozen=True)
 class LagrangeEuler:
-    """What the formulation gives, set points last.
+    """What the formulation gives, set points last."""
 
-    Parameters
-    ----------
-    inertia
-        D_ik, shape (n, n, N). Eq. (3.2-31).
-    christoffel
-        h_ikm, shape (n, n, n, N). Eq. (3.2-32).
-    gravity_loading
-        c_i, shape (n, N). Eq. (3.2-34).
-    """
-
-    inertia: Array
-    christoffel: Array
-    gravity_loading: Array
+    inertia: Array  # D_ik, shape (n, n, N). Eq. (3.2-31)
+    christoffel: Array  # h_ikm, shape (n, n, n, N). Eq. (3.2-32)
+    gravity_loading: Array  # c_i, shape (n, N). Eq. (3.2-34)
 
     def coriolis_centrifugal(self, qd: Array) -> Array:
         """h_i = sum_k sum_m h_ikm qd_k qd_m, shape (n, N). Eq. (3.2-33)."""

@@ -49,33 +49,19 @@ DynamicsOf = Callable[[RobotArm, Array, Array], Dynamics]
 
 @dataclass(frozen=True, eq=False)
 class Method:
-    """One formulation.
+    """One formulation."""
 
-    Parameters
-    ----------
-    name, title, short
-        Identifier, display name, and display name where there is little room.
-    source
-        Where it is derived.
-    kinematics
-        How it represents kinematics, and `form` the form of its equations, as in [FGL87] Table 3.5.
-    growth
-        Order of its operations in the number of joints.
-    torque
-        Its torque.
-    dynamics
-        Its D, h and c at q and qd; recursions are probed for theirs.
-    """
-
+    # Identifier, display name, and display name where there is little room
     name: str
     title: str
     short: str
-    source: str
+    source: str  # where it is derived
+    # How it represents kinematics, and `form` the form of its equations, as in [FGL87] Table 3.5
     kinematics: str
     form: str
-    growth: str
+    growth: str  # order of its operations in the number of joints
     torque: TorqueOf
-    dynamics: DynamicsOf
+    dynamics: DynamicsOf  # its D, h and c at q and qd; recursions are probed for theirs
 
 
 def torque_of_states(

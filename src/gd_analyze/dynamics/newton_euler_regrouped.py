@@ -170,19 +170,11 @@ class _Run:
     """Joints of parallel axes: how far they have turned together, from the frame before them.
 
     Prismatic joints among them turn nothing, and their frames stand as those before.
-
-    Parameters
-    ----------
-    before
-        How the link before them moves.
-    rotation
-        Of the first of them.
-    angle, offset, velocity, acceleration
-        Sums over those so far.
     """
 
-    before: _Spin
-    rotation: FloatArray
+    before: _Spin  # how the link before them moves
+    rotation: FloatArray  # of the first of them
+    # Sums over those so far
     angle: Array
     offset: float
     velocity: Array

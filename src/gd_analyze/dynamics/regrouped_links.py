@@ -30,31 +30,20 @@ _SKEW = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class RegroupedLink:
-    """One link in its own frame i.
+    """One link in its own frame i."""
 
-    Parameters
-    ----------
-    rotation, translation
-        Frame i in frame i-1, (3, 3) and, m, (3,), before it is moved.
-    prismatic
-        Unit vector along which a prismatic joint moves; None of a revolute joint, about z.
-    sign, offset
-        The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel.
-    is_parallel
-        Whether this joint and the revolute one before it have axes that are parallel for every q.
-    is_round
-        Whether the link is the last and round about its axis, so that its angle does not matter.
-    mass, first, second
-        Regrouped m, kg, first moment, kg m, shape (3,), and second moment, kg m^2, shape (3, 3).
-    """
-
+    # Frame i in frame i-1, (3, 3) and, m, (3,), before it is moved
     rotation: FloatArray
     translation: Array
+    # Unit vector along which a prismatic joint moves; None of a revolute joint, about z
     prismatic: FloatArray | None
+    # The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel
     sign: int
     offset: float
+    # Whether this joint and the revolute one before it have axes that are parallel for every q
     is_parallel: bool
-    is_round: bool
+    is_round: bool  # whether the link is the last and round about its axis, so that its angle does not matter
+    # Regrouped m, kg, first moment, kg m, shape (3,), and second moment, kg m^2, shape (3, 3)
     mass: Any
     first: Array
     second: Array
@@ -67,22 +56,13 @@ class RegroupedLink:
 
 @dataclass(frozen=True, eq=False)
 class RegroupedArm:
-    """An arm's links.
+    """An arm's links."""
 
-    Parameters
-    ----------
-    rotation, origin
-        The frame before the first link in the base frame, (3, 3) and, m, (3,).
-    gravity
-        In that frame, m/s^2, shape (3,).
-    links
-        One per joint.
-    """
-
+    # The frame before the first link in the base frame, (3, 3) and, m, (3,)
     rotation: FloatArray
     origin: Array
-    gravity: FloatArray
-    links: tuple[RegroupedLink, ...]
+    gravity: FloatArray  # in that frame, m/s^2, shape (3,)
+    links: tuple[RegroupedLink, ...]  # one per joint
 
 
 @lru_cache(maxsize=8)

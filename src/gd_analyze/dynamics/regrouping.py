@@ -43,18 +43,11 @@ _AS_GOOD = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Regrouping:
-    """What one link passes to the link before.
+    """What one link passes to the link before."""
 
-    Parameters
-    ----------
-    gone
-        Which of `KINDS` it loses.
-    instead
-        What a unit of each of those is beside itself: it acts as minus this of the kinds that stay, and as
-        the body of all of it carried by the link before; shape (gone, 11).
-    """
-
-    gone: tuple[int, ...]
+    gone: tuple[int, ...]  # which of `KINDS` it loses
+    # What a unit of each of those is beside itself: it acts as minus this of the kinds that stay, and as the
+    # body of all of it carried by the link before; shape (gone, 11)
     instead: FloatArray
 
     @property

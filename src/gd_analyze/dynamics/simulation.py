@@ -46,26 +46,18 @@ def _require(holds: Any, where: str, expected: str, found: object) -> None:
 class Integration:
     """How to integrate a motion.
 
-    Parameters
-    ----------
-    set_points
-        How many, evenly spaced from 0 to the duration, to report.
-    method
-        Formulation that gives D, h and c, of `gd_analyze.dynamics.methods.METHODS`.
-    integrator
-        `scipy.integrate.solve_ivp`'s. An arm that friction holds nearly at rest is stiff: "LSODA" or "BDF".
-    rtol, atol
-        Tolerances per step, of every joint variable and velocity and of work and dissipation.
-
     Raises
     ------
     UsageError
         If there is no such formulation or integrator, or a number does not fit.
     """
 
-    set_points: int = 201
+    set_points: int = 201  # how many, evenly spaced from 0 to the duration, to report
+    # Formulation that gives D, h and c, of `gd_analyze.dynamics.methods.METHODS`
     method: str = DEFAULT_METHOD
+    # `scipy.integrate.solve_ivp`'s. An arm that friction holds nearly at rest is stiff: "LSODA" or "BDF"
     integrator: Integrator = "DOP853"
+    # Tolerances per step, of every joint variable and velocity and of work and dissipation
     rtol: float = 1e-9
     atol: float = 1e-9
 
@@ -100,37 +92,20 @@ USUAL = Integration()
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A simulated motion and its energy balance; N set points of n joints.
+    """A simulated motion and its energy balance; N set points of n joints."""
 
-    Parameters
-    ----------
-    time
-        s, shape (N,).
-    q, qd, qdd
-        Joint variables, velocities and accelerations, shape (N, n).
-    torque
-        The actuators' torques, N m (N of a prismatic joint), shape (N, n).
-    kinetic, potential
-        Energies, J, shape (N,); kinetic with the drives' where they take part.
-    work
-        Done by the actuators since the start, J, shape (N,).
-    dissipated
-        By friction and damping since the start, J, shape (N,).
-    steps, evaluations
-        Steps the integrator took, and times it asked for accelerations.
-    integration
-        How it was integrated.
-    """
-
-    time: FloatArray
+    time: FloatArray  # s, shape (N,)
+    # Joint variables, velocities and accelerations, shape (N, n)
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
-    torque: FloatArray
+    torque: FloatArray  # the actuators' torques, N m (N of a prismatic joint), shape (N, n)
+    # Energies, J, shape (N,); kinetic with the drives' where they take part
     kinetic: FloatArray
     potential: FloatArray
-    work: FloatArray
-    dissipated: FloatArray
+    work: FloatArray  # done by the actuators since the start, J, shape (N,)
+    dissipated: FloatArray  # by friction and damping since the start, J, shape (N,)
+    # Steps the integrator took, and times it asked for accelerations
     steps: int
     evaluations: int
     integration: Integration

@@ -53,24 +53,13 @@ class Input(NamedTuple):
 
 @dataclass(frozen=True)
 class Function:
-    """One function of positions, velocities and accelerations.
+    """One function of positions, velocities and accelerations."""
 
-    Parameters
-    ----------
-    name, meaning
-        What it is called, and what it gives.
-    arguments
-        Of q, qd and qdd those that it takes.
-    outputs
-        In the order of the program's outputs.
-    program
-        The arithmetic.
-    """
-
+    # What it is called, and what it gives
     name: str
     meaning: str
-    arguments: tuple[str, ...]
-    outputs: tuple[Output, ...]
+    arguments: tuple[str, ...]  # of q, qd and qdd those that it takes
+    outputs: tuple[Output, ...]  # in the order of the program's outputs
     program: Program
 
     @property
@@ -119,28 +108,15 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class ExportInput:
-    """What is exported.
+    """What is exported."""
 
-    Parameters
-    ----------
-    name
-        Identifier that all others begin with, and the files.
-    arm, drives
-        The arm, and whether its drives' inertia counts.
-    functions
-        Torque, D, h and c, or the decomposition.
-    model
-        The simplified model; None of exact dynamics.
-    certificate
-        What is proven of its error, if anything.
-    """
-
-    name: str
+    name: str  # identifier that all others begin with, and the files
+    # The arm, and whether its drives' inertia counts
     arm: RobotArm
     drives: bool
-    functions: tuple[Function, ...]
-    model: SimplifiedModel | None = None
-    certificate: Certificate | None = None
+    functions: tuple[Function, ...]  # torque, D, h and c, or the decomposition
+    model: SimplifiedModel | None = None  # the simplified model; None of exact dynamics
+    certificate: Certificate | None = None  # what is proven of its error, if anything
 
     @classmethod
     def of_model(

@@ -20,15 +20,9 @@ _LONGEST = 120
 
 @dataclass(frozen=True)
 class Language:
-    """A language, for numbers of one type. A subclass in `exporting/languages` states what differs.
+    """A language, for numbers of one type. A subclass in `exporting/languages` states what differs."""
 
-    Parameters
-    ----------
-    scalar
-        Type of all numbers, one of `scalars`.
-    """
-
-    scalar: str = "double"
+    scalar: str = "double"  # type of all numbers, one of `scalars`
 
     # Templates (`exporting/templates`) by the suffix of the file that each makes.
     files: ClassVar[Mapping[str, str]]

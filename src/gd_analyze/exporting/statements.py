@@ -60,17 +60,12 @@ class Strides:
 
     Sines and cosines of several angles can then be taken at once, and each stride over many states is a loop
     without branches, so that compilers vectorise both.
-
-    Parameters
-    ----------
-    angles
-        Functions that give angles, counted through: of inputs and of sines and cosines of the angles before.
-        One function, unless there are sines of sines.
-    rest
-        The function's outputs from inputs, sines and cosines; sin1 and cos1 are those of the first angle.
     """
 
+    # Functions that give angles, counted through: of inputs and of sines and cosines of the angles before.
+    # One function, unless there are sines of sines
     angles: tuple[Function, ...]
+    # The function's outputs from inputs, sines and cosines; sin1 and cos1 are those of the first angle
     rest: Function
 
 

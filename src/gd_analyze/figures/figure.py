@@ -25,45 +25,25 @@ Margins = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line through points, which breaks where y is not a number.
+    """A line through points, which breaks where y is not a number."""
 
-    Parameters
-    ----------
-    x, y
-        Shape (N,).
-    colour
-        Name of `gd_analyze.figures.colours`.
-    width, dashes
-        pt; a width of 0 leaves the marks alone.
-    label
-        What the line shows; a page reads its values. "" for a line that is no data.
-    role
-        Word by which a page shows and hides it.
-    hidden
-        Whether it is shown only when asked for.
-    marker, size, hollow
-        Mark at every point, pt.
-    tips
-        What a page tells of each mark.
-    opacity
-        From 0 to 1.
-    space
-        Points of the line in space, m, shape (N, 3), for a page that turns them.
-    """
-
+    # Shape (N,)
     x: FloatArray
     y: FloatArray
-    colour: str = "ink"
+    colour: str = "ink"  # name of `gd_analyze.figures.colours`
+    # pt; a width of 0 leaves the marks alone
     width: float = 1.1
     dashes: tuple[float, ...] = ()
-    label: str = ""
-    role: str = ""
-    hidden: bool = False
+    label: str = ""  # what the line shows; a page reads its values. "" for a line that is no data
+    role: str = ""  # word by which a page shows and hides it
+    hidden: bool = False  # whether it is shown only when asked for
+    # Mark at every point, pt
     marker: Marker | None = None
     size: float = 3.6
     hollow: bool = False
-    tips: tuple[str, ...] = ()
-    opacity: float = 1.0
+    tips: tuple[str, ...] = ()  # what a page tells of each mark
+    opacity: float = 1.0  # from 0 to 1
+    # Points of the line in space, m, shape (N, 3), for a page that turns them
     space: FloatArray | None = None
 
 
@@ -100,34 +80,17 @@ Item = Curve | Area | Words
 
 @dataclass(frozen=True)
 class Axis:
-    """A range of numbers, the ticks in it, and the unit in which they are told.
+    """A range of numbers, the ticks in it, and the unit in which they are told."""
 
-    Parameters
-    ----------
-    low, high
-        Ends.
-    ticks
-        Values with a label.
-    unit
-        Of labels.
-    factor
-        What one of the labels' unit is in the unit of the numbers.
-    is_logarithmic
-        Whether equal distances are equal ratios.
-    grid
-        Whether every tick has a line across the panel.
-    names
-        Labels that are no numbers.
-    """
-
+    # Ends
     low: float
     high: float
-    ticks: tuple[float, ...] = ()
-    unit: str = ""
-    factor: float = 1.0
-    is_logarithmic: bool = False
-    grid: bool = False
-    names: tuple[str, ...] = ()
+    ticks: tuple[float, ...] = ()  # values with a label
+    unit: str = ""  # of labels
+    factor: float = 1.0  # what one of the labels' unit is in the unit of the numbers
+    is_logarithmic: bool = False  # whether equal distances are equal ratios
+    grid: bool = False  # whether every tick has a line across the panel
+    names: tuple[str, ...] = ()  # labels that are no numbers
 
     def place(self, values: FloatArray) -> FloatArray:
         """Where values lie, from 0 at the low end to 1 at the high one."""
@@ -144,36 +107,20 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One plot: title, axes, and what is drawn, in order.
+    """One plot: title, axes, and what is drawn, in order."""
 
-    Parameters
-    ----------
-    key
-        Name of the panel, such as "D12".
-    title
-        Stands above it; the unit of y follows.
-    x, y
-        Axes; with `is_bare`, of numbers that have no axes drawn.
-    items
-        What is drawn.
-    corner, corner_colour
-        Text above its right end.
-    margins
-        Room at the left, below, at the right and above, pt.
-    text
-        Size of the labels, pt.
-    """
-
-    key: str
-    title: str
+    key: str  # name of the panel, such as "D12"
+    title: str  # stands above it; the unit of y follows
+    # Axes; with `is_bare`, of numbers that have no axes drawn
     x: Axis
     y: Axis
     items: tuple[Item, ...]
+    # Text above its right end
     corner: str = ""
     corner_colour: str = "soft"
     is_bare: bool = False
-    margins: Margins = (24.0, 12.0, 6.0, 13.0)
-    text: float = 6.0
+    margins: Margins = (24.0, 12.0, 6.0, 13.0)  # room at the left, below, at the right and above, pt
+    text: float = 6.0  # size of the labels, pt
 
 
 @dataclass(frozen=True)
@@ -188,25 +135,14 @@ class Key:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """Panels of one size in rows and columns, some places empty.
+    """Panels of one size in rows and columns, some places empty."""
 
-    Parameters
-    ----------
-    label
-        What it shows, for those who do not see it.
-    rows
-        Panels by row.
-    width, height
-        Of a panel with its margins, pt.
-    legend
-        Stands above the panels.
-    """
-
-    label: str
-    rows: tuple[tuple[Panel | None, ...], ...]
+    label: str  # what it shows, for those who do not see it
+    rows: tuple[tuple[Panel | None, ...], ...]  # panels by row
+    # Of a panel with its margins, pt
     width: float
     height: float
-    legend: tuple[Key, ...] = ()
+    legend: tuple[Key, ...] = ()  # stands above the panels
 
     @property
     def panels(self) -> tuple[Panel, ...]:

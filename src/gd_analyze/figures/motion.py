@@ -70,19 +70,12 @@ def recording_figure(findings: Findings) -> Figure:
 
 
 class Readings(NamedTuple):
-    """Curves of one joint, angles in degrees, lengths in m.
+    """Curves of one joint, angles in degrees, lengths in m."""
 
-    Parameters
-    ----------
-    read, smooth
-        Readings and smoothed motion at all set points, shape (N,).
-    near
-        Set points, from 0, of some periods of the cut-off around the largest acceleration.
-    """
-
+    # Readings and smoothed motion at all set points, shape (N,)
     read: FloatArray
     smooth: FloatArray
-    near: np.ndarray
+    near: np.ndarray  # set points, from 0, of some periods of the cut-off around the largest acceleration
 
     @classmethod
     def of(cls, findings: Findings, joint: int) -> Readings:

@@ -191,30 +191,16 @@ def measured_figure(findings: Findings) -> Figure:
 
 @dataclass(frozen=True, eq=False)
 class Contributions:
-    """What the torque of every joint consists of, at the set points that are drawn.
+    """What the torque of every joint consists of, at the set points that are drawn."""
 
-    Parameters
-    ----------
-    time
-        Of these set points, s, shape (N,).
-    points
-        Their numbers, from 0, shape (N,).
-    gaps
-        Set points, by their numbers, before which nothing is known of the motion.
-    parts
-        Torque by the names of `CONTRIBUTIONS` and in their order, N m (N where the
-        joint slides), shape (N, n) each; "drives" only where they are part of the torque.
-    total
-        The exact torque, their sum, of the same shape.
-    limit
-        Largest torque that each joint's drive can give, shape (n,); nan where the arm states none.
-    """
-
-    time: FloatArray
-    points: NDArray[np.intp]
-    gaps: tuple[int, ...]
+    time: FloatArray  # of these set points, s, shape (N,)
+    points: NDArray[np.intp]  # their numbers, from 0, shape (N,)
+    gaps: tuple[int, ...]  # set points, by their numbers, before which nothing is known of the motion
+    # Torque by the names of `CONTRIBUTIONS` and in their order, N m (N where the joint slides), shape (N, n)
+    # each; "drives" only where they are part of the torque
     parts: Mapping[str, FloatArray]
-    total: FloatArray
+    total: FloatArray  # the exact torque, their sum, of the same shape
+    # Largest torque that each joint's drive can give, shape (n,); nan where the arm states none
     limit: FloatArray
 
     @classmethod
@@ -291,25 +277,14 @@ def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class TorqueCurves:
-    """Curves of one joint, N m (N where it slides), shape (M,).
+    """Curves of one joint, N m (N where it slides), shape (M,)."""
 
-    Parameters
-    ----------
-    points
-        The set points, from 0: those with a reading.
-    read, measured
-        The torque as read, and through the filter.
-    exact
-        The exact model's.
-    friction
-        Friction and offset as fitted; None where none was asked for.
-    """
-
-    points: NDArray[np.intp]
+    points: NDArray[np.intp]  # the set points, from 0: those with a reading
+    # The torque as read, and through the filter
     read: FloatArray
     measured: FloatArray
-    exact: FloatArray
-    friction: FloatArray | None
+    exact: FloatArray  # the exact model's
+    friction: FloatArray | None  # friction and offset as fitted; None where none was asked for
 
     @property
     def difference(self) -> FloatArray:

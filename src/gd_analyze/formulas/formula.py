@@ -12,27 +12,14 @@ PRIME = "'"
 
 @dataclass(frozen=True)
 class Symbol:
-    """A letter with its index and accents: D_12^tran, the second derivative of q_3, tau_1.
+    """A letter with its index and accents: D_12^tran, the second derivative of q_3, tau_1."""
 
-    Parameters
-    ----------
-    letter
-        A Latin letter, "tau" or "omega".
-    index
-        Digits and commas, with letters of a component behind them; or a letter that stands for any joint.
-    dots
-        1 for a velocity, 2 for an acceleration.
-    word
-        Upright superscript.
-    primes
-        Number of primes behind the letter.
-    """
-
-    letter: str
+    letter: str  # A Latin letter, "tau" or "omega"
+    # Digits and commas, with letters of a component behind them; or a letter that stands for any joint
     index: str = ""
-    dots: int = 0
-    word: str = ""
-    primes: int = 0
+    dots: int = 0  # 1 for a velocity, 2 for an acceleration
+    word: str = ""  # upright superscript
+    primes: int = 0  # number of primes behind the letter
 
 
 class Power(NamedTuple):
@@ -59,24 +46,13 @@ class Function:
 
 @dataclass(frozen=True)
 class Piece:
-    """A summand, or one of those in a bracket: lines may break between pieces.
+    """A summand, or one of those in a bracket: lines may break between pieces."""
 
-    Parameters
-    ----------
-    product
-        Its sign stands before it, and before a bracket that opens with it.
-    quantity
-        "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint.
-    opens
-        Whether a bracket opens before it.
-    behind
-        Factor of the bracket that closes behind it; () if none closes.
-    """
-
-    product: Product
+    product: Product  # its sign stands before it, and before a bracket that opens with it
+    # "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint
     quantity: str = ""
-    opens: bool = False
-    behind: tuple[Power, ...] = ()
+    opens: bool = False  # whether a bracket opens before it
+    behind: tuple[Power, ...] = ()  # factor of the bracket that closes behind it; () if none closes
 
     @property
     def negative(self) -> bool:
@@ -86,41 +62,22 @@ class Piece:
 
 @dataclass(frozen=True)
 class Formula:
-    """An equation.
-
-    Parameters
-    ----------
-    left
-        Left-hand side.
-    pieces
-        In reading order, those of one quantity together; `NOTHING` for zero.
-    unit
-        Named behind the equation if it is not evident.
-    """
+    """An equation."""
 
     left: Symbol
-    pieces: tuple[Piece, ...]
-    unit: str = ""
+    pieces: tuple[Piece, ...]  # in reading order, those of one quantity together; `NOTHING` for zero
+    unit: str = ""  # named behind the equation if it is not evident
 
 
 NOTHING = (Piece(Product(0.0), "carried"),)
 
 
 class Legend(NamedTuple):
-    """Meaning of the names in formulas.
+    """Meaning of the names in formulas."""
 
-    Parameters
-    ----------
-    shared
-        Absolute velocities that are sums over joints with parallel axes.
-    others
-        All other velocities, one formula per derivative, for any joint j.
-    factors
-        The longest cosine and sine, which explain the others, and the variable of every prismatic joint.
-    """
-
-    shared: tuple[Formula, ...]
-    others: tuple[Formula, ...]
+    shared: tuple[Formula, ...]  # absolute velocities that are sums over joints with parallel axes
+    others: tuple[Formula, ...]  # all other velocities, one formula per derivative, for any joint j
+    # The longest cosine and sine, which explain the others, and the variable of every prismatic joint
     factors: tuple[Formula, ...]
 
 

@@ -40,15 +40,9 @@ def _trimmed(shown: str) -> str:
 
 @dataclass(frozen=True)
 class Printer(ABC):
-    """Base of the languages, which write symbols, functions and powers of ten.
+    """Base of the languages, which write symbols, functions and powers of ten."""
 
-    Parameters
-    ----------
-    digits
-        Significant digits of weights.
-    """
-
-    digits: int = 3
+    digits: int = 3  # significant digits of weights
 
     # Between factors, between a multiple and its angle, between summands, and around brackets' content.
     apart: ClassVar[str] = " "

@@ -37,14 +37,9 @@ _COMPARED = np.linspace(0.0, 1.0, 9)
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """Motions between consecutive set points.
+    """Motions between consecutive set points."""
 
-    Parameters
-    ----------
-    coefficients
-        Of s^0 ... s^5, shape (intervals, 6, 3, 3, n): of the three motions q, qd and qdd of every joint.
-    """
-
+    # Of s^0 ... s^5, shape (intervals, 6, 3, 3, n): of the three motions q, qd and qdd of every joint
     coefficients: FloatArray
 
     @classmethod

@@ -63,25 +63,15 @@ _MISSED, _AT_REST = 0.1, 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Motion and noise in a joint's accelerations.
+    """Motion and noise in a joint's accelerations."""
 
-    Parameters
-    ----------
-    frequency
-        Hz, even steps from the first above zero, shape (F,).
-    motion, noise
-        S and N, one-sided, (rad/s^2)^2 per Hz, or in m, shape (F,).
-    seconds
-        T, mean length of the stretches.
-    missed
-        RMS acceleration that stands out above the frequencies of motion, per s^2: noise of some frequency, or
-        motion too fast for the readings.
-    """
-
-    frequency: FloatArray
+    frequency: FloatArray  # hz, even steps from the first above zero, shape (F,)
+    # S and N, one-sided, (rad/s^2)^2 per Hz, or in m, shape (F,)
     motion: FloatArray
     noise: FloatArray
-    seconds: float
+    seconds: float  # T, mean length of the stretches
+    # RMS acceleration that stands out above the frequencies of motion, per s^2: noise of some frequency, or
+    # motion too fast for the readings
     missed: float
 
     @classmethod

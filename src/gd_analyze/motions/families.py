@@ -20,34 +20,19 @@ from gd_analyze.motions.roles import (
 
 @dataclass(frozen=True)
 class Family:
-    """Columns of one role, one per joint.
+    """Columns of one role, one per joint."""
 
-    Parameters
-    ----------
-    role, group, kind, rank, word
-        As the names say, see `Meaning`.
-    label
-        Words beside the number of the joint.
-    columns
-        Columns of each joint of the arm, from 0; there should be one.
-    extra
-        Columns of joints that the arm lacks.
-    why
-        How the joints were matched.
-    renamed
-        Log's name and arm's name of joints whose names differ.
-    """
-
+    # As the names say, see `Meaning`
     role: str
     group: Words
     kind: Kind
     rank: int
     word: str
-    label: Words
-    columns: Mapping[int, tuple[int, ...]]
-    extra: tuple[int, ...]
-    why: str
-    renamed: tuple[tuple[str, str], ...] = ()
+    label: Words  # words beside the number of the joint
+    columns: Mapping[int, tuple[int, ...]]  # columns of each joint of the arm, from 0; there should be one
+    extra: tuple[int, ...]  # columns of joints that the arm lacks
+    why: str  # how the joints were matched
+    renamed: tuple[tuple[str, str], ...] = ()  # log's name and arm's name of joints whose names differ
 
     @property
     def key(self) -> tuple[object, ...]:

@@ -24,27 +24,13 @@ _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 @dataclass(frozen=True)
 class Layout:
-    """How the lines of a text table are to be read.
+    """How the lines of a text table are to be read."""
 
-    Parameters
-    ----------
-    delimiter
-        Comma, semicolon or tab; a blank stands for any white space.
-    decimal
-        Point or comma.
-    names
-        Names of the columns, empty ones where no line has them.
-    header
-        Line of the names, from 1; 0 where there is none.
-    first
-        Line of the first row, from 1.
-    """
-
-    delimiter: str
-    decimal: str
-    names: tuple[str, ...]
-    header: int
-    first: int
+    delimiter: str  # comma, semicolon or tab; a blank stands for any white space
+    decimal: str  # point or comma
+    names: tuple[str, ...]  # names of the columns, empty ones where no line has them
+    header: int  # line of the names, from 1; 0 where there is none
+    first: int  # line of the first row, from 1
 
     @property
     def width(self) -> int:

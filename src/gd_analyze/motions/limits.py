@@ -24,29 +24,17 @@ Quantity = Literal["position", "velocity", "acceleration"]
 
 @dataclass(frozen=True)
 class Violation:
-    """One limit of one joint that a motion exceeds; SI and radians.
+    """One limit of one joint that a motion exceeds; SI and radians."""
 
-    Parameters
-    ----------
-    joint, name
-        Joint number i, from 1, and the joint's name.
-    quantity
-        "position", "velocity" or "acceleration".
-    value, limit
-        The extreme reached (velocity and acceleration as magnitudes) and the limit it exceeds.
-    time
-        The instant of the extreme, s.
-    unit
-        Unit of value and limit.
-    """
-
+    # Joint number i, from 1, and the joint's name
     joint: int
     name: str
-    quantity: Quantity
+    quantity: Quantity  # "position", "velocity" or "acceleration"
+    # The extreme reached (velocity and acceleration as magnitudes) and the limit it exceeds
     value: float
     limit: float
-    time: float
-    unit: str
+    time: float  # the instant of the extreme, s
+    unit: str  # unit of value and limit
 
     @property
     def excess(self) -> float:
@@ -70,25 +58,18 @@ class Violation:
 
 @dataclass(frozen=True)
 class JointExtremes:
-    """One row of a limit report; SI and radians, None of a limit that the arm does not state.
+    """One row of a limit report; SI and radians, None of a limit that the arm does not state."""
 
-    Parameters
-    ----------
-    joint, name, unit
-        Joint number i, from 1, the joint's name, and the unit of its variable.
-    lowest, highest, lower, upper
-        Extremes of the joint variable and its limits.
-    velocity, velocity_limit, acceleration, acceleration_limit
-        Largest magnitudes and their limits.
-    """
-
+    # Joint number i, from 1, the joint's name, and the unit of its variable
     joint: int
     name: str
     unit: str
+    # Extremes of the joint variable and its limits
     lowest: float
     highest: float
     lower: float | None
     upper: float | None
+    # Largest magnitudes and their limits
     velocity: float
     velocity_limit: float | None
     acceleration: float
@@ -97,18 +78,10 @@ class JointExtremes:
 
 @dataclass(frozen=True)
 class LimitReport:
-    """Extremes of a motion beside the limits of the arm.
+    """Extremes of a motion beside the limits of the arm."""
 
-    Parameters
-    ----------
-    rows
-        One per joint.
-    violations
-        Every limit exceeded, in the order of the joints.
-    """
-
-    rows: tuple[JointExtremes, ...]
-    violations: tuple[Violation, ...]
+    rows: tuple[JointExtremes, ...]  # one per joint
+    violations: tuple[Violation, ...]  # every limit exceeded, in the order of the joints
 
     @property
     def least_stretch(self) -> float | None:

@@ -38,33 +38,15 @@ class Use:
 
 @dataclass(frozen=True)
 class Choice:
-    """What is used of a log.
+    """What is used of a log."""
 
-    Parameters
-    ----------
-    uses
-        Columns of joints.
-    time
-        Column or columns of time; None where rows are counted.
-    unused
-        Reason for each column that is left out.
-    measured
-        Whether these are readings.
-    set_points
-        Whether the rows are set points, to be taken as they are.
-    remarks
-        What to warn of.
-    families
-        The families chosen, by role.
-    """
-
-    uses: tuple[Use, ...]
-    time: TimeColumns | None
-    unused: Mapping[int, str]
-    measured: bool
-    set_points: bool = False
-    remarks: tuple[str, ...] = ()
-    families: Mapping[str, Family] = field(default_factory=dict)
+    uses: tuple[Use, ...]  # columns of joints
+    time: TimeColumns | None  # column or columns of time; None where rows are counted
+    unused: Mapping[int, str]  # reason for each column that is left out
+    measured: bool  # whether these are readings
+    set_points: bool = False  # whether the rows are set points, to be taken as they are
+    remarks: tuple[str, ...] = ()  # what to warn of
+    families: Mapping[str, Family] = field(default_factory=dict)  # the families chosen, by role
 
     def of(self, role: str) -> tuple[Use, ...]:
         """Columns of a role, in the order of the joints."""

@@ -75,24 +75,13 @@ class Schedule:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A planned motion.
-
-    Parameters
-    ----------
-    trajectory
-        Its set points.
-    limits
-        Extremes of the whole motion, between the set points too, beside the arm's limits.
-    knot_times
-        Instants of start, vias and goal, s.
-    shortest_duration
-        The duration at which this motion, stretched evenly, just meets its velocity and acceleration limits,
-        s; None when the arm states none.
-    """
+    """A planned motion."""
 
     trajectory: Trajectory
-    limits: LimitReport
-    knot_times: FloatArray
+    limits: LimitReport  # extremes of the whole motion, between the set points too, beside the arm's limits
+    knot_times: FloatArray  # instants of start, vias and goal, s
+    # The duration at which this motion, stretched evenly, just meets its velocity and acceleration limits, s;
+    # None when the arm states none
     shortest_duration: float | None
 
 

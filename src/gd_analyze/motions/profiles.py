@@ -30,23 +30,13 @@ _PRESCRIBED = 3
 
 @dataclass(frozen=True)
 class Profile:
-    """One way to time a motion.
+    """One way to time a motion."""
 
-    Parameters
-    ----------
-    name
-        As on the command line.
-    via_counts
-        Numbers of vias it takes; None for any.
-    rest_orders
-        how many derivatives of q are zero at start and goal: 1 velocities, 2 accelerations too.
-    path
-        Makes the motion q(t) from the knots' instants (m,) and joint variables (m, n).
-    """
-
-    name: str
-    via_counts: tuple[int, ...] | None
+    name: str  # as on the command line
+    via_counts: tuple[int, ...] | None  # numbers of vias it takes; None for any
+    # how many derivatives of q are zero at start and goal: 1 velocities, 2 accelerations too
     rest_orders: int
+    # Makes the motion q(t) from the knots' instants (m,) and joint variables (m, n)
     path: Callable[[FloatArray, FloatArray], PPoly[np.float64]]
 
 

@@ -146,36 +146,17 @@ def known_joints(names: Sequence[str]) -> dict[Words, int]:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What one name says.
+    """What one name says."""
 
-    Parameters
-    ----------
-    role
-        What the column seems to hold.
-    token
-        Words of the joint; `label` and `number` are its name and its count.
-    joint
-        The arm's joint of exactly this name, from 0.
-    group
-        Words that tell it from columns of the same role and joint: topic, actual, target.
-    kind
-        Whether these say measured or target.
-    unit
-        Unit in the name.
-    rank
-        How plain the role is: 0 of `q` and `position`, 1 of `theta`, 2 of the bare name of a joint.
-    word
-        The word of the role.
-    """
-
-    role: Said
-    token: Words = ()
-    joint: int | None = None
-    group: Words = ()
-    kind: Kind = "plain"
-    unit: str = ""
+    role: Said  # what the column seems to hold
+    token: Words = ()  # words of the joint; `label` and `number` are its name and its count
+    joint: int | None = None  # the arm's joint of exactly this name, from 0
+    group: Words = ()  # words that tell it from columns of the same role and joint: topic, actual, target
+    kind: Kind = "plain"  # whether these say measured or target
+    unit: str = ""  # unit in the name
+    # How plain the role is: 0 of `q` and `position`, 1 of `theta`, 2 of the bare name of a joint
     rank: int = 0
-    word: str = ""
+    word: str = ""  # the word of the role
 
     @property
     def label(self) -> Words:

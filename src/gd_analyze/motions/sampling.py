@@ -31,27 +31,13 @@ _NEAR = math.pi / 2
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """Which rows of a log are set points, and when.
+    """Which rows of a log are set points, and when."""
 
-    Parameters
-    ----------
-    rows
-        Numbers of the rows, from 0, in the order of time, shape (N,).
-    time
-        s, strictly increasing, shape (N,).
-    gaps
-        Set points before which there is a gap.
-    step
-        The usual time between two readings (median), s.
-    notes
-        What was done.
-    """
-
-    rows: NDArray[np.intp]
-    time: FloatArray
-    gaps: tuple[int, ...]
-    step: float
-    notes: tuple[str, ...]
+    rows: NDArray[np.intp]  # numbers of the rows, from 0, in the order of time, shape (N,)
+    time: FloatArray  # s, strictly increasing, shape (N,)
+    gaps: tuple[int, ...]  # set points before which there is a gap
+    step: float  # the usual time between two readings (median), s
+    notes: tuple[str, ...]  # what was done
 
     @property
     def stretches(self) -> list[slice]:

@@ -52,23 +52,12 @@ class Columns:
 
 
 class LogTable(ABC):
-    """What the readers of all formats give.
+    """What the readers of all formats give."""
 
-    Attributes
-    ----------
-    path
-        Where it was read, for messages.
-    names
-        Names of the columns; all empty where there is no header.
-    planned
-        Whether the kind of message is a plan; None where it does not say.
-    set_points
-        Whether the file's own header is that of set points: time, q1, qd1_deg and so on.
-    """
-
-    path: str | Path
-    names: tuple[str, ...]
-    planned: bool | None = None
+    path: str | Path  # where it was read, for messages
+    names: tuple[str, ...]  # names of the columns; all empty where there is no header
+    planned: bool | None = None  # whether the kind of message is a plan; None where it does not say
+    # Whether the file's own header is that of set points: time, q1, qd1_deg and so on
     set_points: bool = False
 
     @abstractmethod

@@ -24,24 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Motion:
-    """One of several motions that a trajectory consists of.
+    """One of several motions that a trajectory consists of."""
 
-    Parameters
-    ----------
-    name
-        Different from those of the others.
-    first, end
-        Its set points, from 0: `first` is the first of them, `end` the first that is not.
-    start
-        Instant of its first set point by its own clock, s.
-    origin, derivatives_from, fingerprint
-        Of the motion by itself, see `Trajectory`.
-    """
-
-    name: str
+    name: str  # different from those of the others
+    # Its set points, from 0: `first` is the first of them, `end` the first that is not
     first: int
     end: int
-    start: float = 0.0
+    start: float = 0.0  # instant of its first set point by its own clock, s
+    # Of the motion by itself, see `Trajectory`
     origin: str = ""
     derivatives_from: str = "given"
     fingerprint: str = ""

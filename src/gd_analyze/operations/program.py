@@ -50,18 +50,10 @@ class OperationCount:
 
 @dataclass(frozen=True)
 class Program:
-    """The part of a trace that its outputs need, in an order that can be evaluated.
+    """The part of a trace that its outputs need, in an order that can be evaluated."""
 
-    Parameters
-    ----------
-    steps
-        Expressions, each after its arguments.
-    outputs
-        Expressions or constants.
-    """
-
-    steps: tuple[Expression, ...]
-    outputs: tuple[Any, ...]
+    steps: tuple[Expression, ...]  # expressions, each after its arguments
+    outputs: tuple[Any, ...]  # expressions or constants
 
     def __repr__(self) -> str:
         return f"Program({len(self.outputs)} outputs, {self.count})"

@@ -73,25 +73,14 @@ def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
 
 @dataclass(frozen=True)
 class SharedSums:
-    """Polynomials as sums of products of variables and of one another.
+    """Polynomials as sums of products of variables and of one another."""
 
-    Parameters
-    ----------
-    variables
-        Meaning of the numbers from 0 on.
-    definitions
-        Coefficients by product; -1, -2, .. are the polynomials in their order, numbers beyond the variables
-        are shared sums.
-    count
-        Number of polynomials.
-    operations
-        Multiplications and additions; a change of sign is free.
-    """
-
-    variables: tuple[Hashable, ...]
+    variables: tuple[Hashable, ...]  # meaning of the numbers from 0 on
+    # Coefficients by product; -1, -2, .. are the polynomials in their order, numbers beyond the variables are
+    # shared sums
     definitions: Mapping[int, Terms]
-    count: int
-    operations: int
+    count: int  # number of polynomials
+    operations: int  # multiplications and additions; a change of sign is free
 
     @classmethod
     def of(cls, sums: Sums, variables: Sequence[Hashable], count: int) -> SharedSums:

@@ -28,22 +28,13 @@ _MATHS = PageMathML()
 
 @dataclass(frozen=True)
 class BudgetPath:
-    """The path, smallest budget first.
+    """The path, smallest budget first."""
 
-    Parameters
-    ----------
-    rows
-        Of `gd_analyze.results.rows.budget_rows`.
-    flags
-        Of everything that any budget keeps, by rank of a term or label of a part: at which budgets it is
-        kept, "1" or "0" each.
-    asked
-        Place of the budget that was asked for.
-    """
-
-    rows: list[Row]
+    rows: list[Row]  # of `gd_analyze.results.rows.budget_rows`
+    # Of everything that any budget keeps, by rank of a term or label of a part: at which budgets it is kept,
+    # "1" or "0" each
     flags: dict[Any, str]
-    asked: int
+    asked: int  # place of the budget that was asked for
 
     @classmethod
     def of(cls, findings: Findings) -> BudgetPath:

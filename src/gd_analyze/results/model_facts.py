@@ -18,27 +18,13 @@ from gd_analyze.text import percent
 
 
 class WorstError(NamedTuple):
-    """The error of the joint that is off most; `of` says what a share is of, and is "" of a torque.
+    """The error of the joint that is off most; `of` says what a share is of, and is "" of a torque."""
 
-    Parameters
-    ----------
-    joint
-        Which one, from 1.
-    value
-        A share, or a torque in `unit`.
-    is_bound
-        Whether it is a bound, which is rounded up.
-    of
-        "peak torque", "allowed error", "" for a torque.
-    unit
-        Of a torque.
-    """
-
-    joint: int
-    value: float
-    is_bound: bool
-    of: str
-    unit: str
+    joint: int  # which one, from 1
+    value: float  # A share, or a torque in `unit`
+    is_bound: bool  # whether it is a bound, which is rounded up
+    of: str  # "peak torque", "allowed error", "" for a torque
+    unit: str  # of a torque
 
     @property
     def size(self) -> str:

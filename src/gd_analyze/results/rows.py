@@ -45,21 +45,11 @@ def element_rows(findings: Findings) -> list[Row]:
 
 
 class DroppedParts(NamedTuple):
-    """What the founding text's own method leaves out, by reason: rows of the table "parts".
+    """What the founding text's own method leaves out, by reason: rows of the table "parts"."""
 
-    Parameters
-    ----------
-    costing
-        Makes torque; largest share of peak torque first.
-    zero
-        Is zero along the trajectory, but for round-off.
-    idle
-        Makes no torque, as the joints it acts on do not accelerate.
-    """
-
-    costing: list[Row]
-    zero: list[Row]
-    idle: list[Row]
+    costing: list[Row]  # makes torque; largest share of peak torque first
+    zero: list[Row]  # is zero along the trajectory, but for round-off
+    idle: list[Row]  # makes no torque, as the joints it acts on do not accelerate
 
 
 def dropped_parts(findings: Findings) -> DroppedParts:

@@ -23,22 +23,14 @@ _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Al
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
-    """Torque error of a model over given states, per joint; N m (N for a prismatic joint), shape (n,).
+    """Torque error of a model over given states, per joint; N m (N for a prismatic joint), shape (n,)."""
 
-    Parameters
-    ----------
-    peak_torque
-        Largest magnitude of the exact torque.
-    largest, rms
-        Largest and root mean square error.
-    weighed
-        Largest error times how much an error counts at its state, see `States.weights`; None where all count
-        alike.
-    """
-
-    peak_torque: FloatArray
+    peak_torque: FloatArray  # largest magnitude of the exact torque
+    # Largest and root mean square error
     largest: FloatArray
     rms: FloatArray
+    # Largest error times how much an error counts at its state, see `States.weights`; None where all count
+    # alike
     weighed: FloatArray | None = None
 
     @classmethod
@@ -119,47 +111,30 @@ class LevelTried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Accuracy:
-    """What a model states of itself.
+    """What a model states of itself."""
 
-    Parameters
-    ----------
-    allowed, budget
-        Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
-        joint is allowed a number of its own, see `Budget.allowed`.
-    errors
-        Error over the states it was fitted on: sampled, not a bound elsewhere.
-    fitted_on
-        Those states, see `States.described`.
-    steps, solved
-        What every step of the search led to, and whether its integer program ended: then no selection without
-        refit takes fewer operations.
-    cut_short
-        Whether the search ended because its effort was used up.
-    measured
-        Whether the errors were measured here; otherwise a file states them, for states that are not at hand.
-    uncertainty
-        Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is
-        stated of the arm's parameters.
-    motions
-        Accuracy along each of several motions, where the model was fitted on several.
-    norms
-        Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where
-        only an error is. Where the budget is one of the norm, what it asked for is among them.
-    levels
-        What every level took, where the cheapest was looked for; empty where one was asked for.
-    """
-
+    # Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
+    # joint is allowed a number of its own, see `Budget.allowed`
     allowed: FloatArray
     budget: str
-    errors: ErrorTable
-    fitted_on: Mapping[str, str | int]
+    errors: ErrorTable  # error over the states it was fitted on: sampled, not a bound elsewhere
+    fitted_on: Mapping[str, str | int]  # those states, see `States.described`
+    # What every step of the search led to, and whether its integer program ended: then no selection without
+    # refit takes fewer operations
     steps: tuple[SearchStep, ...] = ()
     solved: bool = False
-    cut_short: bool = False
+    cut_short: bool = False  # whether the search ended because its effort was used up
+    # Whether the errors were measured here; otherwise a file states them, for states that are not at hand
     measured: bool = True
+    # Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is stated
+    # of the arm's parameters
     uncertainty: FloatArray | None = None
+    # Accuracy along each of several motions, where the model was fitted on several
     motions: tuple[AlongMotion, ...] = ()
+    # Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where only
+    # an error is. Where the budget is one of the norm, what it asked for is among them
     norms: tuple[NormShare, ...] = ()
+    # What every level took, where the cheapest was looked for; empty where one was asked for
     levels: tuple[LevelTried, ...] = ()
 
     def along(self, fingerprint: str) -> Accuracy:

@@ -74,18 +74,11 @@ class ReferenceTorques:
 
 
 class Allowance(NamedTuple):
-    """One torque error that is allowed.
+    """One torque error that is allowed."""
 
-    Parameters
-    ----------
-    amount
-        A share (1 % is 0.01), or N m (N for a prismatic joint).
-    of
-        What it is a share of: the joint's "peak" torque over the states, its torque "limit", its Coulomb
-        "friction", or the "uncertainty" of its torque due to the parameters' stated ones; "torque" for N m.
-    """
-
-    amount: float
+    amount: float  # A share (1 % is 0.01), or N m (N for a prismatic joint)
+    # What it is a share of: the joint's "peak" torque over the states, its torque "limit", its Coulomb
+    # "friction", or the "uncertainty" of its torque due to the parameters' stated ones; "torque" for N m
     of: str = "peak"
 
     @classmethod

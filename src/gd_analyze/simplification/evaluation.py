@@ -145,19 +145,13 @@ def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PayloadEffect:
-    """Effect of a point mass at the end effector, the last link frame's origin, on a model over some states.
+    """Effect of a point mass at the end effector (the last frame's origin) on a model over some states."""
 
-    Parameters
-    ----------
-    torque_per_kg
-        Largest torque that the mass needs at each joint, N m per kg (N per kg), shape (n,).
-    mass_within_budget
-        Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where
-        it is beyond the budget without any, infinite where no mass acts on the joint, and everywhere where
-        the budget is of the norm.
-    """
-
+    # Largest torque that the mass needs at each joint, N m per kg (N per kg), shape (n,)
     torque_per_kg: FloatArray
+    # Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where it
+    # is beyond the budget without any, infinite where no mass acts on the joint, and everywhere where the
+    # budget is of the norm
     mass_within_budget: FloatArray
 
     @property

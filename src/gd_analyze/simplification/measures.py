@@ -27,17 +27,10 @@ class NormShare(NamedTuple):
     """An error that is allowed to all joints together: norm of the torque error over norm of the torque.
 
     Revolute and prismatic joints each have a norm; both must keep it.
-
-    Parameters
-    ----------
-    share
-        The share (1 % is 0.01).
-    states
-        Share of the states that must keep it, above 0; 1 where all must.
     """
 
-    share: float
-    states: float = 1.0
+    share: float  # the share (1 % is 0.01)
+    states: float = 1.0  # share of the states that must keep it, above 0; 1 where all must
 
     @classmethod
     def parse(cls, text: str) -> Self | None:

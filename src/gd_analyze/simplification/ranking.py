@@ -25,54 +25,35 @@ _WHOLE = Budget.parse("100%")
 
 @dataclass(frozen=True)
 class RankedTerm:
-    """One term in the ranking; shares are of the joint's peak torque, joints count from 1.
+    """One term in the ranking; shares are of the joint's peak torque, joints count from 1."""
 
-    Parameters
-    ----------
-    rank
-        1 is what is missed most.
-    term, weight
-        The term, of the kind its level has, and its coefficient.
-    alone_torque, alone_joint, alone_share
-        Its own largest torque, N m, at the joint where that is most of the peak torque.
-    without_share, without_joint
-        Largest torque error if it and everything ranked below it are left out, and the joint of that.
-    below_uncertainty
-        Whether its own torque stays, at every joint, below what the arm's stated uncertainties make of the
-        torque; None where none are stated.
-    """
-
-    rank: int
+    rank: int  # 1 is what is missed most
+    # The term, of the kind its level has, and its coefficient
     term: Any
     weight: float
+    # Its own largest torque, N m, at the joint where that is most of the peak torque
     alone_torque: float
     alone_joint: int
     alone_share: float
+    # Largest torque error if it and everything ranked below it are left out, and the joint of that
     without_share: float
     without_joint: int
+    # Whether its own torque stays, at every joint, below what the arm's stated uncertainties make of the
+    # torque; None where none are stated
     below_uncertainty: bool | None
 
 
 @dataclass(frozen=True)
 class TermRanking:
-    """Terms, the most important first, and how many of the last are within the parameters' uncertainty.
-
-    Parameters
-    ----------
-    terms
-        One entry per term.
-    uncertainty
-        Largest standard uncertainty of every joint's torque at the states, N m; None where none is stated.
-    not_worth_keeping
-        How many terms, from the last, may all go with every joint's error below that.
-    unlisted, unlisted_share
-        How many of the smallest terms of an arm with very many are not ranked, and the largest torque they
-        make together, over the joint's peak torque.
-    """
+    """Terms, the most important first, and how many of the last are within the parameters' uncertainty."""
 
     terms: tuple[RankedTerm, ...] = ()
+    # Largest standard uncertainty of every joint's torque at the states, N m; None where none is stated
     uncertainty: tuple[float, ...] | None = None
+    # How many terms, from the last, may all go with every joint's error below that
     not_worth_keeping: int = 0
+    # How many of the smallest terms of an arm with very many are not ranked, and the largest torque they make
+    # together, over the joint's peak torque
     unlisted: int = 0
     unlisted_share: float = 0.0
 

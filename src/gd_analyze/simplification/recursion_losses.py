@@ -37,25 +37,15 @@ _UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
 
 @dataclass(frozen=True, eq=False)
 class Omission:
-    """One change of a recursion, factors of its quantities (`recursion_reading.scales`) taken out.
+    """One change of a recursion, factors of its quantities (`recursion_reading.scales`) taken out."""
 
-    Parameters
-    ----------
-    places
-        Of the steps, mostly one.
-    quantity
-        What they are part of, or are.
-    exact, instead
-        Sums of products in that quantity: what was there, and what is; () where nothing is.
-    torque, share
-        Largest magnitude at the states of what it alone changes, N m (N), shape (n,), and that over the peak
-        torque, 0 of a joint that has none.
-    """
-
-    places: tuple[int, ...]
-    quantity: Quantity
+    places: tuple[int, ...]  # of the steps, mostly one
+    quantity: Quantity  # what they are part of, or are
+    # Sums of products in that quantity: what was there, and what is; () where nothing is
     exact: tuple[Product, ...]
     instead: tuple[Product, ...]
+    # Largest magnitude at the states of what it alone changes, N m (N), shape (n,), and that over the peak
+    # torque, 0 of a joint that has none
     torque: FloatArray
     share: FloatArray
 

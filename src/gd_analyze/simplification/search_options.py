@@ -13,38 +13,26 @@ from gd_analyze.simplification.levels import level_named
 class SearchOptions:
     """How to simplify.
 
-    Parameters
-    ----------
-    level
-        A name of `gd_analyze.text.LEVEL_NAMES`, or the level itself; by default the one that takes the fewest
-        operations of those that are promising for the arm.
-    refit
-        Change kept coefficients to absorb what is dropped; level recursive always does.
-    operations
-        Multiplications and additions the model may take: the budget is then scaled, for all joints alike, to
-        the smallest that so many allow.
-    thorough
-        Search the integer program; dive into it only otherwise: tenths of a second instead of seconds.
-    write
-        Spend tenths of a second on a program of few operations, as for all that is shown.
-    effort
-        How much to do, as a multiple of the usual: about a minute at most. Where it ends, the best so far is
-        given, and said to be that.
-    dearer
-        Give what was found even where the exact torque takes no more operations: to see what matters.
-
     Raises
     ------
     UsageError
         If there is no such level, it has no coefficients to refit, or so few operations do not exist.
     """
 
+    # A name of `gd_analyze.text.LEVEL_NAMES`, or the level itself; by default the one that takes the fewest
+    # operations of those that are promising for the arm
     level: Level | None = None
-    refit: bool = False
+    refit: bool = False  # change kept coefficients to absorb what is dropped; level recursive always does
+    # Multiplications and additions the model may take: the budget is then scaled, for all joints alike, to
+    # the smallest that so many allow
     operations: int | None = None
+    # Search the integer program; dive into it only otherwise: tenths of a second instead of seconds
     thorough: bool = True
-    write: bool = True
+    write: bool = True  # spend tenths of a second on a program of few operations, as for all that is shown
+    # How much to do, as a multiple of the usual: about a minute at most. Where it ends, the best so far is
+    # given, and said to be that
     effort: float = 1.0
+    # Give what was found even where the exact torque takes no more operations: to see what matters
     dearer: bool = False
 
     def __post_init__(self) -> None:

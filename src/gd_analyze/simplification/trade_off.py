@@ -55,26 +55,17 @@ def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
 
 @dataclass(frozen=True)
 class TradeOffPoint:
-    """One model of the curve; the exact one where nothing cheaper is within the budget.
+    """One model of the curve; the exact one where nothing cheaper is within the budget."""
 
-    Parameters
-    ----------
-    level, refit
-        How it was simplified.
-    factor, budget
-        Its budget, as a multiple of the one the curve is about and as a user would put it.
-    operations
-        What one torque evaluation takes.
-    error_share
-        Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share
-        of it over the error allowed by the budget that was multiplied, see `Budget.shares_of`.
-    """
-
+    # How it was simplified
     level: Level
     refit: bool
+    # Its budget, as a multiple of the one the curve is about and as a user would put it
     factor: float
     budget: str
-    operations: OperationCount
+    operations: OperationCount  # what one torque evaluation takes
+    # Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share of
+    # it over the error allowed by the budget that was multiplied, see `Budget.shares_of`
     error_share: float
 
 

@@ -31,20 +31,13 @@ class SineCosine(NamedTuple):
     and cosine are then polynomials, r + r z (s0 + s1 z + ..) and 1 - z/2 + z z (c0 + c1 z + ..) with z = r r.
     In double precision they are those of FreeBSD's msun (k_sin.c, k_cos.c, e_rem_pio2.c), in single precision
     those of Cephes (sinf.c, cosf.c).
-
-    Parameters
-    ----------
-    parts
-        pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
-        exact.
-    largest
-        Angles up to which that holds, rad; beyond it the C library's functions are called.
-    sine, cosine
-        Coefficients s and c.
     """
 
+    # pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
+    # exact
     parts: tuple[float, float, float]
-    largest: float
+    largest: float  # angles up to which that holds, rad; beyond it the C library's functions are called
+    # Coefficients s and c
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
