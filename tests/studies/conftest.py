@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from gd_analyze.motions.trajectory import Trajectory
@@ -10,10 +9,7 @@ from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.comparison import Comparison, compare
 from gd_analyze.studies.comparison_costs import Growth, growth
 from gd_analyze.studies.control import ControlStudy, control
-from gd_analyze.studies.control_bounds import mean_diagonal
-from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings, Gains, Knowledge
-from gd_analyze.studies.control_loop import World
-from gd_analyze.studies.control_plant import Reference
+from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
 
 
 @pytest.fixture(scope="session")
@@ -29,16 +25,6 @@ def swing_comparison(two_link: RobotArm, swing: Trajectory) -> Comparison:
 @pytest.fixture(scope="session")
 def swing_model(two_link, swing) -> SimplifiedModel:
     return simplify(two_link, swing, "20%")
-
-
-@pytest.fixture(scope="session")
-def swing_world(swing_model, swing) -> World:
-    """The two-link arm without torque limits, tuned to a bandwidth of 20 rad/s."""
-    reference = Reference.of(swing)
-    knowledge = Knowledge(
-        swing_model.form.program, swing_model.program, mean_diagonal(swing_model.form, reference)
-    )
-    return World(swing_model.form, knowledge, Gains(20.0, 1.0), reference, np.full(2, np.inf))
 
 
 @pytest.fixture(scope="session")

@@ -18,16 +18,23 @@ from gd_analyze.report.html import page_of
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.control import control
-from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, Controller, ControlSettings, Tolerance
-from gd_analyze.studies.control_plant import Reference, at_speed, followable
-from gd_analyze.studies.control_result import (
+from gd_analyze.studies.control_law import (
+    CONTINUOUS,
+    CONTROLLERS,
     EXACT,
     FIXED_GAINS,
+    GRAVITY_ONLY,
+    NOTHING,
+    PD_ALONE,
+    PD_EXACT,
+    PD_SIMPLIFIED,
     SIMPLIFIED,
     WITHOUT_H,
-    control_result,
-    good_enough,
+    ControlSettings,
+    Tolerance,
 )
+from gd_analyze.studies.control_plant import Reference, followable
+from gd_analyze.studies.control_result import control_result, good_enough
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -39,18 +46,21 @@ def test_no_simulated_error_is_beyond_the_certified(puma_study):
     # for the worst at a time.
     assert (bound.error < 4.0 * simulated).all()
     assert (puma_study.model.accuracy.errors.largest <= bound.torque_error).all()
+    # The model of 1 % differs from D by a few percent where it counts.
+    assert puma_study.feedback.share == pytest.approx(1.0, abs=0.2)
 
 
 def test_what_is_expected_is_what_is_simulated(puma_study):
     """To first order, and from above: the largest error for ever, and not only for a while."""
     for controller in CONTROLLERS:
-        loop = puma_study.loop(controller, CONTINUOUS, 1.0)
+        peak = puma_study.loop(controller, CONTINUOUS, 1.0).peak_error
+        expected = puma_study.expected[controller, 1.0]
         if controller == EXACT:
-            assert (loop.expected < 1e-12).all()
-        elif loop.peak_error.max() < 0.01:
+            assert (expected < 1e-12).all()
+        elif peak.max() < 0.01:
             # Errors of 10 mrad change what is missing by about 1 %.
-            assert (loop.peak_error <= 1.01 * loop.expected).all(), controller.title
-            assert (loop.expected <= 1.4 * loop.peak_error).all(), controller.title
+            assert (peak <= 1.01 * expected).all(), controller.title
+            assert (expected <= 1.4 * peak).all(), controller.title
 
 
 def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
@@ -58,21 +68,19 @@ def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
     q = np.array(Reference.of(puma_study.motion).at(np.linspace(0.0, 2.4, 500))[0]).T
     still = np.zeros_like(q)
     exact = torque_of(puma_study.arm, States(q, still, still), drives=True)
-    left = {"nothing": exact, "simplified": exact - model.gravity_loading(q)}
-    for knows, torque in left.items():
-        found = puma_study.at_rest[Controller("pd", knows)]
+    left = {PD_ALONE: exact, PD_SIMPLIFIED: exact - model.gravity_loading(q)}
+    for controller, torque in left.items():
+        found = puma_study.at_rest[controller]
         expected = np.abs(torque).max(axis=0) / (400.0 * puma_study.diagonal)
         # The set points are among the study's instants, too.
         np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-12)
-    assert (puma_study.at_rest[Controller("pd", "gravity")] == 0.0).all()
+    assert (puma_study.at_rest[PD_EXACT] == 0.0).all()
 
 
 def test_controllers_that_know_more_track_better(puma_study):
-    def worst(knows):
-        return puma_study.loop(Controller("computed_torque", knows), CONTINUOUS, 1.0).peak_error.max()
-
-    order = ["exact", "simplified", "without_h", "gravity", "nothing"]
-    assert sorted(order, key=worst) == order
+    order = [EXACT, SIMPLIFIED, WITHOUT_H, GRAVITY_ONLY, NOTHING]
+    worst = [puma_study.loop(controller, CONTINUOUS, 1.0).peak_error.max() for controller in order]
+    assert sorted(worst) == worst
 
 
 def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
@@ -83,20 +91,11 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
 
 def test_the_speed_where_a_tolerance_is_left(swing_study):
     """Within the square law between two speeds; all, or none, where it is left nowhere, or everywhere."""
-    planned = swing_study.loop(WITHOUT_H, 200.0, 1.0).peak_error
-    half = dataclasses.replace(
-        swing_study,
-        settings=dataclasses.replace(
-            swing_study.settings, tolerance=Tolerance(revolute=float(planned.max()) / 2)
-        ),
-    )
+    planned = float(swing_study.loop(WITHOUT_H, 200.0, 1.0).peak_error.max())
+    tolerances = (Tolerance(revolute=x) for x in (planned / 2, 1.0, 1e-9))
+    settings = [dataclasses.replace(swing_study.settings, tolerance=x) for x in tolerances]
+    half, wide, narrow = (dataclasses.replace(swing_study, settings=x) for x in settings)
     assert half.tracks_up_to(WITHOUT_H, 200.0) == pytest.approx(math.sqrt(0.5), rel=0.03)
-    wide, narrow = (
-        dataclasses.replace(
-            swing_study, settings=dataclasses.replace(swing_study.settings, tolerance=Tolerance(revolute=x))
-        )
-        for x in (1.0, 1e-9)
-    )
     assert wide.tracks_up_to(WITHOUT_H, 200.0) == math.inf
     assert narrow.tracks_up_to(WITHOUT_H, 200.0) is None
     assert good_enough(wide)
@@ -113,16 +112,12 @@ def test_a_model_without_inertia_has_no_feedback(puma):
     # The wrist, and none of the joints that swing.
     assert set(study.feedback.joints) <= {4, 5, 6}
     assert not study.certified
-    assert good_enough(study) == "fixed gains"
+    assert good_enough(study) == FIXED_GAINS
     assert any(fact.label.startswith("Feedback left") for fact in control_result(study).facts)
-    fixed = study.loop(Controller("fixed_gains", "simplified"), 200.0, 1.0).peak_error
-    assert fixed.max() < study.loop(SIMPLIFIED, 200.0, 1.0).peak_error.max()
-
-
-def test_a_whole_model_leaves_all_feedback(puma_study):
-    """That of 1 % differs from D by a few percent where it counts."""
-    assert puma_study.feedback.is_enough
-    assert puma_study.feedback.share == pytest.approx(1.0, abs=0.2)
+    assert (
+        study.loop(FIXED_GAINS, 200.0, 1.0).peak_error.max()
+        < study.loop(SIMPLIFIED, 200.0, 1.0).peak_error.max()
+    )
 
 
 def test_fixed_gains_of_a_slow_loop(swing_model, swing):
@@ -135,9 +130,7 @@ def test_fixed_gains_of_a_slow_loop(swing_model, swing):
     rates = (round(0.6 * edge), round(1.5 * edge))
     slower = control(swing_model, swing, dataclasses.replace(settings, rates=rates))
     assert slower.too_slow_for_fixed_gains == rates[:1]
-    lost, kept = (
-        slower.loop(Controller("computed_torque", "gravity"), rate, 1.0).peak_error.max() for rate in rates
-    )
+    lost, kept = (slower.loop(GRAVITY_ONLY, rate, 1.0).peak_error.max() for rate in rates)
     assert lost > 3 * kept
 
 
@@ -153,8 +146,6 @@ def test_the_reference_goes_through_every_set_point(swing):
     np.testing.assert_allclose((after - before) / 2e-4, reference.at(time)[1], rtol=0, atol=1e-5)
     # And round-off of 1e-16 over 1e-8.
     np.testing.assert_allclose((after - 2 * here + before) / 1e-8, reference.at(time)[2], rtol=0, atol=1e-4)
-    twice = at_speed(swing, 2.0)
-    np.testing.assert_array_equal(twice.qdd, 4.0 * swing.qdd)
 
 
 def test_velocities_that_disagree_with_positions_are_not_followed():
@@ -169,16 +160,11 @@ def test_velocities_that_disagree_with_positions_are_not_followed():
     np.testing.assert_allclose(fixed.qdd, -q, atol=1e-4)
 
 
-def test_motions_that_cannot_be_followed(swing, swing_model):
-    gap = dataclasses.replace(swing, gaps=(10,))
-    with pytest.raises(TrajectoryError, match="with gaps cannot be followed"):
-        control(swing_model, gap)
-    single = Trajectory(swing.time[:1], swing.q[:1], swing.qd[:1], swing.qdd[:1])
-    with pytest.raises(TrajectoryError, match="no motion to follow"):
-        control(swing_model, single)
-
-
 def test_what_does_not_fit(swing, swing_model, puma):
+    with pytest.raises(TrajectoryError, match="with gaps cannot be followed"):
+        control(swing_model, dataclasses.replace(swing, gaps=(10,)))
+    with pytest.raises(TrajectoryError, match="no motion to follow"):
+        control(swing_model, Trajectory(swing.time[:1], swing.q[:1], swing.qd[:1], swing.qdd[:1]))
     with pytest.raises(ModelError, match="the model is not of arm puma560"):
         control(swing_model, swing, arm=puma)
     with pytest.raises(ArmError, match="describes no friction"):
@@ -248,11 +234,8 @@ def test_settings_that_are_none(words, says):
         ControlSettings(**words)
 
 
-@pytest.mark.parametrize("text", ["", "1", "1parsec", "0.1deg,2mrad", "-1deg", "0deg", "nan deg"])
-def test_tolerances_that_are_none(text):
+@pytest.mark.parametrize("text", ["", "1parsec", "0.1deg,2mrad", "-1deg", "0deg"])
+def test_tolerances(text):
     with pytest.raises(UsageError, match="tolerance"):
         Tolerance.parse(text)
-
-
-def test_a_tolerance_is_read():
     assert Tolerance.parse("2mrad, 0.5mm") == Tolerance(revolute=0.002, prismatic=0.0005)

@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.motions.checks import check_against_arm, require_joints
 from gd_analyze.motions.pool import trajectory_of
@@ -32,56 +31,9 @@ from gd_analyze.studies.control_bounds import (
     fixed_excess,
     mean_diagonal,
 )
-from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Knowledge
-from gd_analyze.studies.control_loop import Course, Loop, World, follow
+from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, World
+from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
 from gd_analyze.studies.control_plant import Reference, followable
-
-
-@dataclass(frozen=True, eq=False)
-class TrackedLoop:
-    """How one loop tracked the motion; n joints.
-
-    Parameters
-    ----------
-    controller, rate, speed
-        Law and knowledge; Hz; times as fast as planned.
-    peak_error, rms_error
-        Tracking error, rad (m), shape (n,); infinite where the loop lost the motion.
-    peak_torque, rms_torque
-        N m (N), shape (n,).
-    saturated
-        Share of the time for which the torque asked for was beyond its limit, shape (n,).
-    expected
-        Error that the torque the controller lacks along the motion causes at most, to first order, rad (m),
-        shape (n,).
-    lost_at
-        When the error passed a turn (6.28 m), s; None where it did not.
-    work, dissipated, energy_residual
-        Of the torque, by friction, and energy gained less work plus what was dissipated, J: the last is zero
-        but for the integrator.
-    time, error
-        History: s, shape (K,), and signed error, shape (K, n); nan where lost.
-    """
-
-    controller: Controller
-    rate: float
-    speed: float
-    peak_error: FloatArray
-    rms_error: FloatArray
-    peak_torque: FloatArray
-    rms_torque: FloatArray
-    saturated: FloatArray
-    expected: FloatArray
-    lost_at: float | None
-    work: float
-    dissipated: float
-    energy_residual: float
-    time: FloatArray
-    error: FloatArray
-
-    def within(self, tolerance: FloatArray) -> bool:
-        """Whether every joint stays within a tolerance (n,)."""
-        return bool((self.peak_error <= tolerance).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +54,9 @@ class ControlStudy:
         Torque limits that held, N m (N), infinite where there are none, shape (n,).
     loops
         What came of each.
+    expected
+        By controller and speed, the tracking error, rad (m), shape (n,), that the torque it lacks along the
+        motion causes at most, to first order.
     certified
         By speed, what is proven of the simplified model; empty where nothing is.
     feedback
@@ -123,6 +78,7 @@ class ControlStudy:
     diagonal: FloatArray
     limits: FloatArray
     loops: tuple[TrackedLoop, ...]
+    expected: Mapping[tuple[Controller, float], FloatArray]
     certified: Mapping[float, CertifiedTracking]
     feedback: FeedbackLeft
     fixed_excess: float
@@ -138,11 +94,6 @@ class ControlStudy:
         """Tracking error that counts as good, rad (m), shape (n,)."""
         return self.settings.tolerance.of(self.arm)
 
-    @property
-    def stiffness(self) -> FloatArray:
-        """Of PD, N m per rad (N/m), shape (n,)."""
-        return self.settings.gains.stiffness * self.diagonal
-
     def loop(self, controller: Controller, rate: float, speed: float) -> TrackedLoop:
         """Find one of them."""
         return next(x for x in self.loops if (x.controller, x.rate, x.speed) == (controller, rate, speed))
@@ -153,23 +104,18 @@ class ControlStudy:
         damper = self.settings.gains.damper * self.fixed_excess
         return tuple(rate for rate in self.settings.rates if damper >= 2.0 * rate)
 
-    @property
-    def usual_rate(self) -> float:
-        """Loop rate of the main result, see `ControlSettings`."""
-        return self.settings.usual_rate
-
-    @property
-    def usual_speed(self) -> float:
-        """Speed of the main result."""
-        return self.settings.usual_speed
-
     @cached_property
     def fastest_within_limits(self) -> float:
         """How many times as fast the arm's limits of velocity and acceleration allow."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            rate = self.arm.limits("velocity_limit") / np.abs(self.motion.qd).max(axis=0)
+            velocity = self.arm.limits("velocity_limit") / np.abs(self.motion.qd).max(axis=0)
             acceleration = self.arm.limits("acceleration_limit") / np.abs(self.motion.qdd).max(axis=0)
-        return float(np.nanmin([*rate, *np.sqrt(acceleration), np.inf]))
+        return float(np.nanmin([*velocity, *np.sqrt(acceleration), np.inf]))
+
+    def shares(self, controller: Controller, rate: float) -> FloatArray:
+        """Largest error of any joint over its tolerance, for all speeds from the lowest."""
+        loops = [self.loop(controller, rate, speed) for speed in sorted(self.settings.speeds)]
+        return np.array([(loop.peak_error / self.tolerance).max() for loop in loops])
 
     def tracks_up_to(self, controller: Controller, rate: float) -> float | None:
         """Speed up to which every joint stays within the tolerance.
@@ -177,16 +123,13 @@ class ControlStudy:
         Errors between two speeds are taken to grow with a power of the speed. Infinite where the tolerance
         holds at every speed tried, None where it holds at none.
         """
-        speeds = sorted(self.settings.speeds)
-        shares = [
-            float((self.loop(controller, rate, speed).peak_error / self.tolerance).max()) for speed in speeds
-        ]
-        beyond = next((k for k, share in enumerate(shares) if share > 1.0), None)
-        if beyond is None:
+        speeds, shares = sorted(self.settings.speeds), self.shares(controller, rate)
+        beyond = int((shares > 1.0).argmax())
+        if not shares[beyond] > 1.0:
             return np.inf
         if not beyond:
             return None
-        low, high = shares[beyond - 1], shares[beyond]
+        low, high = shares[beyond - 1 : beyond + 1]
         if not np.isfinite(high) or not low:
             return speeds[beyond - 1]
         power = np.log(high / low) / np.log(speeds[beyond] / speeds[beyond - 1])
@@ -233,7 +176,7 @@ def control(
     ModelError
         If the arm is of another number of joints than the model.
     ArmError
-        If D is not positive definite along the motion, or drives act and the arm describes none.
+        If D is not positive definite along the motion, or friction shall act and the arm describes none.
     UsageError
         If the motion takes too many steps.
 
@@ -256,25 +199,21 @@ def control(
         followed = followable(motion)
         world = _world(model, moved, followed, settings)
     loops = [Loop(c, r, s) for s in settings.speeds for r in settings.rates for c in CONTROLLERS]
-    course = follow(world, loops, progress)
-    lacking = {(c, s): expected(world, c, s) for c in CONTROLLERS for s in settings.speeds}
-    proven: dict[float, CertifiedTracking] = {}
+    tracked = follow(world, loops, progress)
+    proven = None
     if arm is None and not settings.friction:
-        bound = certified(model, world, followed, settings.usual_speed)
-        proven = {} if bound is None else {settings.usual_speed: bound}
+        proven = certified(model, world, followed, settings.usual_speed)
     inputs = [describe_in_full(moved), motion.fingerprint, model.provenance.get("command", "")]
     return ControlStudy(
         model=model,
         arm=moved,
         motion=motion,
         settings=settings,
-        diagonal=world.knowledge.diagonal,
+        diagonal=world.diagonal,
         limits=world.limits,
-        loops=tuple(
-            _tracked(world, loop, course, k, lacking[loop.controller, loop.speed])
-            for k, loop in enumerate(loops)
-        ),
-        certified=proven,
+        loops=tracked,
+        expected={(c, s): expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
+        certified={} if proven is None else {settings.usual_speed: proven},
         feedback=feedback_left(model, world.reference),
         fixed_excess=fixed_excess(world),
         at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
@@ -290,14 +229,6 @@ def names_of(arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> li
 
 def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> World:
     """What the loops share; an arm that cannot be simulated is refused."""
-    reference = Reference.of(motion)
-    form = model.form if arm is model.arm else ExactForm(arm, model.drives)
-    ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
-    diagonal = mean_diagonal(model.form, reference)
-    limits = np.full(arm.n_joints, np.inf)
-    if settings.limits is not None and arm.drives:
-        stated = [np.inf if drive.torque_limit is None else drive.torque_limit for drive in arm.drives]
-        limits = settings.limits * np.array(stated)
     if settings.friction and not arm.drives:
         raise ArmError(
             f"arm {arm.name} describes no friction",
@@ -305,36 +236,19 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
             expected="drives with their friction",
             next_step="leave friction out, or add [[drives]] to the arm file",
         )
-    knowledge = Knowledge(model.form.program, model.program, diagonal)
-    return World(form, knowledge, settings.gains, reference, limits, settings.friction)
-
-
-def _tracked(world: World, loop: Loop, course: Course, k: int, lacking: FloatArray) -> TrackedLoop:
-    """What came of one loop."""
-    arm, drives = world.plant.arm, world.plant.drives
-
-    def energy(state: FloatArray) -> float:
-        q, qd = state
-        return float(kinetic_energy(arm, q, qd, drives=drives) + potential_energy(arm, q))
-
-    is_lost = bool(np.isfinite(course.lost_at[k]))
-    gained = energy(course.end[..., k]) - energy(course.start[..., k])
-    work, dissipated = float(course.work[k]), float(course.dissipated[k])
-    time, error = course.histories[k]
-    return TrackedLoop(
-        controller=loop.controller,
-        rate=loop.rate,
-        speed=loop.speed,
-        peak_error=np.full(arm.n_joints, np.inf) if is_lost else course.peak_error[:, k],
-        rms_error=np.full(arm.n_joints, np.inf) if is_lost else np.sqrt(course.squared_error[:, k]),
-        peak_torque=course.peak_torque[:, k],
-        rms_torque=np.sqrt(course.squared_torque[:, k]),
-        saturated=course.saturated[:, k],
-        expected=lacking,
-        lost_at=float(course.lost_at[k]) if is_lost else None,
-        work=work,
-        dissipated=dissipated,
-        energy_residual=gained - work + dissipated,
-        time=time,
-        error=error,
+    ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
+    reference, exact = Reference.of(motion), model.form.program
+    limits = np.full(arm.n_joints, np.inf)
+    if settings.limits is not None and arm.drives:
+        stated = [np.inf if drive.torque_limit is None else drive.torque_limit for drive in arm.drives]
+        limits = settings.limits * np.array(stated)
+    return World(
+        plant=model.form if arm is model.arm else ExactForm(arm, model.drives),
+        exact=exact,
+        simplified=model.program,
+        diagonal=mean_diagonal(exact, reference),
+        gains=settings.gains,
+        reference=reference,
+        limits=limits,
+        friction=settings.friction,
     )

@@ -15,23 +15,26 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.studies.control_plant import Reference
 from gd_analyze.text import LARGEST, UNSIGNED
 
 CONTINUOUS = math.inf
 """The rate of a loop without a sample period."""
 
-_MOST = 8
-
+_MOST = 8  # rates, and speeds
 _UNITS = {
     "deg": ("revolute", math.pi / 180),
     "mrad": ("revolute", 1e-3),
@@ -39,9 +42,6 @@ _UNITS = {
     "mm": ("prismatic", 1e-3),
     "m": ("prismatic", 1.0),
 }
-
-Law = Literal["computed_torque", "fixed_gains", "pd"]
-Knows = Literal["nothing", "gravity", "without_h", "simplified", "exact"]
 
 
 @dataclass(frozen=True)
@@ -51,17 +51,10 @@ class Gains:
     The error obeys e'' + 2 zeta w e' + w^2 e = a, with a the acceleration that the controller did not
     expect. Its impulse response is g(t) = exp(-zeta w t) sin(w_d t) / w_d with w_d = w sqrt(1 - zeta^2), so
     that from rest abs(e) <= sup abs(a) * integral of abs(g), and some a reaches it.
-
-    Parameters
-    ----------
-    bandwidth
-        Natural frequency w, rad/s.
-    damping
-        zeta; 1 is critical.
     """
 
-    bandwidth: float
-    damping: float
+    bandwidth: float  # natural frequency w, rad/s
+    damping: float  # zeta; 1 is critical
 
     @property
     def stiffness(self) -> float:
@@ -77,9 +70,8 @@ class Gains:
     def error_per_acceleration(self) -> float:
         """Integral of abs(g) over all time, s^2: the most error per unexpected acceleration.
 
-        1 / w^2 without overshoot (zeta >= 1), as g then has one sign and its integral is that of the
-        stationary error; else coth(pi zeta / (2 sqrt(1 - zeta^2))) times that, half waves of alternating
-        sign being summed as a geometric series.
+        1 / w^2 without overshoot (zeta >= 1), where g has one sign; else coth(pi zeta / (2 sqrt(1 - zeta^2)))
+        times that, the geometric series of half waves of alternating sign.
         """
         if self.damping >= 1.0:
             return 1.0 / self.stiffness
@@ -104,10 +96,10 @@ class Gains:
         return 2.0 * math.exp(-a * math.acos(zeta)) / (w * (1.0 - math.exp(-a * math.pi)))
 
     @property
-    def margins(self) -> tuple[float, float, float]:
-        """Most error of position, velocity and acceleration per unexpected acceleration, s^2, s and 1."""
+    def margins(self) -> FloatArray:
+        """Most error of position, velocity and acceleration per unexpected acceleration: s^2, s and 1."""
         error, velocity = self.error_per_acceleration, self.velocity_per_acceleration
-        return error, velocity, 1.0 + self.damper * velocity + self.stiffness * error
+        return np.array([error, velocity, 1.0 + self.damper * velocity + self.stiffness * error])
 
 
 @dataclass(frozen=True)
@@ -161,12 +153,8 @@ class Tolerance:
 
     def in_words(self, arm: RobotArm) -> str:
         """Write it, for the kinds of joints that an arm has."""
-        kinds = {
-            "revolute": f"{math.degrees(self.revolute):.4g}°",
-            "prismatic": f"{1e3 * self.prismatic:.4g} mm",
-        }
-        there = {joint.kind for joint in arm.joints}
-        return " or ".join(words for kind, words in kinds.items() if kind in there)
+        angle, length = f"{math.degrees(self.revolute):.4g}°", f"{1e3 * self.prismatic:.4g} mm"
+        return " or ".join(text for text in (angle, length) if (text == angle) in arm.is_revolute)
 
 
 @dataclass(frozen=True)
@@ -258,21 +246,11 @@ def _require(name: str, value: float, low: float, high: float, unit: str) -> Non
 
 
 class Controller(NamedTuple):
-    """A law and what it knows of the arm."""
+    """A law, what it knows of the arm, and its name: computed torque by what it knows."""
 
-    law: Law
-    knows: Knows
-
-    @property
-    def title(self) -> str:
-        """Name it: computed torque by what it knows, PD as such."""
-        if self.law == "computed_torque":
-            words = {"gravity": "gravity only", "without_h": "without h", "nothing": "nothing"}
-            return words.get(self.knows, f"{self.knows} model")
-        if self.law == "fixed_gains":
-            return f"{self.knows}, fixed gains"
-        of = {"nothing": "alone", "gravity": "exact c", "simplified": "simplified c"}
-        return f"PD, {of[self.knows]}"
+    law: Literal["computed_torque", "fixed_gains", "pd"]
+    knows: Literal["nothing", "gravity", "without_h", "simplified", "exact"]
+    title: str
 
     @property
     def knows_inertia(self) -> bool:
@@ -290,81 +268,75 @@ class Controller(NamedTuple):
         return self.law != "pd" and self.knows in ("simplified", "exact")
 
 
+EXACT = Controller("computed_torque", "exact", "exact model")
+SIMPLIFIED = Controller("computed_torque", "simplified", "simplified model")
+FIXED_GAINS = Controller("fixed_gains", "simplified", "simplified, fixed gains")
+WITHOUT_H = Controller("computed_torque", "without_h", "without h")
+GRAVITY_ONLY = Controller("computed_torque", "gravity", "gravity only")
+NOTHING = Controller("computed_torque", "nothing", "nothing")
 # PD with the exact model, or with that without h, is PD with the exact gravity.
+PD_EXACT = Controller("pd", "gravity", "PD, exact c")
+PD_SIMPLIFIED = Controller("pd", "simplified", "PD, simplified c")
+PD_ALONE = Controller("pd", "nothing", "PD, alone")
 CONTROLLERS = (
-    Controller("computed_torque", "exact"),
-    Controller("computed_torque", "simplified"),
-    Controller("fixed_gains", "simplified"),
-    Controller("computed_torque", "without_h"),
-    Controller("computed_torque", "gravity"),
-    Controller("computed_torque", "nothing"),
-    Controller("pd", "gravity"),
-    Controller("pd", "simplified"),
-    Controller("pd", "nothing"),
+    *(EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, GRAVITY_ONLY, NOTHING),
+    *(PD_EXACT, PD_SIMPLIFIED, PD_ALONE),
 )
 
 
 @dataclass(frozen=True, eq=False)
-class Knowledge:
-    """The models that controllers may use: torque programs, and the mean of D's diagonal along the motion."""
+class World:
+    """What all loops share: the arm that moves, what controllers know of it, gains, motion and limits."""
 
-    exact: Program
+    plant: ExactForm
+    exact: Program  # torque that controllers take for the arm's: without a payload
     simplified: Program
-    diagonal: FloatArray
+    diagonal: FloatArray  # mean of D's along the motion, kg m^2 (kg), (n,)
+    gains: Gains
+    reference: Reference
+    limits: FloatArray  # of torque, N m (N), infinite where there are none, (n,)
+    friction: bool = False
 
-
-class _Model:
-    """One model's torque for those of several controllers that use it."""
-
-    def __init__(self, program: Program, controllers: Sequence[Controller], n: int, simplified: bool) -> None:
-        uses = [(c.knows == "simplified") == simplified and c.knows != "nothing" for c in controllers]
-        self.chosen = np.flatnonzero(uses)
-        chosen = [controller for controller, is_used in zip(controllers, uses, strict=True) if is_used]
-        if not chosen:
-            return
-        self._batch = Batch(program, len(chosen))
-        factors = {
-            "q": np.ones(len(chosen)),
-            "qd": np.array([float(c.knows_velocities) for c in chosen]),
-            "qdd": np.array([float(c.knows_inertia) for c in chosen]),
-        }
-        self._rows = [(self._batch.rows(name, n), factor) for name, factor in factors.items()]
-
-    def add(self, torque: FloatArray, *state: FloatArray) -> None:
-        """Add what it makes of states and wanted accelerations, shape (n, controllers)."""
-        if not len(self.chosen):
-            return
-        for (rows, factor), values in zip(self._rows, state, strict=True):
-            for i, row in rows:
-                np.multiply(values[i, self.chosen], factor, out=row)
-        torque[:, self.chosen] += self._batch.run()
+    @cached_property
+    def resistance(self) -> Callable[[FloatArray], FloatArray]:
+        """Friction that the torque has to overcome, N m (N), at velocities (m, n)."""
+        return Drivetrain(friction=self.friction).resistance_of(self.plant.arm)
 
 
 class Bank:
     """Several controllers, m, at work at the same time."""
 
-    def __init__(self, controllers: Sequence[Controller], knowledge: Knowledge, gains: Gains) -> None:
-        n = len(knowledge.diagonal)
-        self._gains = gains
-        self._diagonal = knowledge.diagonal[:, None]
-        # Of the wanted acceleration and of the feedback what is multiplied by the constants, and what by D.
-        self._constant = [
-            np.array([float(c.law == "computed_torque" and not c.knows_inertia) for c in controllers]),
-            np.array([float(not c.multiplies) for c in controllers]),
-        ]
-        self._by_model = np.array([float(c.multiplies) for c in controllers])
-        self._models = [
-            _Model(program, controllers, n, simplified)
-            for program, simplified in ((knowledge.exact, False), (knowledge.simplified, True))
-        ]
+    def __init__(self, controllers: Sequence[Controller], world: World) -> None:
+        def where(holds: Callable[[Controller], bool]) -> FloatArray:
+            return np.array([float(holds(controller)) for controller in controllers])
+
+        self._gains, self._diagonal = world.gains, world.diagonal[:, None]
+        # The constants multiply the wanted acceleration of some, and feedback where no model's D does.
+        self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
+        self._multiplies = where(lambda c: c.multiplies)
+        velocities, inertia = where(lambda c: c.knows_velocities), where(lambda c: c.knows_inertia)
+        by_simplified, by_any = (
+            where(lambda c: c.knows == "simplified"),
+            where(lambda c: c.knows != "nothing"),
+        )
+        self._models = []
+        for program, uses in ((world.exact, by_any - by_simplified), (world.simplified, by_simplified)):
+            chosen = np.flatnonzero(uses)
+            if len(chosen):
+                batch = Batch(program, len(chosen))
+                factors = {"q": np.ones(len(chosen)), "qd": velocities[chosen], "qdd": inertia[chosen]}
+                inputs = [(batch.rows(x, len(world.diagonal)), factor) for x, factor in factors.items()]
+                self._models.append((chosen, batch, inputs))
 
     def torque(self, q: FloatArray, qd: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
         """Torque asked for, N m (N), shape (n, m), at states and wanted q, qd and qdd, all of that shape."""
-        gains, (q_d, qd_d, qdd_d) = self._gains, wanted
-        feedback = gains.damper * (qd_d - qd) + gains.stiffness * (q_d - q)
-        forward, back = self._constant
-        torque = self._diagonal * (forward * qdd_d + back * feedback)
-        acceleration = qdd_d + self._by_model * feedback
-        for model in self._models:
-            model.add(torque, q, qd, acceleration)
+        q_d, qd_d, qdd_d = wanted
+        feedback = self._gains.damper * (qd_d - qd) + self._gains.stiffness * (q_d - q)
+        torque = self._diagonal * (self._forward * qdd_d + (1.0 - self._multiplies) * feedback)
+        states = (q, qd, qdd_d + self._multiplies * feedback)
+        for chosen, batch, inputs in self._models:
+            for (rows, factor), values in zip(inputs, states, strict=True):
+                for i, row in rows:
+                    np.multiply(values[i, chosen], factor, out=row)
+            torque[:, chosen] += batch.run()
         return torque

@@ -1,4 +1,4 @@
-"""What is controlled: the exact arm, and the motion that it is to follow."""
+"""What is controlled: the exact arm's D and h + c, and the motion that it is to follow."""
 
 from __future__ import annotations
 
@@ -8,35 +8,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.operations.program import Batch, Program
-from gd_analyze.simplification.exact_form import ExactForm
 
 # The polynomials' accelerations go with those given where they are at most so many times as large, and where
 # they are below so many rad/s^2 (m/s^2).
 _LARGER, _SMALL = 3.0, 1e-2
+INSTANTS = 500  # at which a whole motion is looked at
 
 
 class Dynamics:
-    """D and h + c of many states from a program of the torque.
+    """D and h + c of m states from a program of the torque D qdd + h + c of n joints.
 
-    Torque is D qdd + h + c: what it is without acceleration, and what one of each joint adds to that.
-
-    Parameters
-    ----------
-    program
-        Of an arm of n joints.
-    n_joints, count
-        n, and states m of one call.
+    Torque without acceleration is h + c, and what one of each joint adds is a column of D.
     """
 
     def __init__(self, program: Program, n_joints: int, count: int) -> None:
-        self.n, self.count = n_joints, count
-        shape = (n_joints + 1, count)
+        self._shape = shape = (n_joints + 1, count)
         self._batch = Batch(program, shape[0] * count)
         self._q, self._qd = (self._batch.rows(name, n_joints, *shape) for name in ("q", "qd"))
         for i, row in self._batch.rows("qdd", n_joints, *shape):
@@ -48,60 +39,23 @@ class Dynamics:
         for rows, values in ((self._q, q), (self._qd, qd)):
             for i, row in rows:
                 row[:] = values[i]
-        torque = self._batch.run().reshape(self.n, self.n + 1, self.count)
+        torque = self._batch.run().reshape(len(q), *self._shape)
         rest = torque[:, 0]
-        inertia = torque[:, 1:] - rest[:, None]
-        return np.moveaxis(inertia, -1, 0), rest
-
-
-class Plant:
-    """An arm that torques move.
-
-    Parameters
-    ----------
-    form
-        Its exact dynamics.
-    friction
-        Whether the drives' friction acts.
-    count
-        States of one call.
-    """
-
-    def __init__(self, form: ExactForm, friction: bool, count: int) -> None:
-        self._dynamics = Dynamics(form.program, form.arm.n_joints, count)
-        self._resistance = Drivetrain(friction=friction).resistance_of(form.arm)
-        self._has_friction = friction
-
-    def resistance(self, qd: FloatArray) -> FloatArray:
-        """Friction that the torque has to overcome, shape (n, m)."""
-        return self._resistance(qd.T).T if self._has_friction else np.zeros_like(qd)
-
-    def accelerations(self, q: FloatArray, qd: FloatArray, driving: FloatArray) -> FloatArray:
-        """D qdd = driving - h - c; all of shape (n, m)."""
-        inertia, rest = self._dynamics.at(q, qd)
-        solved = np.linalg.solve(inertia, (driving - rest).T[..., None])
-        return np.asarray(solved[..., 0].T, dtype=float)
+        return np.moveaxis(torque[:, 1:] - rest[:, None], -1, 0), rest
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Polynomials of fifth degree through q, qd and qdd of a trajectory's set points: twice differentiable.
+    """Polynomials of fifth degree through q, qd and qdd of set points: twice differentiable."""
 
-    Parameters
-    ----------
-    time
-        Of the set points, s, from 0, shape (N,).
-    coefficients
-        Of powers of the share of an interval, shape (N - 1, 6, n).
-    """
-
-    time: FloatArray
-    coefficients: FloatArray
+    time: FloatArray  # of the set points, s, from 0, (N,)
+    coefficients: FloatArray  # of powers of the share of an interval, (N - 1, 6, n)
 
     @classmethod
     def of(cls, motion: Trajectory) -> Reference:
         """Lay it through a trajectory that can be followed, see `followable`."""
-        return cls(motion.time - motion.time[0], _quintics(motion))
+        between = Between.of(motion, np.zeros((2, motion.n_joints)), slice(None))
+        return cls(motion.time - motion.time[0], between.coefficients[:, :, 0, 0])
 
     @property
     def duration(self) -> float:
@@ -121,19 +75,16 @@ class Reference:
         qdd = (((20 * c[5] * s + 12 * c[4]) * s + 6 * c[3]) * s + 2 * c[2]) * per**2
         return q, qd, qdd
 
+    def sampled(self, speed: float = 1.0) -> tuple[FloatArray, ...]:
+        """Give q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""
+        every = np.unique(np.concatenate([np.linspace(0.0, self.duration, INSTANTS), self.time]))
+        return self.at(every / speed, speed)
+
 
 def followable(motion: Trajectory) -> Trajectory:
-    """Take a trajectory to be followed, with velocities that agree with its positions.
+    """Take a trajectory to be followed; derivatives that contradict its positions are derived anew.
 
-    Raises
-    ------
-    TrajectoryError
-        If the trajectory has gaps or a single set point: nothing says then what to follow.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If velocities and accelerations disagree with the positions, and are derived from these.
+    A `TrajectoryError` refuses gaps or a single set point: nothing says then what to follow.
     """
     if motion.gaps:
         at = motion.gaps[0]
@@ -167,24 +118,3 @@ def followable(motion: Trajectory) -> Trajectory:
         stacklevel=2,
     )
     return replace(motion, qd=qd, qdd=qdd)
-
-
-def _quintics(motion: Trajectory) -> FloatArray:
-    """Coefficients of powers of the share of every interval, shape (N - 1, 6, n)."""
-    exactly = np.zeros((2, motion.n_joints))
-    return Between.of(motion, exactly, slice(None)).coefficients[:, :, 0, 0]
-
-
-def at_speed(motion: Trajectory, speed: float) -> Trajectory:
-    """Run a trajectory so many times as fast."""
-    if speed == 1.0:
-        return motion
-    return replace(
-        motion,
-        time=motion.time / speed,
-        qd=motion.qd * speed,
-        qdd=motion.qdd * speed**2,
-        name=f"{motion.name} at {speed:g} times its speed",
-        recording=None,
-        motions=(),
-    )

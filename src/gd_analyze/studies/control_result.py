@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -23,97 +23,91 @@ from gd_analyze.figures.figure import (
     value_axis,
 )
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
-from gd_analyze.studies.control import ControlStudy, TrackedLoop
-from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, Controller
+from gd_analyze.studies.control import ControlStudy
+from gd_analyze.studies.control_bounds import CertifiedTracking
+from gd_analyze.studies.control_law import (
+    CONTINUOUS,
+    CONTROLLERS,
+    EXACT,
+    FIXED_GAINS,
+    GRAVITY_ONLY,
+    NOTHING,
+    PD_ALONE,
+    PD_EXACT,
+    PD_SIMPLIFIED,
+    SIMPLIFIED,
+    WITHOUT_H,
+    Controller,
+)
+from gd_analyze.studies.control_loop import TrackedLoop
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number, rounded_up
 
-EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H = CONTROLLERS[:4]
-
 # Colour and dashes of each controller, so that grey print tells them apart as well.
-_LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = dict(
-    zip(
-        CONTROLLERS,
-        (
-            ("ink", ()),
-            ("series-3", ()),
-            ("series-3", (4.0, 1.6)),
-            ("series-2", ()),
-            ("series-1", ()),
-            ("series-7", ()),
-            ("series-1", (4.0, 1.6)),
-            ("series-4", (1.2, 1.4)),
-            ("series-5", (4.0, 1.6)),
-        ),
-        strict=True,
-    )
-)
-_COLUMNS = (
-    ("computed torque with a model", CONTROLLERS[:4]),
-    ("without a model's D, and PD", CONTROLLERS[4:]),
-)
+_LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
+    EXACT: ("ink", ()),
+    SIMPLIFIED: ("series-3", ()),
+    FIXED_GAINS: ("series-3", (4.0, 1.6)),
+    WITHOUT_H: ("series-2", ()),
+    GRAVITY_ONLY: ("series-1", ()),
+    NOTHING: ("series-7", ()),
+    PD_EXACT: ("series-1", (4.0, 1.6)),
+    PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
+    PD_ALONE: ("series-5", (4.0, 1.6)),
+}
 # Expected errors beyond this, rad (m), are of a D that is nearly singular; errors below this share of the
 # largest would leave no room in the figure for the others.
 _FARTHEST, _DECADES = 1.0, 5
 
 
-def good_enough(study: ControlStudy) -> Literal["computed torque", "fixed gains", ""]:
-    """Law by which the simplified model keeps every joint within the tolerance; "" where there is none."""
-    if study.feedback.is_enough and _usual(study, SIMPLIFIED).within(study.tolerance):
-        return "computed torque"
-    return "fixed gains" if _usual(study, FIXED_GAINS).within(study.tolerance) else ""
-
-
-def judged(study: ControlStudy) -> Controller:
-    """The law by which the simplified model is judged: one that is good enough, or the better."""
-    law = good_enough(study)
-    if law:
-        return SIMPLIFIED if law == "computed torque" else FIXED_GAINS
-    laws = (SIMPLIFIED, FIXED_GAINS)
-    return min(laws, key=lambda one: float((_usual(study, one).peak_error / study.tolerance).max()))
+def good_enough(study: ControlStudy) -> Controller | None:
+    """Simplified controller that keeps every joint within the tolerance."""
+    has_feedback = {SIMPLIFIED: study.feedback.is_enough, FIXED_GAINS: True}
+    kept = (c for c, enough in has_feedback.items() if enough and _usual(study, c).within(study.tolerance))
+    return next(kept, None)
 
 
 def control_result(study: ControlStudy) -> Result:
     """Facts, tables and drawings of a study."""
     settings, arm = study.settings, study.arm
     carrying = "" if arm.name == study.model.arm.name else " (the payload unknown to every controller)"
+    by_speed = f"Largest tracking error of any joint by speed of the motion, {_rate(study)}"
+    tracking = (
+        _by_joint(study, "peak", "Largest tracking error", "peak_error"),
+        _by_joint(study, "rms", "RMS tracking error", "rms_error"),
+        _by_controller(
+            "by_rate",
+            "Largest tracking error of any joint by loop rate",
+            [_worst(study, _rate_label(rate), rate, settings.usual_speed) for rate in settings.rates],
+        ),
+        _by_controller(
+            "by_speed",
+            by_speed,
+            [_worst(study, f"{speed:g}×", settings.usual_rate, speed) for speed in settings.speeds],
+        ),
+    )
+    drawings = (
+        Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
+        Drawing("speeds", "Largest tracking error over the speed of the motion", speed_figure(study)),
+    )
+    named = "Controllers of computed torque are named by what they know of the arm."
+    torques = (_torque_table(study), _bounds_table(study), _rest_table(study))
+    scale = "" if settings.limits in (None, 1.0) else f", times {settings.limits:g}"
+    limited = np.isfinite(study.limits).any()
     return Result(
         title=arm.title or arm.name,
         subtitle=f"controlled along {study.motion.name}{carrying}",
         headline=_headline(study),
         facts=(*_facts(study), *_hidden_facts(study)),
         parts=(
-            Section(
-                "tracking",
-                "Tracking errors",
-                (
-                    _joint_table(study, "peak", "Largest tracking error", "peak_error"),
-                    _joint_table(study, "rms", "RMS tracking error", "rms_error"),
-                    _rates_table(study),
-                    _speeds_table(study),
-                ),
-                note="Controllers of computed torque are named by what they know of the arm.",
-            ),
-            Section(
-                "drawings",
-                "Over time and speed",
-                (
-                    Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
-                    Drawing(
-                        "speeds", "Largest tracking error over the speed of the motion", speed_figure(study)
-                    ),
-                ),
-            ),
-            Section(
-                "torques",
-                "Torques and bounds",
-                (_torque_table(study), _bounds_table(study), _rest_table(study)),
-            ),
+            Section("tracking", "Tracking errors", tracking, note=named),
+            Section("drawings", "Over time and speed", drawings),
+            Section("torques", "Torques and bounds", torques),
         ),
         notices=study.warnings,
         provenance={
             "gains": f"bandwidth {settings.bandwidth:g} rad/s, damping {settings.damping:g}",
-            "torque limits": _limits_stated(study),
+            "torque limits": f"those of the drives{scale}" if limited else "none",
             "friction": "the drives', unknown to every controller" if settings.friction else "none",
             "drives": "inertia included" if study.model.drives else "links alone",
             "model": f"level {study.model.level.name}, budget {study.model.accuracy.budget}",
@@ -124,31 +118,44 @@ def control_result(study: ControlStudy) -> Result:
 
 
 def _usual(study: ControlStudy, controller: Controller) -> TrackedLoop:
-    return study.loop(controller, study.usual_rate, study.usual_speed)
+    return study.loop(controller, study.settings.usual_rate, study.settings.usual_speed)
 
 
-def _here(study: ControlStudy) -> str:
-    speed = study.usual_speed
-    return _rate_stated(study.usual_rate) + ("" if speed == 1.0 else f", at {speed:g} times the speed")
+def _judged(study: ControlStudy) -> Controller:
+    """The law by which the simplified model is judged: one that is good enough, or the better."""
+
+    def worst(controller: Controller) -> float:
+        return float((_usual(study, controller).peak_error / study.tolerance).max())
+
+    return good_enough(study) or min((SIMPLIFIED, FIXED_GAINS), key=worst)
 
 
-def _rate_stated(rate: float) -> str:
+def _rate(study: ControlStudy) -> str:
+    rate = study.settings.usual_rate
     return "in continuous time" if rate == CONTINUOUS else f"at {rate:g} Hz"
 
 
-def _scale(study: ControlStudy, joint: int) -> tuple[float, str]:
-    """Factor and unit of a joint's tracking error for people; joint from 0."""
-    return 1e3, "mrad" if study.arm.is_revolute[joint] else "mm"
+def _rate_label(rate: float) -> str:
+    return "continuous" if rate == CONTINUOUS else f"{rate:g} Hz"
+
+
+def _here(study: ControlStudy) -> str:
+    speed = study.settings.usual_speed
+    return _rate(study) + ("" if speed == 1.0 else f", at {speed:g} times the speed")
+
+
+def _unit(study: ControlStudy, joint: int) -> str:
+    """Unit of a joint's tracking error for people, a thousandth of that of the study; joint from 0."""
+    return "mrad" if study.arm.is_revolute[joint] else "mm"
 
 
 def _worst_text(study: ControlStudy, errors: FloatArray, *, bound: bool = False) -> str:
     """The joint whose error, rad (m), is the largest share of its tolerance, and that error."""
     joint = int((errors / study.tolerance).argmax())
-    scale, unit = _scale(study, joint)
-    value = scale * float(errors[joint])
+    value = 1e3 * float(errors[joint])
     if not math.isfinite(value):
         return f"lost (joint {joint + 1})"
-    return f"{number(rounded_up(value) if bound else value)} {unit} (joint {joint + 1})"
+    return f"{number(rounded_up(value) if bound else value)} {_unit(study, joint)} (joint {joint + 1})"
 
 
 def _headline(study: ControlStudy) -> str:
@@ -156,11 +163,11 @@ def _headline(study: ControlStudy) -> str:
     if not _usual(study, EXACT).within(study.tolerance):
         verdict = "Not even the exact model keeps the tolerance"
     elif law:
-        verdict = f"The simplified model is good enough to control this arm, by {law}"
+        verdict = f"The simplified model is good enough to control this arm, by {law.law.replace('_', ' ')}"
     else:
         verdict = "The simplified model is not good enough to control this arm"
     within = study.settings.tolerance.in_words(study.arm)
-    simplified, exact = (_worst_text(study, _usual(study, c).peak_error) for c in (judged(study), EXACT))
+    simplified, exact = (_worst_text(study, _usual(study, c).peak_error) for c in (_judged(study), EXACT))
     return (
         f"{verdict}. Largest tracking error {_here(study)}: {simplified} with the simplified model, {exact} "
         f"with the exact one; tolerance {within}."
@@ -169,66 +176,59 @@ def _headline(study: ControlStudy) -> str:
 
 def _facts(study: ControlStudy) -> Iterator[Fact]:
     """Figures for people, most of them also in JSON."""
-    names = {judged(study): "simplified model", EXACT: "exact model", WITHOUT_H: "exact model without h"}
+    settings, judged = study.settings, _judged(study)
+    names = {judged: "simplified model", EXACT: "exact model", WITHOUT_H: "exact model without h"}
     for controller, name in names.items():
         worst = _worst_text(study, _usual(study, controller).peak_error)
         law = " with fixed gains" * (controller == FIXED_GAINS)
         yield Fact("", f"Tracking error, {name}{law}", worst, shown="text")
-    fastest = max(study.settings.speeds)
+    fastest = max(settings.speeds)
     for controller, name in names.items():
-        speed = study.tracks_up_to(controller, study.usual_rate)
+        speed = study.tracks_up_to(controller, settings.usual_rate)
         text = "none" if speed is None else f"{number(speed)}×" if speed < math.inf else f"≥ {fastest:g}×"
         yield Fact("", f"Speed within tolerance, {name}", speed, text=text)
-    yield from _bound_facts(study)
-    feedback = study.feedback
-    if not feedback.is_enough:
-        joints = ", ".join(map(str, feedback.joints))
-        label = "Feedback left by the model's D, least"
-        yield Fact("", label, max(feedback.share, 0.0), shown="percent", note=f"of joints {joints}")
+    label = "Tracking error by the model error"
+    first_order = study.expected[judged, settings.usual_speed]
+    if found := _certified(study, judged):
+        text = f"at most {_worst_text(study, found.error, bound=True)}"
+        yield Fact("", f"{label}, proven", text, shown="text")
+    elif judged != FIXED_GAINS or max(settings.rates) not in study.too_slow_for_fixed_gains:
+        text = "unbounded: the model's D is nearly singular"
+        if (first_order < _FARTHEST).all():
+            text = f"at most {_worst_text(study, first_order)}"
+        yield Fact("", f"{label}, to first order", text, shown="text")
+    if not study.feedback.is_enough:
+        note = f"of joints {', '.join(map(str, study.feedback.joints))}"
+        share = max(study.feedback.share, 0.0)
+        yield Fact("", "Feedback left by the model's D, least", share, shown="percent", note=note)
     if study.too_slow_for_fixed_gains:
         rates = ", ".join(f"{rate:g}" for rate in study.too_slow_for_fixed_gains)
         note = f"gains up to {number(study.fixed_excess)} times too high in some direction"
         yield Fact("", "Loop rates unstable with fixed gains, Hz", rates, shown="text", note=note)
-    shares = _saturation(study)
-    if shares:
-        text = ", ".join(f"{100 * share:.2g} % at {speed:g}×" for speed, share in shares.items())
-        yield Fact("", "Time at the torque limit, longest", text, shown="text")
-    limit = study.fastest_within_limits
-    if max(study.settings.speeds) > limit * (1 + 1e-9):
-        label = "Speed within the arm's limits"
-        yield Fact("", label, limit, text=f"{math.floor(1e3 * limit) / 1e3:g}×")
-
-
-def _bound_facts(study: ControlStudy) -> Iterator[Fact]:
-    """Bound on the error by the model's torque error: proven, or expected to first order."""
-    controller = judged(study)
-    found = study.certified.get(study.usual_speed) if controller == SIMPLIFIED else None
-    simulated = study.loop(controller, max(study.settings.rates), study.usual_speed)
-    label = "Tracking error by the model error"
-    if found is not None:
-        text = f"at most {_worst_text(study, found.error, bound=True)}"
-        yield Fact("", f"{label}, proven", text, shown="text")
-    elif controller != FIXED_GAINS or simulated.rate not in study.too_slow_for_fixed_gains:
-        text = "unbounded: the model's D is nearly singular"
-        if (simulated.expected < _FARTHEST).all():
-            text = f"at most {_worst_text(study, simulated.expected)}"
-        yield Fact("", f"{label}, to first order", text, shown="text")
-
-
-def _saturation(study: ControlStudy) -> dict[float, float]:
-    """Largest share of time at the torque limit by speed, of loops that kept the motion."""
-    shares: dict[float, float] = {}
+    saturated: dict[float, float] = {}
     for loop in study.loops:
         share = float(loop.saturated.max())
         if share and loop.lost_at is None and loop.controller in (EXACT, SIMPLIFIED):
-            shares[loop.speed] = max(share, shares.get(loop.speed, 0.0))
-    return shares
+            saturated[loop.speed] = max(share, saturated.get(loop.speed, 0.0))
+    if saturated:
+        text = ", ".join(f"{100 * share:.2g} % at {speed:g}×" for speed, share in saturated.items())
+        yield Fact("", "Time at the torque limit, longest", text, shown="text")
+    limit = study.fastest_within_limits
+    if fastest > limit * (1 + 1e-9):
+        yield Fact("", "Speed within the arm's limits", limit, text=f"{math.floor(1e3 * limit) / 1e3:g}×")
+
+
+def _certified(study: ControlStudy, controller: Controller) -> CertifiedTracking | None:
+    """What is proven of computed torque with the simplified model; nothing is of other controllers."""
+    return study.certified.get(study.settings.usual_speed) if controller == SIMPLIFIED else None
 
 
 def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
     """Everything else, for JSON: SI units and full precision."""
-    settings, motion = study.settings, study.motion
+    settings, motion, law = study.settings, study.motion, good_enough(study)
     residuals = [abs(loop.energy_residual) for loop in study.loops if loop.lost_at is None]
+    reached = {c.title: study.tracks_up_to(c, settings.usual_rate) for c in CONTROLLERS}
+    fastest = max(settings.speeds)
     values: dict[str, Any] = {
         "arm": study.model.arm.name,
         "moved": study.arm.name,
@@ -243,24 +243,20 @@ def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
         "loop_rates": settings.rates,
         "speeds": settings.speeds,
         "fastest_within_limits": study.fastest_within_limits,
-        "usual": {"rate": study.usual_rate, "speed": study.usual_speed},
-        "good_enough": good_enough(study) or None,
+        "usual": {"rate": settings.usual_rate, "speed": settings.usual_speed},
+        "good_enough": law and law.law.replace("_", " "),
         "feedback": {"share": study.feedback.share, "joints": study.feedback.joints},
         "fixed_excess": study.fixed_excess,
         "energy_residual": max(residuals, default=0.0),
-        "tracks_up_to": {c.title: _up_to(study, c) for c in CONTROLLERS},
+        "tracks_up_to": {
+            title: {"speed": speed and min(speed, fastest), "at_every_speed": speed == math.inf}
+            for title, speed in reached.items()
+        },
         "joints": _joints(study),
-        "loops": [_loop(loop) for loop in study.loops],
+        "loops": [_loop(study, loop) for loop in study.loops],
     }
     for key, value in values.items():
         yield Fact(key, "", value)
-
-
-def _up_to(study: ControlStudy, controller: Controller) -> dict[str, float | bool | None]:
-    """Speed up to which the tolerance holds, None for no speed, and whether it holds at every speed tried."""
-    speed = study.tracks_up_to(controller, study.usual_rate)
-    known = None if speed is None else min(speed, max(study.settings.speeds))
-    return {"speed": known, "at_every_speed": speed == math.inf}
 
 
 def _joints(study: ControlStudy) -> list[dict[str, Any]]:
@@ -272,7 +268,7 @@ def _joints(study: ControlStudy) -> list[dict[str, Any]]:
             "effort_unit": joint.effort_unit,
             "tolerance": study.tolerance[i],
             "inertia": study.diagonal[i],
-            "stiffness": study.stiffness[i],
+            "stiffness": study.settings.gains.stiffness * study.diagonal[i],
             "torque_limit": study.limits[i],
             "error_at_rest": {c.title: error[i] for c, error in study.at_rest.items()},
             "certified": [
@@ -284,21 +280,19 @@ def _joints(study: ControlStudy) -> list[dict[str, Any]]:
     ]
 
 
-def _loop(loop: TrackedLoop) -> dict[str, Any]:
+def _loop(study: ControlStudy, loop: TrackedLoop) -> dict[str, Any]:
     controller = loop.controller
-    known = {"controller": controller.title, "law": controller.law, "knows": controller.knows}
     names = (
-        *("rate", "speed", "lost_at", "peak_error", "rms_error", "expected", "peak_torque", "rms_torque"),
-        *("saturated", "work", "dissipated", "energy_residual"),
+        *("rate", "speed", "lost_at", "peak_error", "rms_error", "peak_torque", "rms_torque", "saturated"),
+        *("work", "dissipated", "energy_residual"),
     )
-    return known | {name: getattr(loop, name) for name in names}
-
-
-def _limits_stated(study: ControlStudy) -> str:
-    if not np.isfinite(study.limits).any():
-        return "none"
-    scale = study.settings.limits
-    return "those of the drives" + ("" if scale in (None, 1.0) else f", times {scale:g}")
+    return {
+        "controller": controller.title,
+        "law": controller.law,
+        "knows": controller.knows,
+        "expected": study.expected[controller, loop.speed],
+        **{name: getattr(loop, name) for name in names},
+    }
 
 
 def _by_controller(key: str, title: str, columns: Sequence[Column]) -> Table:
@@ -310,42 +304,22 @@ def _errors(
     study: ControlStudy, label: str, errors: Sequence[float] | FloatArray, joints: Sequence[int]
 ) -> Column:
     """Errors, rad (m), in the unit of the joint (from 0) of each row; nothing of loops that were lost."""
-    pairs = [(_scale(study, joint), float(error)) for error, joint in zip(errors, joints, strict=True)]
-    shown = [scale * error if math.isfinite(error) else None for (scale, _), error in pairs]
-    return Column("", label, shown, [unit for (_, unit), _ in pairs])
+    shown = [1e3 * error if math.isfinite(error) else None for error in errors]
+    return Column("", label, shown, [_unit(study, joint) for joint in joints])
 
 
-def _joint_table(study: ControlStudy, key: str, title: str, values: str) -> Table:
+def _by_joint(study: ControlStudy, key: str, title: str, values: str) -> Table:
     """An error of every controller by joint."""
     rows = np.array([getattr(_usual(study, controller), values) for controller in CONTROLLERS])
-    joints = range(study.arm.n_joints)
-    columns = [_errors(study, f"joint {i + 1}", rows[:, i], [i] * len(rows)) for i in joints]
+    columns = [_errors(study, f"joint {i + 1}", row, [i] * len(row)) for i, row in enumerate(rows.T)]
     return _by_controller(key, f"{title} {_here(study)}", columns)
 
 
 def _worst(study: ControlStudy, label: str, rate: float, speed: float) -> Column:
     """Largest error of any joint of every controller."""
-    loops = [study.loop(controller, rate, speed) for controller in CONTROLLERS]
-    joints = [int((loop.peak_error / study.tolerance).argmax()) for loop in loops]
-    errors = [float(loop.peak_error[joint]) for loop, joint in zip(loops, joints, strict=True)]
-    return _errors(study, label, errors, joints)
-
-
-def _rates_table(study: ControlStudy) -> Table:
-    rates, speed = study.settings.rates, study.usual_speed
-    columns = [_worst(study, _rate_label(rate), rate, speed) for rate in rates]
-    return _by_controller("by_rate", "Largest tracking error of any joint by loop rate", columns)
-
-
-def _speeds_table(study: ControlStudy) -> Table:
-    rate, speeds = study.usual_rate, study.settings.speeds
-    columns = [_worst(study, f"{speed:g}×", rate, speed) for speed in speeds]
-    title = f"Largest tracking error of any joint by speed of the motion, {_rate_stated(rate)}"
-    return _by_controller("by_speed", title, columns)
-
-
-def _rate_label(rate: float) -> str:
-    return "continuous" if rate == CONTINUOUS else f"{rate:g} Hz"
+    rows = [study.loop(controller, rate, speed).peak_error for controller in CONTROLLERS]
+    joints = [int((row / study.tolerance).argmax()) for row in rows]
+    return _errors(study, label, [row[joint] for row, joint in zip(rows, joints, strict=True)], joints)
 
 
 def _torque_table(study: ControlStudy) -> Table:
@@ -354,7 +328,7 @@ def _torque_table(study: ControlStudy) -> Table:
     limits = [limit if math.isfinite(limit) else None for limit in study.limits.tolist()]
     saturated = np.max([loop.saturated for loop in loops], axis=0)
     columns = (
-        *_joints_shown(study),
+        joint_columns(study.arm.joints)[-1],
         Column("", "limit", limits, units),
         *(Column("", f"peak, {loop.controller.title}", loop.peak_torque, units) for loop in loops),
         *(Column("", f"RMS, {loop.controller.title}", loop.rms_torque, units) for loop in loops[:2]),
@@ -363,21 +337,16 @@ def _torque_table(study: ControlStudy) -> Table:
     return Table("torque", f"Torque of computed torque {_here(study)}", columns)
 
 
-def _joints_shown(study: ControlStudy) -> tuple[Column, ...]:
-    return joint_columns(study.arm.joints)[-1:]
-
-
 def _bounds_table(study: ControlStudy) -> Table:
     """Error by the model's torque error: bounds, and what is simulated."""
-    speed, rates, controller = study.usual_speed, study.settings.rates, judged(study)
-    joints = range(study.arm.n_joints)
-    loops = [study.loop(controller, rate, speed) for rate in rates]
-    found = study.certified.get(speed) if controller == SIMPLIFIED else None
+    speed, controller, joints = study.settings.usual_speed, _judged(study), range(study.arm.n_joints)
+    loops = [study.loop(controller, rate, speed) for rate in study.settings.rates]
+    found = _certified(study, controller)
     proven = [] if found is None else [replace(_errors(study, "proven", found.error, joints), shown="bound")]
     columns = (
-        *_joints_shown(study),
+        joint_columns(study.arm.joints)[-1],
         *proven,
-        _errors(study, "expected", loops[0].expected, joints),
+        _errors(study, "expected", study.expected[controller, speed], joints),
         *(_errors(study, _rate_label(loop.rate), loop.peak_error, joints) for loop in loops),
     )
     law = " with fixed gains" * (controller == FIXED_GAINS)
@@ -388,10 +357,10 @@ def _bounds_table(study: ControlStudy) -> Table:
 
 def _rest_table(study: ControlStudy) -> Table:
     joints = range(study.arm.n_joints)
-    stiff = ["N m/rad" if revolute else "N/m" for revolute in study.arm.is_revolute]
+    units = ["N m/rad" if revolute else "N/m" for revolute in study.arm.is_revolute]
     columns = (
-        *_joints_shown(study),
-        Column("", "stiffness", study.stiffness, stiff),
+        joint_columns(study.arm.joints)[-1],
+        Column("", "stiffness", study.settings.gains.stiffness * study.diagonal, units),
         *(_errors(study, controller.title, error, joints) for controller, error in study.at_rest.items()),
     )
     title = "Error of PD at rest at the worst position of the motion: uncompensated gravity over stiffness"
@@ -400,48 +369,38 @@ def _rest_table(study: ControlStudy) -> Table:
 
 def error_figure(study: ControlStudy) -> Figure:
     """Tracking error of every joint over time, at the usual rate and speed."""
-    rows = []
-    for i, joint in enumerate(study.arm.joints):
-        panels = []
-        for title, controllers in _COLUMNS:
-            loops = [_usual(study, controller) for controller in controllers]
-            panels.append(_error_panel(study, i, f"{i + 1} {joint.name}: {title}", loops))
-        rows.append(tuple(panels))
+    groups = {
+        "computed torque with a model": [_usual(study, c) for c in CONTROLLERS[:4]],
+        "without a model's D, and PD": [_usual(study, c) for c in CONTROLLERS[4:]],
+    }
+    rows = tuple(
+        tuple(_error_panel(study, i, f"{i + 1} {joint.name}: {title}", x) for title, x in groups.items())
+        for i, joint in enumerate(study.arm.joints)
+    )
     legend = tuple(Key(c.title, colour, dashes=dashes) for c, (colour, dashes) in _LOOKS.items())
     height = min(max(620.0 / len(rows), 80.0), 130.0)
-    return Figure("Tracking error of every joint over time", tuple(rows), WIDTH / 2, height, legend)
+    return Figure("Tracking error of every joint over time", rows, WIDTH / 2, height, legend)
 
 
 def _error_panel(study: ControlStudy, joint: int, title: str, loops: Sequence[TrackedLoop]) -> Panel:
-    scale, unit = _scale(study, joint)
     # Of a loop that was lost what is drawn ends where the motion was lost.
-    curves = [scale * loop.error[:, joint] for loop in loops]
-    items = tuple(
-        Curve(loop.time, curve, *_look(loop.controller), label=loop.controller.title)
-        for loop, curve in zip(loops, curves, strict=True)
-    )
+    errors = [1e3 * loop.error[:, joint] for loop in loops]
+    items = []
+    for loop, error in zip(loops, errors, strict=True):
+        colour, dashes = _LOOKS[loop.controller]
+        items.append(Curve(loop.time, error, colour, dashes=dashes, label=loop.controller.title))
     time = max((loop.time for loop in loops), key=lambda times: float(times[-1]))
-    y = value_axis(unit, *curves, floor=1e-12)
-    return Panel(f"joint-{joint + 1}", title, time_axis(time), y, items)
-
-
-def _look(controller: Controller) -> tuple[str, float, tuple[float, ...]]:
-    colour, dashes = _LOOKS[controller]
-    return colour, 1.1, dashes
+    y = value_axis(_unit(study, joint), *errors, floor=1e-12)
+    return Panel(f"joint-{joint + 1}", title, time_axis(time), y, tuple(items))
 
 
 def speed_figure(study: ControlStudy) -> Figure:
     """Largest error of any joint, as a multiple of the tolerance, over speed; both axes logarithmic."""
     speeds = np.array(sorted(study.settings.speeds))
-    shares = {
-        c: np.array(
-            [float((study.loop(c, study.usual_rate, s).peak_error / study.tolerance).max()) for s in speeds]
-        )
-        for c in CONTROLLERS
-    }
-    positive = [x for row in shares.values() for x in row if 0 < x < math.inf] or [1.0]
-    high = 1.4 * max(*positive, 1.0)
-    y = decades_axis(max(min(*positive, 1.0) / 1.4, high / 10**_DECADES), high)
+    shares = {c: study.shares(c, study.settings.usual_rate) for c in CONTROLLERS}
+    positive = [x for row in shares.values() for x in row if 0 < x < math.inf]
+    high = 1.4 * max([*positive, 1.0])
+    y = decades_axis(max(min([*positive, 1.0]) / 1.4, high / 10**_DECADES), high)
     x = Axis(speeds[0] / 1.05, speeds[-1] * 1.05, tuple(speeds.tolist()), is_logarithmic=True)
     items: list[Curve] = [Curve(np.array([x.low, x.high]), np.ones(2), "ink", 0.8, (1.0, 1.6))]
     ends = [(1.0, "tolerance", "soft")]
@@ -449,12 +408,10 @@ def speed_figure(study: ControlStudy) -> Figure:
         known = (row > 0) & np.isfinite(row)
         if not known.any():
             continue
-        values, (colour, width, dashes) = np.maximum(row[known], y.low), _look(controller)
-        name = controller.title
-        items.append(
-            Curve(speeds[known], values, colour, width, dashes, label=name, marker="circle", size=3.2)
-        )
-        ends.append((float(values[-1]), name, colour))
+        (colour, dashes), name = _LOOKS[controller], controller.title
+        curve = Curve(speeds[known], np.maximum(row[known], y.low), colour, dashes=dashes, label=name)
+        items.append(replace(curve, marker="circle", size=3.2))
+        ends.append((float(curve.y[-1]), name, colour))
     title = "largest tracking error, times the tolerance"
     panel = Panel("speeds", title, x, y, tuple(items), margins=(34.0, 26.0, 110.0, 16.0))
     label = "Largest tracking error over the speed of the motion"
