@@ -14,13 +14,7 @@ from gd_analyze.cli.terminal import lines
 
 
 def give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:
-    """Give an arm's base parameters: tables for the terminal, equations otherwise.
-
-    Raises
-    ------
-    click.UsageError
-        If there are no such equations in the format.
-    """
+    """Give an arm's base parameters: tables for the terminal, equations otherwise."""
     if form not in ("text", "latex"):
         raise click.UsageError(f"--parameters are written as text or latex, not as {form}")
     require_outputs(out)

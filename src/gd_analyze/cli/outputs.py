@@ -14,17 +14,7 @@ from gd_analyze.errors import UsageError
 
 
 def require_outputs(*paths: Path | None, option: str = "--out") -> None:
-    """Check the files that the verb at hand will write, before it computes anything.
-
-    `option` names them in a message.
-
-    Raises
-    ------
-    UsageError
-        If one of them is a file that the verb reads, under whatever name.
-    OutputError
-        If one of them cannot be written.
-    """
+    """Refuse outputs that cannot be written, or that the verb reads, before it computes anything."""
     from gd_analyze.files import require_writable
 
     inputs = list(_inputs(click.get_current_context()))

@@ -36,15 +36,7 @@ class Drivetrain:
         return arm.drive_inertia if self.inertia else np.zeros(arm.n_joints)
 
     def resistance_of(self, arm: RobotArm) -> Callable[[FloatArray], FloatArray]:
-        """Torque that the actuators have to overcome at velocities qd, shape (..., n); it never drives.
-
-        Raises
-        ------
-        UsageError
-            If the damping does not fit the arm or is negative, or the rest velocity is not positive.
-        ArmError
-            If friction is asked for and the arm describes no drives.
-        """
+        """Torque that the actuators have to overcome at velocities qd, shape (..., n); it never drives."""
         viscous = np.zeros(arm.n_joints)
         if self.damping is not None:
             leading, (damping,) = checked_states(arm, damping=self.damping)
@@ -73,13 +65,7 @@ NO_DRIVES = Drivetrain()
 
 
 def viscous_coefficients(arm: RobotArm) -> FloatArray:
-    """B_i = ratio^2 times the motor's viscous friction, N m s (N s/m of a prismatic joint), shape (n,).
-
-    Raises
-    ------
-    ArmError
-        If the arm describes no drives, or friction that would drive instead of brake.
-    """
+    """B_i = ratio^2 times the motor's viscous friction, N m s (N s/m of a prismatic joint), shape (n,)."""
     _require_drives(arm)
     return np.array([drive.gear_ratio**2 * drive.viscous for drive in arm.drives])
 
@@ -89,11 +75,6 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_velocity: float = 0.
 
     |ratio| times the motor's value for the direction in which the joint moves, and 0 at rest; a positive rest
     velocity replaces the jump by tanh(qd / rest_velocity).
-
-    Raises
-    ------
-    ArmError
-        If the arm describes no drives, or friction that would drive instead of brake.
     """
     _require_drives(arm)
     forward, backward = np.array([[abs(d.gear_ratio) * level for level in d.coulomb] for d in arm.drives]).T

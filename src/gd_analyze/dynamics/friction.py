@@ -65,16 +65,8 @@ def correlation_time(
 
     A mean over N of them is as uncertain as one over N divided by this. For the coefficients of a fit the
     same holds as long as what they belong to changes more slowly than the residuals are alike, and errs to
-    the safe side otherwise.
-
-    Parameters
-    ----------
-    residual
-        Gives what a fit leaves at the set points of a slice.
-    used
-        Which set points took part, shape (N,).
-    stretches
-        Slices of set points without a gap.
+    the safe side otherwise. `residual` gives what a fit leaves at the set points of a slice, `used` which
+    took part, `stretches` slices without a gap.
     """
     products, pairs = np.zeros(_BLOCK // 2), np.zeros(_BLOCK // 2)
     for stretch in stretches:

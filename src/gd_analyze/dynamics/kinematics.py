@@ -34,15 +34,7 @@ def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
 
 
 def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
-    """Forward kinematics of every joint and link.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    q
-        Joint variables, set points last, shape (n, N).
-    """
+    """Forward kinematics of every joint and link at q, shape (n, N)."""
     n, count = arm.n_joints, q.shape[-1]
     cos_q, sin_q = np.cos(q), np.sin(q)
     dtype = np.result_type(q, float)

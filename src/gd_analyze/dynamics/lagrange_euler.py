@@ -31,15 +31,7 @@ class LagrangeEuler:
 
 
 def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
-    """Evaluate D, h_ikm and c.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    q
-        Joint variables, set points last, shape (n, N).
-    """
+    """D, h_ikm and c at q, shape (n, N)."""
     n, count = q.shape
     dtype = np.result_type(q, float)
     steps = _steps(arm, q, np.cos(q), np.sin(q))

@@ -41,13 +41,8 @@ def decompose_on_demand(
 ) -> xr.Dataset:
     """Do `decompose` without keeping what it gives of a long trajectory, but for its torque.
 
-    Parameters and what is raised are those of `decompose`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The same numbers. Of more than `MOST_KEPT` set points, D, h, h_ijk and c are evaluated again for the
-        set points in question whenever they are read, and only torque is in memory.
+    Of more than `MOST_KEPT` set points, D, h, h_ijk and c are evaluated again for the set points in question
+    whenever they are read.
     """
     options: dict[str, Any] = {
         "christoffel": christoffel, "by_link": by_link, "terms": terms, "drives": drives,

@@ -22,18 +22,6 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
 
     D is evaluated at some thousand states at a time, and nothing of it is kept. It counts as singular where
     it is not positive definite any more less a diagonal of what round-off explains.
-
-    Parameters
-    ----------
-    arm, states
-        The arm, and where; shape (N, n).
-    drives
-        Whether the inertia of the drives adds to the diagonal.
-
-    Raises
-    ------
-    ArmError
-        If an eigenvalue is negative or zero.
     """
     added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
     floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
@@ -48,7 +36,7 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
 
 
 def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
-    """What a diagonal must be so that it outweighs the roundings of D, shape (n,).
+    """What a diagonal must be so that it outweighs the roundings of D where |q| <= `farthest`, shape (n,).
 
     D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is not longer than the
     way L_i from joint i to the centres of mass beyond (1 of a prismatic joint), and both it and I_s pass some
@@ -56,13 +44,6 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     which grows with the travel of prismatic joints. Hence D_ij is off by at most
     20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and by Gershgorin's circles a diagonal of the sums
     of its rows outweighs that.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    farthest
-        Largest magnitude of every joint variable, shape (n,).
     """
     travel = np.where(arm.is_revolute, 0.0, farthest)
     lengths = [
@@ -84,17 +65,7 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
 
 
 def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
-    """Say that D is not positive definite at q, with its smallest eigenvalue and the joint or link to blame.
-
-    Parameters
-    ----------
-    arm, q, inertia
-        The arm, its position (n,) and D there, with the drives where they count, (n, n).
-    floor
-        What round-off explains of D's diagonal, shape (n,).
-    where
-        Which state it is, for the message.
-    """
+    """Say that D is not positive definite at q, with its smallest eigenvalue and the joint or link to blame."""
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)
     found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"

@@ -170,13 +170,7 @@ def compare_torque(
 
 
 def require_torques(trajectory: Trajectory) -> None:
-    """Check that torques were recorded with a motion.
-
-    Raises
-    ------
-    UsageError
-        If not.
-    """
+    """Check that torques were recorded with a motion."""
     if trajectory.recording is None or trajectory.recording.torque is None:
         raise UsageError(
             "there are no measured torques to compare with",
@@ -292,23 +286,10 @@ def _fit(
 
 
 def _verdict(fit: JointFit, explained: float, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
-    """Judge one joint.
+    """Judge a joint (from 0); with it the joint, from 1, whose model the measurement is, or 0.
 
-    Parameters
-    ----------
-    fit
-        Friction beside the model.
-    explained
-        Share of the measured variance that the model alone explains.
-    explained_by
-        The same for every joint's model, shape (n,).
-    joint
-        Which of them it is, from 0.
-
-    Returns
-    -------
-    verdict, joint
-        And which other joint's model the measurement is, from 1; 0 where it is none's.
+    `explained` is the share of the measured variance that its model explains, `explained_by` that of every
+    joint's.
     """
     if explained >= FOLLOWS:
         return "follows", 0

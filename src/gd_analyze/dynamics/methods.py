@@ -167,13 +167,7 @@ METHODS: dict[str, Method] = {
 
 
 def known_method(name: str) -> Method:
-    """Look a formulation up by its name.
-
-    Raises
-    ------
-    UsageError
-        If there is none of this name.
-    """
+    """Look a formulation up by its name."""
     if name not in METHODS:
         near = difflib.get_close_matches(str(name), METHODS, n=1)
         raise UsageError(

@@ -26,19 +26,7 @@ def torque(
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
 
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd, qdd
-        Joint variables, velocities and accelerations, set points last, shape (n, N).
-    gravity
-        Whether gravity acts.
-    damping
-        Viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,).
-    external_wrench
-        f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in the base frame,
-        N and N m, shape (2, 3).
+    Arguments are those of `newton_euler_base.torque`.
     """
     n, count = qd.shape
     cos_q, sin_q = np.cos(q), np.sin(q)

@@ -38,16 +38,7 @@ def torque(
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987.
 
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd, qdd
-        Joint variables, velocities and accelerations, set points last, shape (n, N).
-    gravity
-        Whether gravity acts.
-    observe
-        Called with every quantity on the way.
+    `observe` is called with every quantity on the way.
     """
     rewritten = regrouped(arm)
     start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))

@@ -28,17 +28,7 @@ from gd_analyze.robots.parts import second_moment_about_origin
 
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
-    """Generalized torque by the recursive Lagrangian, shape (n, N).
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd, qdd
-        Joint variables, velocities and accelerations, set points last, shape (n, N).
-    gravity
-        Whether gravity acts.
-    """
+    """Generalized torque by the recursive Lagrangian, shape (n, N)."""
     n, count = qd.shape
     cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]

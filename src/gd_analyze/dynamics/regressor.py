@@ -47,18 +47,8 @@ def parameters_of(arm: RobotArm) -> FloatArray:
 def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     """Torque of every joint per unit of every parameter; times `parameters_of` and summed it is the torque.
 
-    Parameters
-    ----------
-    arm
-        The arm; of its links only the frames matter.
-    q, qd, qdd
-        Joint variables, velocities and accelerations, set points last, shape (n, N).
-
-    Returns
-    -------
-    numpy.ndarray
-        N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero
-        for joints behind the link.
+    N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero for
+    joints behind the link. Of the links only the frames matter.
     """
     n, count = q.shape
     kinematics = solve_kinematics(arm, q)

@@ -140,14 +140,7 @@ def playable(findings: Findings) -> dict[str, Any]:
 
 
 def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """Where the arm is at every set point of q, shape (N, n), for drawing.
-
-    Returns
-    -------
-    numpy.ndarray
-        Base origin, then for every joint its origin and its link frame's origin, m, shape (N, 2 n + 1, 3);
-        the last is the end effector.
-    """
+    """Origins of the base, of every joint and of its link's frame, m, shape (N, 2 n + 1, 3)."""
     kinematics = solve_kinematics(arm, set_points_last(q))
     points = np.zeros((len(q), 2 * arm.n_joints + 1, 3))
     for i in range(arm.n_joints):

@@ -56,13 +56,7 @@ class Plots:
         return axes_of(error_figure(self.findings))
 
     def measured(self) -> list[Axes]:
-        """Measured and exact torque, and the difference; two panels per measured joint.
-
-        Raises
-        ------
-        UsageError
-            If no torque was measured.
-        """
+        """Measured and exact torque, and the difference; two panels per measured joint."""
         if not measured_joints(self.findings):
             raise UsageError("no torque was measured along this trajectory", where="measured()")
         return axes_of(measured_figure(self.findings))

@@ -164,20 +164,9 @@ def in_columns(
 
 
 def value_axis(unit: str, *curves: FloatArray, floor: float = 0.0, most: int = 4, zero: bool = True) -> Axis:
-    """Axis that holds curves, with room at both ends.
+    """Axis that holds curves, with room at both ends; its labels have the prefix that fits the unit.
 
-    Parameters
-    ----------
-    unit
-        Of the values; labels have the prefix that fits.
-    curves
-        Values, those that are not numbers left out.
-    floor
-        Values up to this size are round-off: a range of (-1, 1) shows them as zero.
-    most
-        Ticks, or one more.
-    zero
-        Whether zero is in the range.
+    Values up to `floor` are round-off: a range of (-1, 1) shows them as zero.
     """
     known = np.concatenate([np.ravel(curve) for curve in curves] or [np.zeros(1)])
     known = known[np.isfinite(known)]

@@ -223,20 +223,8 @@ class Contributions:
     def pile(self, joint: int, *, upward: bool) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Stack the positive parts of a joint's torque from zero upward, or the negative ones downward.
 
-        The ends of both piles sum to the torque, at the set points and on the straight lines between.
-
-        Parameters
-        ----------
-        joint
-            Counts from 0.
-        upward
-            Which of the two piles.
-
-        Returns
-        -------
-        dict
-            By the part's name the edges of its area, first the one nearer to zero, shape (N,) each; without
-            those parts that are never of this sign.
+        By the part's name the edges of its area, the one nearer to zero first, shape (N,) each. The ends of
+        both piles sum to the torque, at the set points and on the straight lines between.
         """
         clipped = np.maximum if upward else np.minimum
         edges, inner = {}, np.zeros(len(self.time))
@@ -249,19 +237,10 @@ class Contributions:
 
 
 def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
-    """Split the torque of every joint by what makes it; the parts sum to `torque`, but for round-off.
+    """Split the torque of every joint by `CONTRIBUTIONS`, N m (N), shape (N, n) each, which sum to it.
 
-    Parameters
-    ----------
-    dataset
-        What `decompose` gave, or some of its set points.
-
-    Returns
-    -------
-    dict
-        By the names of `CONTRIBUTIONS`, N m (N where the joint slides), shape (N, n)
-        each: "gravity"; "translation" and "rotation", what accelerating the links asks for, by effect;
-        "velocity", Coriolis and centrifugal of both effects; "drives" where the dataset includes them.
+    "translation" and "rotation" are what accelerating the links takes, by effect; "velocity" is Coriolis and
+    centrifugal of both effects.
     """
     translation, rotation = np.einsum("teij,tj->eti", dataset.inertia.values, dataset.qdd.values)
     parts = {

@@ -44,17 +44,7 @@ class Between:
 
     @classmethod
     def of(cls, motion: Trajectory, rounding: FloatArray, chosen: slice | NDArray[np.intp]) -> Between:
-        """Take some intervals of a trajectory.
-
-        Parameters
-        ----------
-        motion
-            Of at least two set points.
-        rounding
-            Largest D_q and D_v that count as rounding, shape (2, n).
-        chosen
-            Numbers of the intervals, from 0.
-        """
+        """Take some intervals, from 0; `rounding`, shape (2, n), is the largest D_q and D_v that is rounding."""
         width = np.diff(motion.time)[chosen, None]
         (q0, q1), (v0, v1), (a0, a1) = (
             (x[:-1][chosen], x[1:][chosen]) for x in (motion.q, motion.qd, motion.qdd)

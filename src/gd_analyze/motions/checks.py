@@ -21,19 +21,10 @@ _MOVES, _USUAL = 0.1, 1.5
 
 
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
-    """Check that a trajectory fits an arm.
+    """Refuse a trajectory of another number of joints; warn of what looks wrong.
 
-    Raises
-    ------
-    TrajectoryError
-        If the number of joints differs.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        Of each limit that is exceeded, of angles that look like degrees (whose limits are not reported as
-        well), of velocities that time in milliseconds would explain, and of given velocities and
-        accelerations that are not derivatives.
+    That is each limit that is exceeded, angles that look like degrees (whose limits are not reported as
+    well), velocities that time in milliseconds would explain, and given derivatives that are none.
     """
     require_joints(trajectory, arm)
     suspects = _degree_suspects(arm, trajectory.q)
@@ -70,11 +61,6 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 
     Few motions stay within 3.15 degrees of the zero position of every joint, and all of them do in radians
     within half a turn.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If they move, and none is farther than 3.15 degrees from zero.
     """
     reach = float(np.nanmax(np.abs(degrees), initial=0.0))
     if reach <= 3.15 and bool((np.ptp(degrees, axis=0) > 0).any()):

@@ -83,18 +83,9 @@ class Noise:
         order: int,
         highest: float,
     ) -> Noise:
-        """Tell motion and noise apart up to a frequency; above it all is noise.
+        """Tell motion and noise apart up to a frequency, Hz; above it all is noise.
 
-        Parameters
-        ----------
-        times, readings
-            Of one joint, stretch by stretch.
-        rate
-            Readings per second.
-        order
-            Derivatives from readings to accelerations.
-        highest
-            Highest frequency of motion, Hz.
+        Times and readings are of one joint, stretch by stretch; `order` counts derivatives to accelerations.
         """
         piece = min(max(int(_PIECE * rate), _SHORTEST), max(map(len, readings)) - order)
         pairs = [(t, x) for t, x in zip(times, readings, strict=True) if len(x) - order >= piece]

@@ -197,11 +197,6 @@ def trajectory_files(folder: Path) -> list[Path]:
 
     Files that end in .csv, .tsv, .txt, .dat or .log count, and logs that are told by their names, folders of
     bags among them; hidden ones do not, nor what the main job writes, nor what lies in other folders.
-
-    Raises
-    ------
-    TrajectoryError
-        If there are none, or the folder cannot be read.
     """
     try:
         entries = sorted(folder.iterdir(), key=lambda path: path.name)

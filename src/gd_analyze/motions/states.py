@@ -204,14 +204,7 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
 
 
 def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
-    """Leading shape and arrays of quantities that each have one finite number per joint.
-
-    Raises
-    ------
-    UsageError
-        If one is not of shape (..., n), is of another shape than the first, or holds a number that is not
-        finite or too large.
-    """
+    """Leading shape and arrays of quantities that each have one finite number per joint."""
     arrays: list[FloatArray] = []
     for name, values in given.items():
         array = array_of(values, name, UsageError)

@@ -72,13 +72,7 @@ class LogTable(ABC):
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
     ) -> Columns:
-        """Read columns, counted from 0; nan where a cell is empty.
-
-        Raises
-        ------
-        TrajectoryError
-            If a line is broken, or a cell no number.
-        """
+        """Read columns, counted from 0; nan where a cell is empty."""
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place of a row, a column or both, counted from 0."""

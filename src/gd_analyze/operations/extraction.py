@@ -61,14 +61,9 @@ _GROWN = 16
 
 
 def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> None:
-    """Extract until nothing saves operations.
+    """Extract in place until nothing saves operations.
 
-    Parameters
-    ----------
-    sums
-        Changed in place.
-    random, noise
-        Random gains up to `noise` operations are added to break ties in other ways, and more.
+    Random gains up to `noise` operations are added to break ties in other ways, and more.
     """
     steps: dict[_Candidate, _Step] = {}
     while True:

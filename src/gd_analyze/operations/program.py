@@ -86,19 +86,9 @@ class Program:
         return self.carried_out(given, trace.apply)
 
     def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
-        """Carry it out with any kind of value.
+        """Carry it out with any kind of value: of an input by name, of an operation on its arguments.
 
-        Parameters
-        ----------
-        given
-            Value of an input, by name.
-        apply
-            Result of an operation on its arguments.
-
-        Returns
-        -------
-        Callable
-            Value of each expression; constants come back as they are.
+        Gives the value of each expression; constants come back as they are.
         """
         known: dict[int, Any] = {}
 
@@ -113,18 +103,7 @@ class Program:
         return of
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
-        """Evaluate on many set points at once.
-
-        Parameters
-        ----------
-        inputs
-            One array of shape (N,) per named input, e.g. "q1".
-
-        Returns
-        -------
-        numpy.ndarray
-            The outputs, shape (number of outputs, N).
-        """
+        """Outputs on many set points at once, shape (outputs, N), from one array (N,) per input, e.g. "q1"."""
         count = len(next(iter(inputs.values())))
         out = np.empty((len(self.outputs), count))
         for start in range(0, count, _CHUNK):
@@ -136,15 +115,7 @@ class Program:
 
 
 class Batch:
-    """A program with memory for a fixed number of states: a call costs one array operation per step.
-
-    Parameters
-    ----------
-    program
-        The program.
-    count
-        States per call.
-    """
+    """A program with memory for a fixed number of states: a call costs one array operation per step."""
 
     def __init__(self, program: Program, count: int) -> None:
         self.count = count
@@ -186,19 +157,7 @@ def derivative(
 ) -> Program:
     """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
 
-    Parameters
-    ----------
-    program
-        The program.
-    along
-        Direction: a number by input, or another input's name; 0 for inputs that are not named.
-    values
-        Numbers to set inputs to; the others remain inputs.
-
-    Returns
-    -------
-    Program
-        The derivatives of the outputs, with constants folded.
+    The direction is a number by input, or another input's name; `values` sets inputs to numbers.
 
     Examples
     --------
@@ -259,17 +218,8 @@ def read_back(
 ) -> Program:
     """Rebuild a program from what `written` gave; operations are recorded, none is carried out.
 
-    Parameters
-    ----------
-    steps, outputs
-        As `written` gave them.
-    inputs
-        Allowed names of inputs.
-
-    Raises
-    ------
-    ValueError
-        If a step is no operation, refers to a later step, occurs twice, or an input or number is invalid.
+    ValueError if a step is no operation, refers to a later step, occurs twice, or an input or number is
+    invalid.
     """
     trace = Trace()
     made: list[Expression] = []

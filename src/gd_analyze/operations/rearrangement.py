@@ -23,18 +23,9 @@ _PATIENCE = 5
 
 
 def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
-    """Look for an arrangement of fewer operations.
+    """Look for an arrangement of fewer operations of extracted sums, which are changed in place.
 
-    Parameters
-    ----------
-    sums
-        Extracted; changed in place, never to more operations.
-    tries
-        Most tries.
-    circles
-        Inputs whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
-    seed
-        Seed of the random choices.
+    `circles` are inputs whose squares add up to 1, each with its partner: a cosine and the sine of its angle.
     """
     random = Random(seed)
     least, patience = sums.operations, 0

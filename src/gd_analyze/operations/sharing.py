@@ -28,22 +28,11 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
 def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
-    """Evaluate a polynomial in nested form (a multivariate Horner scheme).
+    """Evaluate a polynomial in nested form (a multivariate Horner scheme); 0.0 without terms.
 
     The variable in most terms is factored out, again and again, inside and in the rest; then coefficients
     that several terms share. On traced numbers equal inner sums and products are formed once, also between
     polynomials.
-
-    Parameters
-    ----------
-    polynomial
-        Coefficients by product.
-    value
-        Value of a variable: a number, an array or an expression.
-
-    Returns
-    -------
-    The polynomial's value, of the kind that `value` gives; 0.0 without terms.
     """
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
     counts = Counter(itertools.chain.from_iterable(map(set, terms)))
@@ -117,21 +106,9 @@ def shared_sums(
     circles: Circles | None = None,
     rearranging: int = 6_000,
 ) -> Iterator[SharedSums]:
-    """Find what polynomials share, first by extraction, then by rearranging its result.
+    """What polynomials share: by extraction, then, on request, by rearranging its result.
 
-    Parameters
-    ----------
-    polynomials
-        The polynomials.
-    circles
-        Only rearranging makes use of them.
-    rearranging
-        Number of rearrangements to try times the number of operations.
-
-    Yields
-    ------
-    SharedSums
-        Two, the second with no more operations than the first and made only on request.
+    The second has no more operations than the first. `rearranging` is tries times operations.
     """
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
@@ -141,20 +118,7 @@ def shared_sums(
 
 
 def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
-    """Find what polynomials share that gain terms step by step, each result starting from the one before.
-
-    Parameters
-    ----------
-    steps
-        As many polynomials in each step; the last have all products that occur.
-    circles
-        As for `shared_sums`.
-
-    Yields
-    ------
-    SharedSums
-        One per step.
-    """
+    """What polynomials share that gain terms step by step, each result starting from the one before."""
     growing, before = _Growing(steps[-1], circles), 0
     for polynomials in steps:
         count = sum(map(len, polynomials))
@@ -206,19 +170,7 @@ class _Growing:
 def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
     """Rewrite a program with the fewest operations that a second or two of rearranging find.
 
-    Sines and cosines, and their arguments, remain as they are.
-
-    Parameters
-    ----------
-    program
-        Any program.
-    tries
-        Rearrangements to try at most.
-
-    Returns
-    -------
-    Program
-        The same outputs but for round-off, with no more operations.
+    Sines and cosines, and their arguments, remain as they are; outputs are the same but for round-off.
     """
     leaves = [step for step in program.steps if step.operation in ("input", *_PARTNER)]
     sums = _sums_of(program, leaves)

@@ -61,13 +61,7 @@ def multiplications(monomial: Monomial, coefficient: float) -> int:
 
 
 class Magnitudes:
-    """Replaces numbers that are equal within a relative tolerance by the first seen; keeps their signs.
-
-    Attributes
-    ----------
-    known
-        Replacements of the numbers, above 0, looked up so far.
-    """
+    """Replaces numbers that are equal within a relative tolerance by the first seen; keeps their signs."""
 
     def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
@@ -132,15 +126,7 @@ def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]
 
 
 class Sums:
-    """Definitions of variables: outputs are numbered -1, -2, .., inputs from 0 to `first` - 1.
-
-    Parameters
-    ----------
-    outputs
-        Sums of products of inputs.
-    first
-        Number of the first defined variable.
-    """
+    """Definitions of variables: outputs are numbered -1, -2, .., inputs from 0 to `first` - 1."""
 
     def __init__(self, outputs: Iterable[Mapping[Monomial, float]], first: int) -> None:
         self.first = first

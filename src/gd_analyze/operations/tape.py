@@ -18,14 +18,9 @@ from gd_analyze.operations.trace import Expression
 
 
 class Tape:
-    """A program's steps by number.
+    """A program's steps by number; `free` are the orders of those whose numbers may change.
 
-    Parameters
-    ----------
-    program
-        The program.
-    free
-        Orders of the steps whose numbers may change; by default all that multiply by a number.
+    By default these are all that multiply by a number.
     """
 
     def __init__(self, program: Program, free: Container[int] | None = None) -> None:

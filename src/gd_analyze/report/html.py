@@ -40,20 +40,9 @@ def page_of(result: Result) -> str:
 
 
 def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str = "", run: str = "") -> str:
-    """Put a body into a page with a bar of links, style and script.
+    """Put a body into a page with a bar of links (identifier, name), style and script.
 
-    Parameters
-    ----------
-    title
-        Of the window.
-    links
-        Identifier and name of what the bar leads to.
-    body
-        HTML.
-    data
-        JSON that the script of the main report reads.
-    run
-        Mark of the run, as a property of the page.
+    `data` is the JSON that the script of the main report reads, `run` the mark of the run.
     """
     styles, scripts = ["page.css"], ["page.js"]
     if data:

@@ -52,28 +52,7 @@ _APPENDIX_NAMES = {
 
 
 def render_html(findings: Findings, report: MainReport | None = None) -> str:
-    """Write the interactive report of one run.
-
-    Parameters
-    ----------
-    findings
-        What the main job found.
-    report
-        Its parts, where they are known.
-
-    Returns
-    -------
-    str
-        A complete document; styles, drawings, scripts and data are inside it.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> arm = gd.load_arm("two_link")
-    >>> page = render_html(gd.find(arm, gd.read_trajectory("two-link-swing", arm)))
-    >>> page.startswith("<!doctype html>")
-    True
-    """
+    """Write the interactive report of one run: a complete document, styles, drawings and scripts inside it."""
     result, first, appendices, numbers = report or main_report(findings)
     path = BudgetPath.of(findings)
     letters = dict(zip((section.key for section in appendices), "ABCDEFGHIJKLM", strict=False))

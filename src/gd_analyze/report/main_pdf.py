@@ -21,17 +21,7 @@ _LONGEST = 3.0
 def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callable[[], bytes]:
     """Do all but the typesetting, which leaves the interpreter free for other threads.
 
-    Parameters
-    ----------
-    findings
-        What the main job found.
-    report
-        Its parts, where they are known.
-
-    Returns
-    -------
-    callable
-        Typesets: gives a PDF file, of the same findings the same bytes, or raises a GdAnalyzeError.
+    The callable typesets: of the same findings the same bytes.
     """
     opening, first, appendices, numbers = report or main_report(findings)
     rest = parts_data(appendices, numbers)

@@ -22,20 +22,7 @@ _TYPST = Typst()
 
 
 def pdf_of(result: Result, created: str) -> bytes:
-    """Typeset a result; the same result gives the same bytes.
-
-    Parameters
-    ----------
-    result
-        What is shown.
-    created
-        Date of the file, ISO 8601.
-
-    Raises
-    ------
-    GdAnalyzeError
-        With Typst's own message, if it does not compile.
-    """
+    """Typeset a result, dated ISO 8601; the same result gives the same bytes."""
     return typeset("result.typ", result_data(result), drawings_of(result.parts), created)
 
 
@@ -165,13 +152,7 @@ def _lines(note: str) -> list[str]:
 
 
 def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str], created: str) -> bytes:
-    """Compile a template that reads data, colours and drawings (SVG by name) from `sys.inputs`.
-
-    Raises
-    ------
-    GdAnalyzeError
-        With Typst's own message, if it does not compile.
-    """
+    """Compile a template that reads data, colours and drawings (SVG by name) from `sys.inputs`."""
     import typst
 
     try:

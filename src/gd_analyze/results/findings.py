@@ -123,19 +123,10 @@ class Findings:
 
 
 def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:
-    """Choose the set points at which the elements are drawn.
+    """Numbers of the set points at which the elements are drawn, and D, h, its shares and c there.
 
-    Parameters
-    ----------
-    dataset
-        What `decompose` or `decompose_on_demand` gave.
-
-    Returns
-    -------
-    set points, dataset
-        Their numbers, from 0 and increasing, first and last among them; and D, h, its shares and c there, in
-        memory. All of up to `MOST_KEPT` set points; else every element, each of its parts and their sum has
-        the extremes of each stretch among them.
+    All of up to `MOST_KEPT` set points; else every element, each of its parts and their sum has the extremes
+    of each stretch among them.
     """
     count = dataset.sizes["time"]
     names = [*_DRAWN]

@@ -42,15 +42,7 @@ _PAGE = 1 << 16
 
 
 def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mapping[str, Any]) -> None:
-    """Write tables, each a group of its name, and attributes of the whole; equal ones give equal files.
-
-    Raises
-    ------
-    StoreError
-        If a number is not finite where all are; the file is not whole then.
-    OSError
-        If the file cannot be written.
-    """
+    """Write tables, each a group of its name, and attributes of the whole; equal ones give equal files."""
     import h5py
 
     with sound_file(path) as sink, h5py.File(sink, "w", libver=_VERSIONS, track_order=True) as file:
@@ -149,22 +141,8 @@ def read_attributes(item: Any) -> dict[str, Any]:
 def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
 
-    Parameters
-    ----------
-    file
-        Opened by h5py with `track_order`.
-    name
-        Of the group.
-    revolute
-        Whether each joint of the arm is revolute; that of "documents", which says so, does not depend on it.
-    most_rows
-        Of how many set points to read all there is of them. Of more, a variable that is not one number per
-        joint is read when somebody asks for its values, and holds the file open until then.
-
-    Raises
-    ------
-    StoreError
-        If it is not as `write_tables` writes it, or not as declared.
+    Of more than `most_rows` set points, a variable that is not one number per joint is read when somebody
+    asks for its values, and holds the file open until then.
     """
     import xarray as xr
 
@@ -299,11 +277,6 @@ def sound_file(path: Path) -> Iterator[SoundFile]:
     Where a write fails, on a full disk, HDF5 cannot close the file any more: h5py raises errors of other
     kinds, and the process ends in a segmentation fault (HDF5 1.14). Here it is told that all went well, and
     the failure is raised when it has closed the file.
-
-    Raises
-    ------
-    OSError
-        The first failure to write.
     """
     with SoundFile(path) as file:
         yield file

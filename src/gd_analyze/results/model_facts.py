@@ -44,18 +44,10 @@ class WorstError(NamedTuple):
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
-    """Find the joint that is off most, in the terms of the model's budget.
+    """Find the joint that is off most, in the terms of the model's budget; by its stated errors by default.
 
     A budget in shares of peak torque is answered in these, one in N m for all joints in N m, any other in
     shares of the allowed error.
-
-    Parameters
-    ----------
-    model
-        The model that errs.
-    bound
-        What its joints' errors do not exceed, N m, shape (n,); by default the largest errors that the model
-        states.
     """
     asked, arm = model.accuracy.asked, model.arm
     error = model.accuracy.errors.largest if bound is None else bound

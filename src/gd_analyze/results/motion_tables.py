@@ -43,17 +43,7 @@ def motions_table(
     ranked: Sequence[xr.Dataset],
     accuracy: Accuracy,
 ) -> xr.Dataset:
-    """Tabulate what is found along each motion by itself.
-
-    Parameters
-    ----------
-    arm, trajectory
-        The arm, and its motions one after the other.
-    dominance, ranked
-        The ranking of the elements over all of them, whose order is kept, and along each.
-    promise
-        Of the model.
-    """
+    """Tabulate what is found along each motion by itself, in the order of the ranking over all of them."""
     along, labels = accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
     turning = arm.is_revolute
@@ -116,15 +106,7 @@ _MOST = 1000
 def recording_table(
     arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, dominance: xr.Dataset
 ) -> xr.Dataset:
-    """Tabulate the readings of a measured motion, and what their noise makes of torques and ranking.
-
-    Parameters
-    ----------
-    arm, trajectory
-        Whose motion was measured.
-    dataset, dominance
-        Its decomposition and ranking.
-    """
+    """Tabulate the readings of a measured motion, and what their noise makes of torques and ranking."""
     recording = trajectory.recording
     assert recording is not None  # asked for of a recording only
     count = dataset.sizes["time"]

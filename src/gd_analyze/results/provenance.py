@@ -31,14 +31,7 @@ def provenance_of_run(
 ) -> dict[str, str]:
     """Describe a run that writes several files, and mark it: the mark is the entry "run".
 
-    Parameters
-    ----------
-    command
-        What the user typed.
-    asked, everything
-        As for `gd_analyze.files.mark_of`; versions are added.
-    repeats
-        Whether the same inputs give the same results, and so the same mark whenever it is run.
+    `repeats` says whether the same inputs give the same results, and so the same mark.
     """
     source = provenance(command)
     lasting = {key: value for key, value in source.items() if not repeats or key not in _PASSING}

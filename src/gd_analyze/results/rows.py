@@ -94,18 +94,9 @@ def budget_rows(findings: Findings) -> list[Row]:
 def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
     """Take what a table says along one dimension, or of every pair of labels of two.
 
-    Parameters
-    ----------
-    table
-        A table of `gd_analyze.schema.GROUPS`.
-    dims
-        The dimensions; their labels are the first columns. Where one is named, a variable that has a second
-        besides gives one column per label of that, "part_peak_translation"; others are left out.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Units that differ between rows stand in columns of their own.
+    Labels are the first columns. Where one dimension is named, a variable that has a second besides gives one
+    column per label of that, "part_peak_translation"; units that differ between rows stand in columns of
+    their own.
     """
     import pandas as pd
 
@@ -134,16 +125,8 @@ def table_of(
 ) -> Table:
     """Make rows the table of a result: JSON has all of them, people see the columns that have a label.
 
-    Parameters
-    ----------
-    key, title, note, top
-        Of the table.
-    rows
-        Values by the names of columns; "joint_name" beside "joint" names joints. Names that begin with
-        "shown_" are for people only.
-    labels
-        By names of columns: heading, unit, which "@" makes the name of a column of units, and how values are
-        shown.
+    In rows "joint_name" beside "joint" names joints; names that begin with "shown_" are for people only. A
+    label is heading, unit ("@" names a column of units) and how values are shown.
     """
     names = [*labels, *(name for name in (rows[0] if rows else {}) if name not in labels)]
     columns: list[Column] = []

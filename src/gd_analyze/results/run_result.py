@@ -263,11 +263,8 @@ def cross_check_row(findings: Findings) -> Row:
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
     """Compare with the founding text's verdicts; None for an arm it does not show.
 
-    Returns
-    -------
-    dict
-        `source` of its verdicts; how many are `given` and how many of them `agreed` with ours; `remarks`, the
-        elements on which it contradicts itself: row, its remark, and what our numbers say of it.
+    `source` of its verdicts; how many are `given` and how many of them `agreed` with ours; `remarks`, the
+    elements on which it contradicts itself: row, its remark, and what our numbers say of it.
     """
     reference = text_verdicts(findings.arm.name)
     if reference is None:

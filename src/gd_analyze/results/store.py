@@ -253,15 +253,7 @@ def seal(path: Path) -> None:
 
 
 def require_sealed(path: Path) -> None:
-    """Check that a file ends in the digest of what comes before.
-
-    Raises
-    ------
-    StoreError
-        If it does not: it is no HDF5 file, or cut short, or changed.
-    OSError
-        If it cannot be read.
-    """
+    """Check that a file ends in the digest of what comes before: else it is cut short or changed."""
     with path.open("rb") as file:
         if file.read(len(_HDF5)) != _HDF5:
             raise _refusal(path, f"{_DAMAGED} or not HDF5", "another kind of file")

@@ -26,22 +26,7 @@ Pair = tuple[str, Any, Any]
 
 
 def require_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models | None = None) -> None:
-    """Check that all tables are about one arm, one set of points and one model.
-
-    Parameters
-    ----------
-    tables
-        As `gd_analyze.schema` declares them.
-    arm
-        Whose they are.
-    models
-        The model, the model by elements and the ranked terms, where they are read.
-
-    Raises
-    ------
-    StoreError
-        If two parts contradict each other.
-    """
+    """Check that all tables are about one arm, one set of points and one model."""
     for pairs in (_labels(tables, arm), _numbers(tables), _models(tables, arm, models) if models else ()):
         for what, found, expected in pairs:
             if found != expected:

@@ -115,15 +115,7 @@ class Level(ABC):
         return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
-        """Read terms back.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            If they are not as the schema says.
-        ModelError
-            If no arm of this make has one of them, or one is stated twice.
-        """
+        """Read terms back; an error where no arm of this make has one of them, or one is stated twice."""
         stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
         terms = dict(stated)
         if len(terms) < len(stated):
@@ -131,13 +123,7 @@ class Level(ABC):
         return terms
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
-        """Harmonic terms of the torques that terms make.
-
-        Raises
-        ------
-        ModelError
-            If models of this level are no sums of such terms.
-        """
+        """Harmonic terms of the torques that terms make; ModelError where models are no sums of such terms."""
         raise ModelError(
             f"a model of level {self.name} has no harmonic terms",
             expected="a model of a level that has, such as term or energy",

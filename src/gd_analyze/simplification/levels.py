@@ -14,13 +14,7 @@ LEVELS: dict[str, Level] = {
 
 
 def level_named(level: str | Level) -> Level:
-    """Look a level up by its name.
-
-    Raises
-    ------
-    UsageError
-        If there is none of that name.
-    """
+    """Look a level up by its name."""
     if isinstance(level, Level):
         return level
     if level not in LEVELS:

@@ -163,16 +163,7 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
 
 
 def checked_model(document: ModelDocument) -> SimplifiedModel:
-    """Rebuild a model and hold it against what its document states; `accuracy.measured` says what could be.
-
-    Raises
-    ------
-    ModelError
-        If the program does not compute the terms everywhere, or a statement is not true or contradicts
-        itself.
-    ValueError
-        Or another error where the parts do not fit the arm.
-    """
+    """Rebuild a model and hold it against what its document states; `accuracy.measured` says what could be."""
     return _checked(_model_of(document), document)
 
 

@@ -131,13 +131,7 @@ class Recursion:
         return self.carried_out(changes).program
 
     def carried_out(self, changes: Changes) -> Changed:
-        """Carry changes out.
-
-        Raises
-        ------
-        ValueError
-            If steps stand in for one another in a circle.
-        """
+        """Carry changes out; ValueError if steps stand in for one another in a circle."""
         place = {step.order: k for k, step in enumerate(self.steps)}
         making = _Making(self, changes)
         outputs = [

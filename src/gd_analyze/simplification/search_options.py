@@ -11,13 +11,7 @@ from gd_analyze.simplification.levels import level_named
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How to simplify.
-
-    Raises
-    ------
-    UsageError
-        If there is no such level, it has no coefficients to refit, or so few operations do not exist.
-    """
+    """How to simplify."""
 
     # A name of `gd_analyze.text.LEVEL_NAMES`, or the level itself; by default the one that takes the fewest
     # operations of those that are promising for the arm

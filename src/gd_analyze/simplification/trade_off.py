@@ -224,24 +224,11 @@ def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
 def budget_path(
     exact: ExactDynamics, budget: Budget, given: SimplifiedModel, factors: Sequence[float] = PATH_FACTORS
 ) -> tuple[SimplifiedModel, ...]:
-    """Follow a model to smaller and to larger budgets.
+    """Follow a model to smaller and to larger budgets: one model per factor, growing, within that budget.
 
-    Where the model was refitted, coefficients remain so from its own budget on, and are exact below.
-
-    Parameters
-    ----------
-    exact
-        Exact dynamics at the states it was fitted on.
-    budget, given
-        Its budget, and the model; the path leads through it at a factor of 1.
-    factors
-        Multiples of its budget, growing.
-
-    Returns
-    -------
-    tuple
-        One model per factor, within that budget: the exact one where none found on the way takes fewer
-        operations. None keeps a term that one before it does not keep, or takes more operations.
+    The path leads through the model given at a factor of 1. Where it was refitted, coefficients remain so
+    from its own budget on, and are exact below. None keeps a term that one before it does not keep, or takes
+    more operations; the exact one stands where none takes fewer.
     """
     trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given, factors)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
