@@ -65,7 +65,7 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
 
 
 def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
-    """Say that D is not positive definite at q, with its smallest eigenvalue and the joint or link to blame."""
+    """Error of a D that is not positive definite at q: its smallest eigenvalue, and the joint to blame."""
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)
     found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"

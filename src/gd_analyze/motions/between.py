@@ -44,7 +44,7 @@ class Between:
 
     @classmethod
     def of(cls, motion: Trajectory, rounding: FloatArray, chosen: slice | NDArray[np.intp]) -> Between:
-        """Take some intervals, from 0; `rounding`, shape (2, n), is the largest D_q and D_v that is rounding."""
+        """Take some intervals, from 0; D_q and D_v up to `rounding`, shape (2, n), are round-off."""
         width = np.diff(motion.time)[chosen, None]
         (q0, q1), (v0, v1), (a0, a1) = (
             (x[:-1][chosen], x[1:][chosen]) for x in (motion.q, motion.qd, motion.qdd)

@@ -103,7 +103,7 @@ class Program:
         return of
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
-        """Outputs on many set points at once, shape (outputs, N), from one array (N,) per input, e.g. "q1"."""
+        """Outputs on many set points at once, shape (outputs, N), from an array (N,) per input such as q1."""
         count = len(next(iter(inputs.values())))
         out = np.empty((len(self.outputs), count))
         for start in range(0, count, _CHUNK):

@@ -52,7 +52,7 @@ _APPENDIX_NAMES = {
 
 
 def render_html(findings: Findings, report: MainReport | None = None) -> str:
-    """Write the interactive report of one run: a complete document, styles, drawings and scripts inside it."""
+    """Write the interactive report of one run: one document with styles, drawings and scripts inside."""
     result, first, appendices, numbers = report or main_report(findings)
     path = BudgetPath.of(findings)
     letters = dict(zip((section.key for section in appendices), "ABCDEFGHIJKLM", strict=False))

@@ -123,7 +123,7 @@ class Level(ABC):
         return terms
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
-        """Harmonic terms of the torques that terms make; ModelError where models are no sums of such terms."""
+        """Harmonic terms of the torques that terms make; ModelError where a model is no sum of terms."""
         raise ModelError(
             f"a model of level {self.name} has no harmonic terms",
             expected="a model of a level that has, such as term or energy",

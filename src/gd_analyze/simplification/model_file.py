@@ -163,7 +163,7 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
 
 
 def checked_model(document: ModelDocument) -> SimplifiedModel:
-    """Rebuild a model and hold it against what its document states; `accuracy.measured` says what could be."""
+    """Rebuild a model and hold it against what its document states."""
     return _checked(_model_of(document), document)
 
 
