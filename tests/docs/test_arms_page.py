@@ -12,28 +12,28 @@ from markdown_pages import ROOT, blocks, code, tables
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import ArmError
 from gd_analyze.motions.states import States
-from gd_analyze.robots import arm_schema
+from gd_analyze.robots import arm_file
 from gd_analyze.robots.catalogue import load_arm
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {
-    "The file": arm_schema.DHFile,
-    "`[[joints]]`": arm_schema.JointTable,
-    "`[[joints]]` of a Denavit-Hartenberg table": arm_schema.DHJointTable,
-    "`[[joints]]` by placements": arm_schema.PlacedJointTable,
-    "`[[links]]`": arm_schema.LinkTable,
-    "`[[links]]` by placements": arm_schema.PlacedLinkTable,
-    "`[[drives]]`": arm_schema.DriveTable,
+    "The file": arm_file.DHFile,
+    "`[[joints]]`": arm_file.JointTable,
+    "`[[joints]]` of a Denavit-Hartenberg table": arm_file.DHJointTable,
+    "`[[joints]]` by placements": arm_file.PlacedJointTable,
+    "`[[links]]`": arm_file.LinkTable,
+    "`[[links]]` by placements": arm_file.PlacedLinkTable,
+    "`[[drives]]`": arm_file.DriveTable,
 }
 TEXTS = [block.text for block in blocks(PAGE) if block.language == "toml"]
 
 
 def own_fields(table):
     """Keys that a table has and what it is made from has not."""
-    inherited = {name for base in (arm_schema.JointTable, arm_schema.LinkTable) for name in base.model_fields}
-    is_base = table in (arm_schema.JointTable, arm_schema.LinkTable)
+    inherited = {name for base in (arm_file.JointTable, arm_file.LinkTable) for name in base.model_fields}
+    is_base = table in (arm_file.JointTable, arm_file.LinkTable)
     keep = table.model_fields if is_base else table.model_fields.keys() - inherited
-    if not issubclass(table, arm_schema.JointTable | arm_schema.LinkTable):
+    if not issubclass(table, arm_file.JointTable | arm_file.LinkTable):
         keep = table.model_fields
     return {name: field for name, field in table.model_fields.items() if name in keep}
 

@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 import pytest
 
+import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
 from robot_files import joint, link, mjcf, two_bodies, two_joints
 
 FRAX = importlib.util.find_spec("frax")
@@ -95,7 +95,7 @@ def test_files_of_every_kind(name, tmp_path):
     path.write_text(FILES[name])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
-        arm = load_arm(path)
+        arm = gd.load_arm(path)
     assert_same_bodies(arm, mujoco.MjModel.from_xml_path(str(path)), 1e-9)
 
 
@@ -107,5 +107,5 @@ def test_public_robots(name, tmp_path):
     path = without_meshes(found, tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
-        arm = load_arm(path)
+        arm = gd.load_arm(path)
     assert_same_bodies(arm, mujoco.MjModel.from_xml_path(str(path)), TOLERANCE)

@@ -19,7 +19,7 @@ from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
 from gd_analyze.motions.units import units_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_file import TableLines
+from gd_analyze.robots.text_file import TableLines
 from gd_analyze.text import LARGEST, in_python
 
 _FORMAT: Literal["gd-analyze log mapping 1"] = "gd-analyze log mapping 1"

@@ -1,154 +1,301 @@
-"""Reads an arm from a TOML file: its schema, its units, and the line of the file that an error is about.
+"""Reads an arm from a TOML file: keys, units and what each must hold, and the line that an error is about.
 
-Units are SI and radians unless a key says otherwise: `alpha_deg`, `theta_deg`, `a_mm`, `d_mm`, `com_mm`; a
-joint's `range`, `velocity_limit` and `acceleration_limit` take `_deg` (revolute) or `_mm` (prismatic).
+Units are SI and radians unless a key has a suffix, such as `alpha_deg` and `a_mm`; docs/arms.md has all keys.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
-import re
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from gd_analyze.errors import ArmError, Location
-from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_schema import (
-    UNIT_SUFFIXES,
-    ArmTables,
-    DHFile,
-    DHJointTable,
-    DriveTable,
-    InertiaTable,
-    InertiaUncertaintyTable,
-    LinkTable,
-    PlacedJointTable,
-    PlacedLinkTable,
-    PlacementFile,
-    Table,
-)
 from gd_analyze.robots.frames import CONVENTIONS, roll_pitch_yaw
-from gd_analyze.robots.limits import invalid_toml
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, is_sentence, require_name
+from gd_analyze.robots.parts import (
+    ORTHONORMAL_TOLERANCE,
+    DHRow,
+    Drive,
+    Joint,
+    JointKind,
+    Link,
+    LinkUncertainty,
+    Placement,
+    is_name,
+    is_sentence,
+    of_point_mass,
+    symmetric_tensor,
+)
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.text import in_python
+from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, text_of
+from gd_analyze.text import LARGEST, in_python
 
 # A thousand joints with their links and drives.
-LARGEST_FILE = 1_000_000
+_LARGEST_FILE = 1_000_000
 # Convention of an arm without a Denavit-Hartenberg table.
-PLACEMENTS = "placements"
+_PLACEMENTS = "placements"
 _EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
 
+def _name(text: str) -> str:
+    if not is_name(text):
+        raise ValueError("one short line of printable text")
+    return text
+
+
+def _sentence(text: str) -> str:
+    if not is_sentence(text):
+        raise ValueError("text without control characters")
+    return text
+
+
+def _ends(ends: list[float]) -> list[float]:
+    for end, unknown in zip(ends, (-math.inf, math.inf), strict=True):
+        if end != unknown and not abs(end) <= LARGEST:
+            raise ValueError(f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
+    return ends
+
+
+def _rotation(rows: list[list[float]]) -> list[list[float]]:
+    try:
+        Placement(np.array(rows))
+    except ArmError:
+        raise ValueError("a rotation: three orthonormal rows, right-handed") from None
+    return rows
+
+
+def _direction(axis: list[float]) -> list[float]:
+    length = float(np.linalg.norm(axis))
+    if abs(length - 1) > ORTHONORMAL_TOLERANCE:
+        raise ValueError(f"a unit vector, of length 1 instead of {length:g}")
+    return axis
+
+
+# NaN and infinity are refused by the tables.
+_Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+_Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
+_Vector = Annotated[list[_Number], Field(min_length=3, max_length=3)]
+_End = Annotated[float, Field(allow_inf_nan=True)]
+_Range = Annotated[list[_End], Field(min_length=2, max_length=2), AfterValidator(_ends)]
+_Rotation = Annotated[list[_Vector], Field(min_length=3, max_length=3), AfterValidator(_rotation)]
+_Direction = Annotated[_Vector, AfterValidator(_direction)]
+_Name = Annotated[str, AfterValidator(_name)]
+_Sentences = list[Annotated[str, AfterValidator(_sentence)]]
+_About = Literal["com", "origin"]
+
+
+class Table(BaseModel):
+    """Keys of one table of the file; an unknown one is refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    # Unit suffix that each key may take; "" where it depends on the kind of joint.
+    SUFFIXES: ClassVar[dict[str, str]] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _to_si(cls, data: Any) -> Any:
+        """Fold keys with a unit suffix into their SI key."""
+        if not isinstance(data, dict):
+            return data
+        of_kind = "_mm" if data.get("kind") == "prismatic" else "_deg"
+        bare = {f"{key}{suffix or of_kind}": key for key, suffix in cls.SUFFIXES.items()}
+        out: dict[str, Any] = {}
+        for given, value in data.items():
+            key = str(bare.get(given, given))
+            if key in out:
+                raise ValueError(f"{key} is given twice, once with a unit suffix")
+            out[key] = value if key == given else _scaled(value, UNIT_SUFFIXES[given[len(key) :]])
+        return out
+
+    @model_validator(mode="after")
+    def _one_rotation(self) -> Table:
+        for prefix in ("", "frame_"):
+            if getattr(self, f"{prefix}rpy", None) and getattr(self, f"{prefix}rotation", None):
+                raise ValueError(f"either {prefix}rpy or {prefix}rotation, which say the same")
+        return self
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    if isinstance(value, list):
+        return [_scaled(item, factor) for item in value]
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return value
+    try:
+        return value * factor
+    except OverflowError:  # an integer that no float can hold: the schema refuses it
+        return value
+
+
+class JointTable(Table):
+    """What every joint may state."""
+
+    SUFFIXES = dict.fromkeys(("range", "velocity_limit", "acceleration_limit"), "")
+
+    name: _Name | None = None
+    kind: JointKind = "revolute"
+    range: _Range | None = None
+    velocity_limit: _Number | None = None
+    acceleration_limit: _Number | None = None
+
+
+class DHJointTable(JointTable):
+    """A joint by a row of a Denavit-Hartenberg table."""
+
+    SUFFIXES = JointTable.SUFFIXES | {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
+
+    theta: _Number = 0.0
+    d: _Number = 0.0
+    a: _Number = 0.0
+    alpha: _Number = 0.0
+
+
+class PlacedJointTable(JointTable):
+    """A joint by its frame in the frame of the link before, and its axis in its own."""
+
+    SUFFIXES = JointTable.SUFFIXES | {"xyz": "_mm", "rpy": "_deg"}
+
+    xyz: _Vector = [0.0, 0.0, 0.0]
+    rpy: _Vector | None = None
+    rotation: _Rotation | None = None
+    axis: _Direction = [0.0, 0.0, 1.0]
+
+
+class InertiaTable(Table):
+    """Entries of an inertia tensor."""
+
+    xx: _Number
+    yy: _Number
+    zz: _Number
+    xy: _Number = 0.0
+    xz: _Number = 0.0
+    yz: _Number = 0.0
+
+
+class InertiaUncertaintyTable(InertiaTable):
+    """Standard uncertainties of the entries of an inertia tensor."""
+
+    xx: _Nonnegative
+    yy: _Nonnegative
+    zz: _Nonnegative
+    xy: _Nonnegative = 0.0
+    xz: _Nonnegative = 0.0
+    yz: _Nonnegative = 0.0
+
+
+class LinkTable(Table):
+    """What every link states."""
+
+    SUFFIXES = {"com": "_mm", "com_uncertainty": "_mm"}
+
+    name: _Name | None = None
+    mass: _Number
+    com: _Vector
+    inertia: InertiaTable
+    inertia_about: _About = "com"
+    as_measured: bool = False
+    axial_only: bool = False
+    mass_uncertainty: _Nonnegative | None = None
+    com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
+    inertia_uncertainty: InertiaUncertaintyTable | None = None
+    inertia_uncertainty_about: _About | None = None
+
+    def uncertainty(self) -> LinkUncertainty | None:
+        """Stated uncertainties; None where nothing is stated."""
+        mass, com, inertia = self.mass_uncertainty, self.com_uncertainty, self.inertia_uncertainty
+        if mass is None and com is None and inertia is None:
+            return None
+        return LinkUncertainty(
+            mass,
+            None if com is None else np.array(com),
+            None if inertia is None else symmetric_tensor(**dict(inertia)),
+            self.inertia_uncertainty_about or self.inertia_about,
+        )
+
+    def inertia_com(self) -> FloatArray:
+        """Inertia about the centre of mass, by the parallel-axis theorem where given elsewhere."""
+        tensor = symmetric_tensor(**dict(self.inertia))
+        about_com = self.inertia_about == "com"
+        return tensor if about_com else tensor - of_point_mass(self.mass, np.array(self.com))
+
+
+class PlacedLinkTable(LinkTable):
+    """A link, and its frame in the frame of its joint."""
+
+    SUFFIXES = LinkTable.SUFFIXES | {"frame_xyz": "_mm", "frame_rpy": "_deg"}
+
+    frame_xyz: _Vector = [0.0, 0.0, 0.0]
+    frame_rpy: _Vector | None = None
+    frame_rotation: _Rotation | None = None
+
+
+class DriveTable(Table):
+    """What a drive states."""
+
+    inertia: _Nonnegative = 0.0
+    inertia_uncertainty: _Nonnegative | None = None
+    gear_ratio: _Number = 1.0
+    viscous: _Nonnegative = 0.0
+    coulomb: list[_Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
+    torque_limit: Annotated[float, Field(gt=0, le=LARGEST)] | None = None
+
+
+class ArmTables(Table):
+    """What every file states."""
+
+    format: Literal["gd-analyze arm 1"]
+    name: _Name = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    title: _Name = ""
+    convention: Literal["standard", "modified", "placement"] = "standard"
+    gravity: _Vector = [0.0, 0.0, -9.8062]
+    sources: _Sentences = []
+    assumptions: _Sentences = []
+    doubts: _Sentences = []
+    joints: Sequence[JointTable]
+    links: Sequence[LinkTable]
+    drives: list[DriveTable] = []
+
+
+class DHFile(ArmTables):
+    """A file of an arm by its Denavit-Hartenberg table."""
+
+    joints: Annotated[Sequence[DHJointTable], Field(min_length=1)]
+    links: Annotated[Sequence[LinkTable], Field(min_length=1)]
+
+
+class PlacementFile(ArmTables):
+    """A file of an arm by placements."""
+
+    joints: Annotated[Sequence[PlacedJointTable], Field(min_length=1)]
+    links: Annotated[Sequence[PlacedLinkTable], Field(min_length=1)]
+
+
 def read_arm(path: str | Path) -> RobotArm:
-    """Read an arm from a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file; docs/arms.md describes its keys.
-
-    Returns
-    -------
-    RobotArm
-        A valid arm.
-
-    Raises
-    ------
-    ArmError
-        If the file cannot be read, is not TOML, does not fit the schema or describes an impossible arm;
-        the message names the line.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        Of every implausible number, such as an angle in degrees or a mass in grams.
-    """
+    """Read an arm from a TOML file; warns of implausible numbers, ArmError with the line of what is wrong."""
     path = Path(path)
     content = text_of_arm_file(path)
+    document = parsed_toml(path, content, "arm file")
+    schema = PlacementFile if document.get("convention") == "placement" else DHFile
     lines = TableLines(path, content)
-    schema: type[ArmTables] = DHFile
     try:
-        document = _document(path, content)
-        if document.get("convention") == "placement":
-            schema = PlacementFile
-        arm = _build(schema.model_validate(document), lines)
+        parsed = schema.model_validate(document)
     except ValidationError as error:
         raise _misfit(error.errors(), lines, schema) from None
-    except RecursionError:
-        what = "the arm file nests tables or lists beyond any arm"
-        raise ArmError(what, where=Location(path), next_step=_EXAMPLE) from None
+    arm = _build(parsed, lines)
     warn_of_implausible(arm, stacklevel=3)
     return arm
 
 
 def text_of_arm_file(path: Path) -> str:
-    """Text of an arm file.
-
-    Raises
-    ------
-    ArmError
-        If it cannot be read, is not text, or is longer than any arm's.
-    """
-    where = Location(path)
-    try:
-        data = read_at_most(path, LARGEST_FILE)
-        if data is not None:
-            return data.decode("utf-8")
-    except OSError as error:
-        raise ArmError("cannot read the arm file", where=where, found=error.strerror) from None
-    except UnicodeDecodeError as error:
-        found = f"byte 0x{error.object[error.start]:02x} at offset {error.start}"
-        expected = "a robot's URDF, MJCF or TOML file in UTF-8"
-        raise ArmError("the arm file is not text", where=where, expected=expected, found=found) from None
-    expected = f"up to {megabytes(LARGEST_FILE)}; a joint with its link takes less than 1 kB"
-    raise ArmError("the arm file is too large", where=where, expected=expected, found="more")
-
-
-def _document(path: Path, content: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(content)
-    except tomllib.TOMLDecodeError as error:
-        raise invalid_toml("the arm file", path, content, error) from None
-    except ValueError:  # Python reads no integers of thousands of digits
-        lines = enumerate(content.splitlines(), start=1)
-        line = next((number for number, text in lines if re.search(r"\d[\d_]{4000}", text)), None)
-        what = "the arm file holds a number of thousands of digits"
-        raise ArmError(what, where=Location(path, line), next_step=_EXAMPLE) from None
-
-
-class TableLines:
-    """Line numbers of tables and keys, which `tomllib` does not keep."""
-
-    def __init__(self, path: Path, content: str) -> None:
-        self.path = path
-        self._lines: dict[tuple[str | int, ...], int] = {}
-        counts: dict[str, int] = {}
-        table: tuple[str | int, ...] = ()
-        for number, line in enumerate(content.splitlines(), start=1):
-            if header := re.match(r"\s*\[\[\s*([\w.-]+)\s*\]\]", line):
-                index = counts[header[1]] = counts.get(header[1], -1) + 1
-                table = (header[1], index)
-                self._lines[table] = number
-            elif key := re.match(r"\s*([\w-]+)\s*=", line):
-                self._lines[(*table, key[1])] = number
-
-    def locate(self, keys: tuple[str | int, ...]) -> Location:
-        """Line of the innermost known key of a path such as ("links", 2, "mass")."""
-        for end in range(len(keys), 0, -1):
-            for suffix in ("", *UNIT_SUFFIXES):
-                candidate = (*keys[: end - 1], f"{keys[end - 1]}{suffix}") if suffix else keys[:end]
-                if candidate in self._lines:
-                    return Location(self.path, self._lines[candidate])
-        return Location(self.path)
+    """Text of an arm file; ArmError if it cannot be read, is not text, or is longer than any arm's."""
+    return text_of(path, "arm file", _LARGEST_FILE)
 
 
 def _misfit(errors: Sequence[ErrorDetails], lines: TableLines, schema: type[ArmTables]) -> ArmError:
@@ -198,20 +345,14 @@ def _nearest(key: str, known: Sequence[str]) -> str | None:
 
 
 def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
-    for key in ("name", "title"):
-        require_name(getattr(parsed, key), f"an arm's {key}", lines.locate((key,)))
-    for key in ("sources", "assumptions", "doubts"):
-        if not all(map(is_sentence, getattr(parsed, key))):
-            raise ArmError(f"one of the {key} is not printable", where=lines.locate((key,)), expected="text")
     n = len(parsed.joints)
     for what, count in (("links", len(parsed.links)), ("drives", len(parsed.drives))):
         if count != n and (count or what == "links"):
-            raise ArmError(
+            problem, where = (
                 f"the arm file needs one [[{what}]] table per joint",
-                where=lines.locate((what, max(0, count - 1))),
-                expected=f"{n} [[{what}]] tables",
-                found=str(count),
+                lines.locate((what, count - 1)),
             )
+            raise ArmError(problem, where=where, expected=f"{n} [[{what}]] tables", found=str(count))
     joints, links, rows = [], [], []
     for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
         axis = [0.0, 0.0, 1.0]
@@ -257,7 +398,7 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
         links=tuple(links),
         drives=tuple(drives),
         dh_table=tuple(rows),
-        convention=CONVENTIONS[parsed.convention][0] if rows else PLACEMENTS,
+        convention=CONVENTIONS[parsed.convention][0] if rows else _PLACEMENTS,
         sources=tuple(parsed.sources),
         assumptions=tuple(parsed.assumptions),
         doubts=tuple(parsed.doubts),

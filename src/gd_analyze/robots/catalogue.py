@@ -13,13 +13,8 @@ from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
-from gd_analyze.robots.chain import chain_of
 from gd_analyze.robots.limits import Given, locks_of, with_limits
-from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.robots.tree import Tree, arm_of_chain, tree_of_model
-from gd_analyze.robots.urdf import read_urdf
-from gd_analyze.robots.xml import read_xml
 from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
@@ -28,8 +23,6 @@ if TYPE_CHECKING:
 # Suffixes of logs and set points, which no robot's file has, and of robots' files in XML.
 _OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
 _OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
-# Humanoids with both hands have 200.
-_MOST_LINKS = 2000
 
 
 def builtin_arms() -> dict[str, Path]:
@@ -94,8 +87,10 @@ def load_arm(
     is_model = of_pinocchio and hasattr(name_or_path, "jointPlacements")
     path = None if is_model else _path_of(name_or_path)
     if path is None or is_xml(path):
-        tree = tree_of_model(name_or_path) if path is None else _read_tree(path)
-        arm = with_limits(arm_of_chain(tree, *chain_of(tree, tip, base, locked)), limits)
+        from gd_analyze.robots.pinocchio_arm import arm_of_robot  # Pinocchio takes 0.2 s
+
+        robot = arm_of_robot(name_or_path if path is None else path, tip, base, locked)
+        arm = with_limits(robot, limits)
         warn_of_implausible(arm, stacklevel=2)
         return arm
     if tip is not None or base is not None or locked:
@@ -118,25 +113,6 @@ def is_xml(path: Path) -> bool:
     except OSError:
         return False
     return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
-
-
-def _read_tree(path: Path) -> Tree:
-    root = read_xml(path)
-    links = sum(node.tag in ("link", "body") for node in root.walk())
-    if links > _MOST_LINKS:
-        what, expected = "the robot has more links than any", f"at most {_MOST_LINKS}"
-        raise ArmError(what, where=root.where, expected=expected, found=str(links))
-    if root.tag == "robot":
-        return read_urdf(path, root)
-    if root.tag == "mujoco":
-        return read_mjcf(path, root)
-    raise ArmError(
-        "the XML is not a robot's",
-        where=root.where,
-        expected="<robot> (URDF) or <mujoco> (MJCF) as the outermost element",
-        found=f"<{root.tag}>",
-        next_step="convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else ""),
-    )
 
 
 def _path_of(name_or_path: object) -> Path:

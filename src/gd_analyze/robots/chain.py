@@ -20,27 +20,15 @@ def chain_of(
 ) -> tuple[list[TreeJoint], dict[int, float]]:
     """Joints that move, from the base outwards, and the values of all others by Pinocchio's index.
 
-    Parameters
-    ----------
-    tree
-        The robot.
-    tip, base
-        Links that the arm ends and begins with.
-    lock
-        Joints held at a value, rad or m.
-
-    Raises
-    ------
-    ArmError
-        If a name is unknown, nothing moves, the tree branches, or a joint that moves cannot be part of an
-        arm; the message has the option that settles it.
+    The ArmError of what is no chain of revolute and prismatic joints has the option that settles it.
     """
+    joints = tree.joints
     locked = {_joint(tree, name, value).index: value for name, value in lock.items()}
-    start = 0 if base is None else _link(tree, base, "--base")
+    start = 0 if base is None else tree.links[_known("link", base, "--base", tree, tree.links)]
     if tip is None:
-        free = [joint for joint in tree.joints if start in _ancestors(tree, joint)]
+        free = [joint for joint in joints if start in _ancestors(tree, joint)]
     else:
-        path = tree.path(_link(tree, tip, "--tip"))
+        path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
             raise ArmError(
@@ -52,16 +40,23 @@ def chain_of(
             )
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
-    held = {joint.index: 0.0 for joint in tree.joints if joint not in free} | locked
-    free = [joint for joint in free if not _follows_held(tree, joint, held)]
-    held = _with_followers(tree, free, held, locked)
+    moving = {joint.index for joint in free}
+    free = [joint for joint in free if not _follows_held(tree, joint, moving)]
+    held = {joint.index: 0.0 for joint in joints if joint not in free} | locked
+    index_of = {joint.name: joint.index for joint in joints}
+    for _ in tree.notes.mimics:  # one may follow another that follows a third
+        for name, mimic in tree.notes.mimics.items():
+            follower = index_of.get(name)
+            if follower in held and follower not in locked:
+                master = held.get(index_of.get(mimic.master, -1), 0.0)
+                held[follower] = mimic.multiplier * master + mimic.offset
     if not free:
         raise ArmError(
             "the robot has no joint that moves",
             where=tree.where,
             expected="at least one revolute or prismatic joint",
-            found=f"{len(tree.joints)} joints, all of them held" if tree.joints else "fixed joints alone",
-            next_step="hold fewer joints" if tree.joints else "check that it is the file of an arm",
+            found=f"{len(joints)} joints, all of them held" if joints else "fixed joints alone",
+            next_step="hold fewer joints" if joints else "check that it is the file of an arm",
         )
     _refuse_floating_and_loops(tree, free)
     _refuse_branches(tree, free)
@@ -74,30 +69,25 @@ def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
 
 
 def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
-    names = [joint.name for joint in tree.joints]
-    if name not in names:
-        raise _unknown("moving joint", name, "--lock", tree, names)
-    joint = tree.joints[names.index(name)]
+    """Joint to lock at a value."""
+    by_name = {joint.name: joint for joint in reversed(tree.joints)}
+    joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
     if value and not joint.moves_simply:
         raise ArmError(
             f"joint {name} is {joint.kind} and can be held at 0 only, in the pose of the file",
             where=f"--lock {name}",
-            expected=f"{name}=0",
             found=f"{name}={value:g}",
             next_step="place its link in the file",
         )
     return joint
 
 
-def _link(tree: Tree, name: str, option: str) -> int:
-    if name not in tree.links:
-        raise _unknown("link", name, option, tree, tree.links)
-    return tree.links[name]
-
-
-def _unknown(what: str, name: str, option: str, tree: Tree, known: Collection[str]) -> ArmError:
+def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]) -> str:
+    """The name of a link or joint; ArmError if the tree has none of it."""
+    if name in known:
+        return name
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    return ArmError(
+    raise ArmError(
         f"there is no {what} {name!r}",
         where=f"{option} {name}",
         expected=f"a {what} of {tree.where}",
@@ -113,28 +103,13 @@ def _named(names: Iterable[str]) -> str:
     return ", ".join(listed[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
 
 
-def _follows_held(tree: Tree, joint: TreeJoint, held: Collection[int]) -> bool:
+def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
     """Whether a joint mimics one that is held, or moves nothing of any mass for its mimicking."""
     mimic = tree.notes.mimics.get(joint.name)
     if mimic is None:
         return False
-    master = next((one.index for one in tree.joints if one.name == mimic.master), None)
-    return master is None or master in held or not tree.carries_mass(joint.index)
-
-
-def _with_followers(
-    tree: Tree, free: Sequence[TreeJoint], held: Mapping[int, float], locked: Collection[int]
-) -> dict[int, float]:
-    """Values of all joints that are not free; followers take their master's, unless they are locked."""
-    values = {joint.index: held.get(joint.index, 0.0) for joint in tree.joints if joint not in free}
-    index_of = {joint.name: joint.index for joint in tree.joints}
-    for _ in tree.notes.mimics:  # one may follow another that follows a third
-        for name, mimic in tree.notes.mimics.items():
-            index = index_of.get(name)
-            if index in values and index not in locked:
-                master = values.get(index_of.get(mimic.master, -1), 0.0)
-                values[index] = mimic.multiplier * master + mimic.offset
-    return values
+    masters = [one.index for one in tree.joints if one.name == mimic.master]
+    return not masters or masters[0] not in moving or not tree.carries_mass(joint.index)
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
@@ -148,7 +123,6 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
                 f"the robot floats: joint {joint.name} lets link {joint.link} move freely",
                 where=tree.line("joint", joint.name),
                 expected="an arm on a fixed base",
-                found="a floating joint",
                 next_step=f"--base {joint.link} takes that link as fixed; or use a file with a fixed base",
             )
     for *links, where in tree.notes.loops:
@@ -180,7 +154,6 @@ def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
                 f"joint {joint.name} is {joint.kind}, which is not supported",
                 where=where,
                 expected="revolute and prismatic joints",
-                found=f"a {joint.kind} joint" if joint.kind != "other" else "another kind of joint",
                 next_step=f"--lock {joint.name}=0 holds it; or pick an arm without it by --base and --tip",
             )
 
@@ -196,9 +169,12 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         stem, at = [*stem, at[0]], after[at[0].index]
     if not at:
         return
-    depth = _depths(tree, free, after)
+    depth: dict[int, int] = {}  # length of the longest chain from each joint on, mimicking joints apart
+    for joint in reversed(free):  # parents come first
+        beyond = max((depth[one.index] for one in after[joint.index]), default=0)
+        depth[joint.index] = beyond + (joint.name not in tree.notes.mimics)
     fork = stem[-1].link if stem else "the base"
-    branches = [_branch(joint, after) for joint in at]
+    branches = [[one for one in free if one.index in tree.beyond({joint.index})] for joint in at]
     second, first = sorted(depth[joint.index] for joint in at)[-2:]
     if first <= min(_FINGER, len(stem)) and first - second <= 1:
         held = [joint for branch in branches for joint in branch if joint.name not in tree.notes.mimics]
@@ -217,21 +193,6 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         found=f"{len(at)} branches: {_named(names)}",
         next_step=way,
     )
-
-
-def _depths(
-    tree: Tree, free: Sequence[TreeJoint], after: Mapping[int, Sequence[TreeJoint]]
-) -> dict[int, int]:
-    """Length of the longest chain from each joint on, mimicking joints apart."""
-    depth: dict[int, int] = {}
-    for joint in reversed(free):  # parents come first
-        beyond = max((depth[one.index] for one in after[joint.index]), default=0)
-        depth[joint.index] = beyond + (joint.name not in tree.notes.mimics)
-    return depth
-
-
-def _branch(joint: TreeJoint, after: Mapping[int, Sequence[TreeJoint]]) -> list[TreeJoint]:
-    return [joint, *(one for child in after[joint.index] for one in _branch(child, after))]
 
 
 def _tips(

@@ -7,7 +7,7 @@ motion into terms, and parallel axes into skew ones.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,16 +26,13 @@ _ROUND_OFF = 1e-12
 
 @dataclass
 class RightAngles:
-    """Changes of angles and lengths by the link they are about, and angles that look like right ones.
+    """Largest changes by link, and doubts; a joint's numbers are about the link that it leads to."""
 
-    A joint's numbers are about the link that it leads to.
-    """
+    angles: dict[str, float] = field(default_factory=dict)  # rad
+    lengths: dict[str, float] = field(default_factory=dict)  # m
+    suspects: list[tuple[str, str]] = field(default_factory=list)  # link, sentence
 
-    angles: dict[str, float] = field(default_factory=dict)
-    lengths: dict[str, float] = field(default_factory=dict)
-    suspects: list[tuple[str, str]] = field(default_factory=list)
-
-    def angle(self, text: str, link: str, place: str, turn: float = 2 * math.pi) -> str:
+    def angle(self, text: str, link: str, place: object, turn: float = 2 * math.pi) -> str:
         """An angle as written, right ones exact; a full turn is `turn`, and `place` its line, for a doubt."""
         value, quarter = float(text), turn / 4
         near = round(value / quarter)
@@ -55,17 +52,15 @@ class RightAngles:
 
     def length(self, text: str, link: str) -> str:
         """A coordinate as written; "0" below a nanometre."""
-        value = abs(float(text))
-        if 0 < value < _NO_LENGTH:
-            _note(self.lengths, link, value)
-            return "0"
-        return text
+        if not 0 < abs(float(text)) < _NO_LENGTH:
+            return text
+        _note(self.lengths, link, abs(float(text)))
+        return "0"
 
-    def direction(self, numbers: Iterable[float], link: str) -> FloatArray:
+    def direction(self, numbers: Sequence[float], link: str) -> FloatArray:
         """Unit vector along a direction of any length, with exact zeros."""
-        vector = np.array(list(numbers), dtype=float)
-        vector = vector / np.abs(vector).max()
-        vector = vector / np.linalg.norm(vector)
+        vector = np.array(numbers) / np.abs(numbers).max()  # whose square might overflow
+        vector /= np.linalg.norm(vector)
         small = np.abs(vector) <= RIGHT
         self._note_turn(link, float(np.linalg.norm(vector[small])))
         kept = np.where(small, 0.0, vector)
@@ -106,19 +101,20 @@ def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
 
     The rows with the most zeros come first, so that no zero is lost to those that follow.
     """
-    kept = np.where(np.abs(rotation) <= tolerance, 0.0, rotation)
-    rows: dict[int, FloatArray] = {}
-    for i in sorted(range(3), key=lambda i: -int((kept[i] == 0.0).sum())):
-        row = kept[i]
-        for other in rows.values():
-            row = row - (row @ other) * other
-        row = np.where(np.abs(row) <= tolerance, 0.0, row)
-        rows[i] = row / np.linalg.norm(row)
-    return np.array([rows[i] for i in range(3)])
+    out = np.where(np.abs(rotation) <= tolerance, 0.0, rotation)
+    done: list[FloatArray] = []
+    for i in np.argsort(np.count_nonzero(out, axis=1), kind="stable"):
+        for other in done:
+            out[i] -= (out[i] @ other) * other
+        out[i][np.abs(out[i]) <= tolerance] = 0.0
+        out[i] /= np.linalg.norm(out[i])
+        done.append(out[i])
+    return out
 
 
-def without_round_off(values: FloatArray, scale: float) -> FloatArray:
-    """Set to 0 what is round-off beside `scale`."""
+def without_round_off(values: FloatArray, scale: float | None = None) -> FloatArray:
+    """Set to 0 what is round-off beside `scale`, or else beside the largest value and 1."""
+    scale = max(1.0, float(np.abs(values).max())) if scale is None else scale
     out: FloatArray = np.where(np.abs(values) <= _ROUND_OFF * scale, 0.0, values)
     return out
 

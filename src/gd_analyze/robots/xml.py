@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
@@ -12,6 +13,8 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
+
+import numpy as np
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
@@ -31,9 +34,9 @@ class Node:
     where: Location
     children: list[Node] = field(default_factory=list)
 
-    def all(self, tag: str) -> list[Node]:
-        """Children of a tag."""
-        return [child for child in self.children if child.tag == tag]
+    def all(self, *tags: str) -> list[Node]:
+        """Children of some tags."""
+        return [child for child in self.children if child.tag in tags]
 
     def first(self, tag: str) -> Node | None:
         """First child of a tag."""
@@ -41,52 +44,43 @@ class Node:
 
     def walk(self) -> Iterator[Node]:
         """Yield the element and all within, in the order of the file."""
-        waiting = [self]
-        while waiting:
-            node = waiting.pop()
-            yield node
-            waiting.extend(reversed(node.children))
+        yield self
+        for child in self.children:
+            yield from child.walk()
 
-    def numbers(self, key: str, count: int, default: str | None = None) -> list[float]:
-        """Numbers of an attribute; ArmError where they are not so many, or none."""
+    def words(self, key: str, default: str = "") -> list[str]:
+        """Words of an attribute."""
+        return self.attributes.get(key, default).split()
+
+    def numbers(
+        self, key: str, count: int, default: str | None = None, least: float = -math.inf
+    ) -> list[float]:
+        """Numbers of an attribute; ArmError unless so many, all finite, none below the least."""
         text = self.attributes.get(key, default)
-        words = [] if text is None else text.split()
         try:
-            values = [float(word) for word in words]
+            values = [float(word) for word in (text or "").split()]
         except ValueError:
             values = []
-        if len(values) != count or not all(abs(value) < float("inf") for value in values):
-            numbers = "a finite number" if count == 1 else f"{count} finite numbers with spaces between"
-            raise ArmError(
-                f"{key} of <{self.tag}> is not " + ("a number" if count == 1 else f"{count} numbers"),
-                where=self.where,
-                expected=numbers,
-                found="nothing" if text is None else repr(text),
-                next_step="fix the attribute there",
-            )
-        return values
-
-    def at_least_zero(self, key: str, what: str, default: str | None = None) -> float:
-        """Number of an attribute; ArmError where it is negative."""
-        (value,) = self.numbers(key, 1, default)
-        if value < 0:
-            found, next_step = f"{value:g}", f"fix {key} there"
-            message = f"{what} is negative"
-            raise ArmError(message, where=self.where, expected="0 or more", found=found, next_step=next_step)
-        return value
+        if len(values) == count and all(least <= value and abs(value) < math.inf for value in values):
+            return values
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise ArmError(
+            f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on"),
+            where=self.where,
+            found="nothing" if text is None else repr(text),
+            next_step="fix the attribute there",
+        )
 
     def is_not_zero(self, key: str) -> bool:
         """Whether an attribute is stated and holds a number other than 0."""
-        count = len(self.attributes.get(key, "").split())
-        return count > 0 and any(self.numbers(key, count))
+        return any(self.numbers(key, len(self.words(key)))) if self.words(key) else False
 
     def kept(self, keys: tuple[str, ...], added: Mapping[str, Any] | None = None, *within: Node) -> Node:
-        """Copy the element with some of its attributes, others in their place, and elements within."""
+        """Copy the element with some of its attributes, texts or numbers added, and elements within."""
         stated = {key: value for key, value in self.attributes.items() if key in keys}
-        texts = {
-            key: value if isinstance(value, str) else _text(value) for key, value in (added or {}).items()
-        }
-        return Node(self.tag, stated | texts, self.where, list(within))
+        for key, value in (added or {}).items():
+            stated[key] = value if isinstance(value, str) else " ".join(map(repr, np.ravel(value).tolist()))
+        return Node(self.tag, stated, self.where, list(within))
 
     def text(self) -> str:
         """The element and all within as XML."""
@@ -95,27 +89,15 @@ class Node:
         return f"<{self.tag}{attributes}>{inside}</{self.tag}>\n"
 
 
-def _text(values: Any) -> str:
-    """A number or several, in the fewest digits that read back."""
-    return repr(values) if isinstance(values, float) else " ".join(repr(float(value)) for value in values)
-
-
 def read_xml(path: Path) -> Node:
-    """Outermost element of an XML file without entities and document types.
-
-    Raises
-    ------
-    ArmError
-        If the file cannot be read, is larger or nests deeper than any robot's, is not XML, or declares a
-        document type or entities.
-    """
+    """Outermost element of a file; ArmError if that is not plain XML of a robot's size, without entities."""
     try:
         content = read_at_most(path, LARGEST_XML)
     except OSError as error:
         raise ArmError("cannot read the robot's file", where=Location(path), found=error.strerror) from None
     if content is None:
         expected = f"up to {megabytes(LARGEST_XML)}; meshes are files of their own, and never read"
-        raise ArmError("the robot's file is too large", where=Location(path), expected=expected, found="more")
+        raise ArmError("the robot's file is too large", where=Location(path), expected=expected)
     open_nodes: list[Node] = []
     roots: list[Node] = []
     parser = expat.ParserCreate()
@@ -132,12 +114,9 @@ def read_xml(path: Path) -> Node:
         open_nodes.append(node)
 
     def refuse(*_: Any) -> None:
-        raise ArmError(
-            "the robot's file declares a document type, which may hide text",
-            where=here(),
-            expected="plain XML without <!DOCTYPE> and entities",
-            next_step="remove the declaration",
-        )
+        what = "the robot's file declares a document type, which may hide text"
+        expected = "plain XML without <!DOCTYPE> and entities"
+        raise ArmError(what, where=here(), expected=expected, next_step="remove the declaration")
 
     parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_nodes.pop()
     parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
@@ -155,21 +134,9 @@ def read_xml(path: Path) -> Node:
 def pinocchio_model(
     build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
 ) -> Any:
-    """Model that Pinocchio builds, with its parser's messages kept off the terminal.
+    """Model that Pinocchio builds, its parser's messages kept off the terminal.
 
-    Parameters
-    ----------
-    build
-        What builds it.
-    kind
-        The format, for a message.
-    path, lines
-        The file, and where it describes a ("joint" or "link", name).
-
-    Raises
-    ------
-    ArmError
-        If the parser gives up: with its first messages, and the line of the link or joint that they name.
+    The ArmError of a parser that gives up has these, and the line of the ("joint" or "link", name) they name.
     """
     with tempfile.TemporaryFile() as messages:
         if sys.stderr is not None:

@@ -1,0 +1,201 @@
+"""The arm of a URDF or MJCF file or of a `pinocchio.Model`: one chain, all other joints held."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from gd_analyze.errors import ArmError, Location
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.chain import chain_of
+from gd_analyze.robots.mjcf import read_mjcf
+from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
+from gd_analyze.robots.right_angles import straight, without_round_off
+from gd_analyze.robots.tree import Notes, Tree, TreeJoint
+from gd_analyze.robots.urdf import read_urdf
+from gd_analyze.robots.xml import read_xml
+from gd_analyze.text import LARGEST, shortened, visible
+
+# Humanoids with both hands have 200.
+_MOST_LINKS = 2000
+# From here on 100, 1000 and so on stand for no limit: joints of arms do 40 rad/s and end within some turns,
+# or 100 m on a gantry.
+_NO_VELOCITY, _NO_RANGE = 100.0, 1000.0
+_MOST_NAMED = 8
+
+
+def arm_of_robot(
+    source: Path | pin.Model, tip: str | None, base: str | None, lock: Mapping[str, float]
+) -> RobotArm:
+    """Arm of a file or model; ArmError if that is none, or its chain is not settled."""
+    if isinstance(source, Path):
+        tree = _read(source)
+    else:
+        gravity = np.array(source.gravity.linear)
+        tree = Tree(source, Notes("the Pinocchio model"), source.name, "", gravity)
+    return _arm_of_chain(tree, *chain_of(tree, tip, base, lock))
+
+
+def _read(path: Path) -> Tree:
+    root = read_xml(path)
+    links = sum(node.tag in ("link", "body") for node in root.walk())
+    if links > _MOST_LINKS:
+        what, expected = "the robot has more links than any", f"at most {_MOST_LINKS}"
+        raise ArmError(what, where=root.where, expected=expected, found=str(links))
+    if root.tag not in ("robot", "mujoco"):
+        raise ArmError(
+            "the XML is not a robot's",
+            where=root.where,
+            expected="<robot> (URDF) or <mujoco> (MJCF) as the outermost element",
+            found=f"<{root.tag}>",
+            next_step="convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else ""),
+        )
+    return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
+
+
+def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float]) -> RobotArm:
+    """The joints that move; links of held ones are merged, and no mass is lost."""
+    model, notes = pin.Model(tree.model), tree.notes
+    for frame in model.frames:  # Pinocchio looks joints up among all names, and a link may have the same
+        if frame.type not in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT):
+            frame.name = f"link {frame.name}"
+    reduced = pin.buildReducedModel(model, sorted(held), tree.configuration(held))
+    bodies = list(zip(moving, reduced.jointPlacements[1:], reduced.inertias[1:], strict=True))
+    carried = tree.beyond(joint.index for joint in moving)
+    arms_links = {link for link, index in tree.links.items() if index in carried}
+    inboard = set[str]()
+    link = moving[0].link
+    while (link := notes.above.get(link, "")) and link not in inboard:
+        inboard.add(link)
+    stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
+    source = f"{visible(Path(notes.path).name)}: {tree.format}, read by {read_by}."
+    return RobotArm(
+        name=_identifier(tree.name, Path(notes.path).stem if tree.format else "robot"),
+        title=shortened(visible(tree.name), 120),
+        gravity=tree.gravity,
+        joints=tuple(_joint(tree, joint, place) for joint, place, _ in bodies),
+        links=tuple(_link(tree, joint, body) for joint, _, body in bodies),
+        drives=_drives(tree, moving),
+        convention=f"placements from {stated}",
+        sources=(source if tree.format else f"A model in memory of {read_by}.",),
+        assumptions=(
+            *notes.assumptions,
+            *notes.right_angles.assumptions(arms_links | inboard),
+            *_limits_left_out(tree, moving),
+            *_held_sentence(tree, moving, held),
+        ),
+        doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
+    )
+
+
+def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: set[str]) -> Iterator[str]:
+    """Doubts about the arm's joints and links, and about angles that place them."""
+    notes = tree.notes
+    unranged = [joint.name for joint in moving if joint.name in notes.unranged]
+    if unranged:
+        yield f"{tree.line('joint', unranged[0])}: no range stated for {', '.join(unranged)}"
+    about = {"", *links, *(joint.name for joint in moving)}
+    yield from (text for name, text in notes.doubts if name in about)
+    yield from (text for link, text in notes.right_angles.suspects if link in links | inboard)
+    if not any(inertia.mass > 0 for inertia in tree.model.inertias):
+        yield f"{tree.where}: no link has any mass; is the file stripped, or xacro expanded in part?"
+
+
+def _range(model: Any, index: int) -> tuple[float, float] | None:
+    """Range of a joint as stated; None where it is unlimited, or 0 .. 0."""
+    at = model.idx_qs[index]
+    ends = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
+    return ends if model.nqs[index] == 1 and np.isfinite(ends).all() and ends != (0.0, 0.0) else None
+
+
+def _velocity_limit(model: Any, index: int) -> float | None:
+    limit = float(model.velocityLimit[model.idx_vs[index]])
+    return limit if 0 < limit < math.inf else None
+
+
+def _stands_for_none(least: float, *numbers: float) -> bool:
+    """Whether one of them is a power of ten that no limit reaches."""
+    return any(abs(number) >= least and math.log10(abs(number)).is_integer() for number in numbers)
+
+
+def _limits_left_out(tree: Tree, moving: Sequence[TreeJoint]) -> Iterator[str]:
+    left_out = [
+        joint.name
+        for joint in moving
+        if _stands_for_none(_NO_RANGE, *(_range(tree.model, joint.index) or ()))
+        or _stands_for_none(_NO_VELOCITY, _velocity_limit(tree.model, joint.index) or 0.0)
+    ]
+    if left_out:
+        yield f"Limits of 100, 1000 and so on stand for none: joint {', '.join(left_out)}."
+
+
+def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
+    where = tree.line("joint", joint.name)
+    place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
+    ends, velocity = _range(tree.model, joint.index), _velocity_limit(tree.model, joint.index)
+    lower, upper = ends if ends and not _stands_for_none(_NO_RANGE, *ends) else (None, None)
+    return Joint(
+        joint.name,
+        "revolute" if joint.kind == "revolute" else "prismatic",
+        Placement(straight(np.array(moved.rotation)), without_round_off(place)),
+        joint.axis,
+        lower,
+        upper,
+        None if velocity is None or _stands_for_none(_NO_VELOCITY, velocity) else velocity,
+        source=where if isinstance(where, Location) else None,
+    )
+
+
+def _link(tree: Tree, joint: TreeJoint, body: Any) -> Link:
+    """Link of a joint with all that is fixed to it, in the joint's frame, which is the link's."""
+    mass, inertia, where = float(body.mass), np.array(body.inertia), tree.line("link", joint.link)
+    return Link(
+        joint.link,
+        mass,
+        without_round_off(np.array(body.lever)) if mass else np.zeros(3),
+        without_round_off((inertia + inertia.T) / 2, float(np.abs(inertia).max())),
+        source=where if isinstance(where, Location) else None,
+    )
+
+
+def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
+    """Drives as the model states them, seen at the joint; none where it states nothing."""
+    model, drives = tree.model, []
+    stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
+    for joint in moving:
+        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name)
+        inertia, viscous, friction = (
+            float(checked(values[at], (), f"the {what} of joint {joint.name}", where, nonnegative=True))
+            for what, values in stated.items()
+        )
+        effort = float(model.effortLimit[at])
+        limit = effort if 0 < effort <= LARGEST else None
+        drives.append(Drive(inertia, viscous=viscous, coulomb=(friction, 0.0 - friction), torque_limit=limit))
+    return tuple(drives) if any(drive != Drive() for drive in drives) else ()
+
+
+def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float]) -> Iterator[str]:
+    """Held joints that hang on the arm, or place its base, and their values."""
+    near = tree.beyond(joint.index for joint in moving)
+    near |= {joint.index for joint in tree.path(moving[0].index)}
+    units = {"revolute": " rad", "prismatic": " m"}
+    values = [
+        f"{joint.name} at {held[joint.index]:g}{units.get(joint.kind, '')}"
+        for joint in tree.joints
+        if joint.index in held and joint.index in near
+    ]
+    if values:
+        more = f" and {len(values) - _MOST_NAMED} more" if len(values) > _MOST_NAMED else ""
+        yield f"Held, with what they carry: {', '.join(values[:_MOST_NAMED])}{more}."
+
+
+def _identifier(name: str, stem: str) -> str:
+    """A name for folders out of a robot's: "my robot (v2)" becomes my_robot_v2."""
+    cleaned = (re.sub(r"[^A-Za-z0-9_.-]+", "_", given).strip("_.-") for given in (name, stem))
+    return next((found[:100] for found in cleaned if found), "robot")
