@@ -51,7 +51,7 @@ def exact_dynamics(drives: bool = True) -> ExactDynamics:
 def one_percent_rule(torques: Torques) -> dict[TorqueTerm, float]:
     """Apply the rule of 1986 to torque terms.
 
-    An equation is the bracket behind one row's acceleration or product of rates (or the row's gravity); a
+    An equation is the bracket behind one row's acceleration or product of velocities (or the row's gravity); a
     joint's constants are all coefficients of the same kind (inertia, velocity, gravity) in its row.
     """
     in_equation: dict[object, float] = defaultdict(float)

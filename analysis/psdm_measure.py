@@ -39,7 +39,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 # States, and how much of the usual effort every search takes.
 STATES, EFFORT = 2000, 0.25
 SHARES, QUANTILES = (0.01, 0.001), (0.95, 0.999)
-# Largest magnitudes of rates and accelerations, rad/s and rad/s^2 (m/s, m/s^2).
+# Largest magnitudes of velocities and accelerations, rad/s and rad/s^2 (m/s, m/s^2).
 PROFILES = {"slow": (0.1, 1.0), "fast": (1.0, 10.0)}
 
 # Table 1, standard Denavit-Hartenberg: d, a in mm, alpha in degrees; mass; centre of mass in mm and inertia about it,
@@ -274,7 +274,7 @@ def report() -> str:
             "Lloyd, Irani and Ahmadi (2021) derive expanded equations numerically and simplify them until the norm of the "
             "torque error is a share of the norm of the torque at 95 % or 99.9 % of sampled states. Here are the three arms "
             'of their Table 1 under the same budgets, asked for as `--budget "1% norm at 95% of states"`. Over '
-            f"{STATES} states drawn evenly: joints over the full circle, rates and accelerations up to "
+            f"{STATES} states drawn evenly: joints over the full circle, velocities and accelerations up to "
             + " or ".join(f"{rate:g} and {most:g} ({name})" for name, (rate, most) in PROFILES.items())
             + " in rad, m and s. No drives, as with them. Operations are multiplications and additions, sines and cosines "
             "apart; those of PSDM are as published, and so are its seconds and nanoseconds, on an Intel i7 of 3.2 GHz with "

@@ -38,10 +38,10 @@ def measure() -> Iterator[Measurement]:
     for name in gd.builtin_arms():
         arm = gd.load_arm(name)
         lower, upper = arm.limits("lower"), arm.limits("upper")
-        rates, accelerations = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
+        velocities, accelerations = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
         n = arm.n_joints
         q = random.uniform(lower, upper, (N_STATES, n))
-        qd = random.uniform(-rates, rates, (N_STATES, n))
+        qd = random.uniform(-velocities, velocities, (N_STATES, n))
         qdd = random.uniform(-accelerations, accelerations, (N_STATES, n))
         yield from _identities(arm, q, qd, qdd)
     yield _hand_pose()

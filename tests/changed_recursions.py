@@ -15,7 +15,7 @@ from gd_analyze.simplification.recursion_losses import torque_alone
 def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change, float]:
     """Change a share of the steps: summands dropped, sines taken as constant, numbers changed, steps gone.
 
-    What comes out is a torque: of degree two in the rates, one in the accelerations.
+    What comes out is a torque: of degree two in the velocities, one in the accelerations.
     """
     rng = np.random.default_rng(seed)
     place = {step.order: k for k, step in enumerate(recursion.steps)}

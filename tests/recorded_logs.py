@@ -21,7 +21,7 @@ MEASURED = 500
 
 
 def swinging(arm: RobotArm, count: int = MEASURED, gaps: Sequence[int] = ()) -> Trajectory:
-    """All joints swing, each at its own frequency and not about zero, with the exact rates."""
+    """All joints swing, each at its own frequency and not about zero, with the exact velocities."""
     joints = np.arange(arm.n_joints)
     time, omega = np.arange(count) / RATE, 2.0 * np.pi * (0.31 + 0.13 * ((5 * joints) % 7) / 2.0)
     phase = time[:, None] * omega + joints

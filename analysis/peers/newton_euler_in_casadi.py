@@ -54,7 +54,7 @@ def in_casadi(arm: RobotArm, drives: bool) -> Printed:
 
 
 def newton_euler(arm: RobotArm, q: Any, qd: Any, qdd: Any) -> Any:
-    """Outwards rates and accelerations, inwards forces and moments, in link coordinates. [FGL87] Table 3.3."""
+    """Outwards velocities and accelerations, inwards forces and moments, in link coordinates. [FGL87] Table 3.3."""
     import casadi as ca
 
     cross = ca.cross

@@ -34,7 +34,7 @@ def test_units_follow_the_joints():
     assert unit_of("christoffel", False, False, False) == "kg/m"
     assert GROUPS["decomposition"]["inertia"].attributes([False, False])["units"] == "kg"
     values = {name: [[0.0, 0.0]] for name in ("q", "qd", "qdd")}
-    described = dict.fromkeys(["name", "origin", "rates", "fingerprint"], "")
+    described = dict.fromkeys(["name", "origin", "velocities", "fingerprint"], "")
     mixed = table("trajectory", values, [True, False], {"time": [0.0]}, described)
     assert mixed.qd.attrs["units_in"] == "velocity_unit"
     assert mixed.velocity_unit.values.tolist() == ["rad/s", "m/s"]

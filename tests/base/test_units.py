@@ -75,7 +75,7 @@ def test_units_that_are_the_same_everywhere_stand_at_the_variable(puma_findings,
 def test_units_of_a_mixed_arm_balance(mixed_findings):
     """D qdd, h_ijk qd qd, h, c and tau of a row are all in the unit of the row, by a parser's arithmetic."""
     table = mixed_findings.decomposition
-    efforts, rates, accelerations = (
+    efforts, velocities, accelerations = (
         [parsed(unit) for unit in table[f"{kind}_unit"].values]
         for kind in ("effort", "velocity", "acceleration")
     )
@@ -84,7 +84,9 @@ def test_units_of_a_mixed_arm_balance(mixed_findings):
             inertia = 1 * parsed(str(table.inertia_unit.values[i, j])) * accelerations[j]
             assert (inertia / effort).check("[]")
             for k in range(6):
-                christoffel = 1 * parsed(str(table.christoffel_unit.values[i, j, k])) * rates[j] * rates[k]
+                christoffel = (
+                    1 * parsed(str(table.christoffel_unit.values[i, j, k])) * velocities[j] * velocities[k]
+                )
                 assert (christoffel / effort).check("[]")
     assert [str(unit) for unit in efforts] == ["meter * newton"] * 2 + ["newton"] + ["meter * newton"] * 3
 

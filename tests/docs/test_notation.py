@@ -82,5 +82,5 @@ def test_every_quantity_of_a_recursion_is_explained():
     assert set(names) == {kind.rstrip(PRIME) for kind in (*OUTWARD, *INWARD)} | set(OF_LINKS)
     named = {Quantity(name, 0).symbol.letter for name in names if name not in OF_LINKS}
     explained = {symbol.letter for symbols, _ in MEANINGS for symbol in symbols}
-    # A torque and a lever need no words beside an equation, and rates have one of their own there.
+    # A torque and a lever need no words beside an equation, and velocities have one of their own there.
     assert named - explained == {"tau", "r", "p"}

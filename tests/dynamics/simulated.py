@@ -21,9 +21,9 @@ def limp(n: int):
 
 def undriven(arm: RobotArm, duration: float, drivetrain: Drivetrain = NO_DRIVES, **integration) -> Simulation:
     n = arm.n_joints
-    start, rates = np.linspace(0.4, 0.9, n), np.linspace(-0.5, 0.5, n)
+    start, velocities = np.linspace(0.4, 0.9, n), np.linspace(-0.5, 0.5, n)
     how = Integration(set_points=41, **integration)
-    return simulate(arm, limp(n), start, rates, duration, drivetrain, how)
+    return simulate(arm, limp(n), start, velocities, duration, drivetrain, how)
 
 
 LENGTH, GRAVITY = 0.7, 9.8062

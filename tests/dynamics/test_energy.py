@@ -13,12 +13,12 @@ from transforms import potential_energy as by_transforms
 
 @examples(30)
 @given(arms_with_states())
-def test_kinetic_energy_is_half_the_rates_times_inertia(case):
+def test_kinetic_energy_is_half_the_velocities_times_inertia(case):
     arm, states = case
     inertia = pinocchio_dynamics(arm, states.q, states.qd, states.qdd)["inertia"]
     expected = 0.5 * np.einsum("Ni,Nij,Nj->N", states.qd, inertia, states.qd)
     bound = round_off_bounds(arm, states.q, states.qd, states.qdd)["inertia"]
-    # Each D_ij within its bound, times the squared sum of rates.
+    # Each D_ij within its bound, times the squared sum of velocities.
     tolerance = bound * np.abs(states.qd).sum(axis=1) ** 2
     assert (np.abs(kinetic_energy(arm, states.q, states.qd) - expected) <= tolerance).all()
 

@@ -59,7 +59,7 @@ def test_standard_errors_are_as_large_as_the_errors_are(two_link: RobotArm, alik
         scores.append((fitted.terms - GIVEN) / fitted.errors)
     # 60 logs of two joints: the mean square of a term's 120 scores is 1 +- sqrt(2 / 120) = 0.13 where errors
     # are as they should; 4 of these upwards. Downwards a half more is room for what the correlation time is
-    # too long: rates, which change as slowly as the motion, but a sign is as fast as can be.
+    # too long: velocities, which change as slowly as the motion, but a sign is as fast as can be.
     of_terms = np.mean(np.square(scores), axis=(0, 1))
     assert (of_terms < 1.0 + 4 * 0.13).all(), of_terms
     assert (of_terms > 0.3).all(), of_terms
@@ -73,11 +73,11 @@ def test_friction_that_would_drive_is_held_at_zero(two_link: RobotArm) -> None:
     assert np.isfinite(fitted.errors[:, [0, 2]]).all()
 
 
-def one_way(motion: Trajectory, rates: np.ndarray) -> Trajectory:
+def one_way(motion: Trajectory, velocities: np.ndarray) -> Trajectory:
     """The second joint only ever moves forwards."""
     qd, qdd, q = motion.qd.copy(), motion.qdd.copy(), motion.q.copy()
-    qd[:, 1], qdd[:, 1] = rates, np.gradient(rates, motion.time)
-    q[:, 1] = np.cumsum(rates) * (motion.time[1] - motion.time[0])
+    qd[:, 1], qdd[:, 1] = velocities, np.gradient(velocities, motion.time)
+    q[:, 1] = np.cumsum(velocities) * (motion.time[1] - motion.time[0])
     return replace(motion, q=q, qd=qd, qdd=qdd)
 
 
@@ -123,14 +123,14 @@ def test_readings_near_rest_and_just_after_reversals_do_not_count(two_link: Robo
     np.testing.assert_allclose(fitted.terms, np.tile(GIVEN, (2, 1)), atol=1e-9)
 
 
-def test_noise_of_rates_widens_what_counts_as_rest(two_link: RobotArm) -> None:
+def test_noise_of_velocities_widens_what_counts_as_rest(two_link: RobotArm) -> None:
     """Below three standard deviations of its noise a rate's sign is chance."""
     motion = swinging(two_link)
     torque = torque_of(two_link, states_of(motion)) + friction_of(motion, *GIVEN)
     noise = 0.1
     slow = np.abs(motion.qd) < 3 * noise
     log = with_torques(motion, np.where(slow, torque - 2.0, torque))
-    # The root of the product of both is the noise of the rates.
+    # The root of the product of both is the noise of the velocities.
     recording = replace(log.recording, noise_q=np.full(2, noise / 4), noise_qdd=np.full(2, noise * 4))
     fitted = compare_torque(two_link, replace(log, recording=recording)).friction
     np.testing.assert_allclose(fitted.terms, np.tile(GIVEN, (2, 1)), atol=1e-9)

@@ -95,20 +95,20 @@ def test_composites_give_what_the_sums_over_links_give(case):
 
 @examples(40)
 @given(every_arm)
-def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_rates(case):
+def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_velocities(case):
     """Polarisation: h(e_j + e_k) - h(e_j) - h(e_k) = h_ijk + h_ikj."""
     solved = Solved(*case)
     n, count = solved.n, solved.q.shape[1]
 
-    def h(rates: FloatArray) -> FloatArray:
-        return literal_h(solved.arm, solved.kinematics, np.repeat(rates[:, None], count, axis=1))
+    def h(velocities: FloatArray) -> FloatArray:
+        return literal_h(solved.arm, solved.kinematics, np.repeat(velocities[:, None], count, axis=1))
 
     unit = [h(np.eye(n)[j]) for j in range(n)]
     for j in range(n):
         for k in range(j + 1):
             expected = unit[j] if j == k else 0.5 * (h(np.eye(n)[j] + np.eye(n)[k]) - unit[j] - unit[k])
             for found in (solved.christoffel[:, :, j, k], solved.christoffel[:, :, k, j]):
-                # h(e_j + e_k) holds four products of rates, the others one each: half of six, and ours.
+                # h(e_j + e_k) holds four products of velocities, the others one each: half of six, and ours.
                 assert np.abs(found - expected).max() <= 4 * solved.christoffel_bound
         assert np.abs(unit[j][:, j]).max() <= solved.christoffel_bound  # h_jjj = 0, in the text's own terms
 
@@ -217,7 +217,7 @@ def test_round_off_bounds_are_neither_hit_nor_idle(name):
 
 @examples(30)
 @given(arms_with_states())
-def test_h_is_quadratic_in_the_rates(case):
+def test_h_is_quadratic_in_the_velocities(case):
     """Doubling is exact in binary, and so must be the fourfold h."""
     solved = Solved(*case)
     states = solved.states
@@ -247,7 +247,7 @@ def test_a_link_acts_on_no_joint_beyond_it(case):
 @examples(20)
 @given(arms_with_states(revolute=True))
 def test_purely_coriolis_terms_vanish_when_one_joint_moves(case):
-    """T2, T4 and R1 need two different rates; T1, T3, R2 are centrifugal too."""
+    """T2, T4 and R1 need two different velocities; T1, T3, R2 are centrifugal too."""
     arm, states = case
     q, qd, _ = states.last
     bound = round_off_bounds(arm, states.q, states.qd, states.qdd)["coriolis_centrifugal"]

@@ -23,10 +23,14 @@ LONG = MOST_KEPT + CHUNK + 17
 
 def swinging(n_joints: int, count: int) -> Trajectory:
     """Every joint at a frequency of its own, so that extremes fall anywhere."""
-    time, rates = np.linspace(0.0, 10.0, count), np.linspace(0.5, 1.5, n_joints)
-    angle = np.outer(time, rates)
+    time, velocities = np.linspace(0.0, 10.0, count), np.linspace(0.5, 1.5, n_joints)
+    angle = np.outer(time, velocities)
     return Trajectory(
-        time, 0.5 * np.sin(angle), 0.5 * rates * np.cos(angle), -0.5 * rates**2 * np.sin(angle), "swinging"
+        time,
+        0.5 * np.sin(angle),
+        0.5 * velocities * np.cos(angle),
+        -0.5 * velocities**2 * np.sin(angle),
+        "swinging",
     )
 
 

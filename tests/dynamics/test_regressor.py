@@ -20,8 +20,8 @@ EPS = float(np.finfo(float).eps)
 def size(arm: RobotArm, states) -> float:
     """Largest sum of magnitudes that any regressor's row adds up, per unit of a parameter.
 
-    Motion of a link frame is the sum over joints of rates and accelerations times levers; a sliding joint's
-    reach grows with its position.
+    Motion of a link frame is the sum over joints of velocities and accelerations times levers; the reach of a
+    prismatic joint grows with its position.
     """
     reach = (
         1.0
@@ -29,8 +29,8 @@ def size(arm: RobotArm, states) -> float:
         + np.abs(states.q).sum(axis=1).max()
         + np.linalg.norm(arm.joints[0].placement.translation)
     )
-    rates, accelerations = (np.abs(x).sum(axis=1).max() for x in (states.qd, states.qdd))
-    return float(reach**2 * (3 * rates**2 + accelerations + np.linalg.norm(arm.gravity)))
+    velocities, accelerations = (np.abs(x).sum(axis=1).max() for x in (states.qd, states.qdd))
+    return float(reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity)))
 
 
 @examples(25)

@@ -20,7 +20,7 @@ Warned = Callable[[], object]
 
 
 def motion(q: list[list[float]], **others: object) -> Trajectory:
-    """Set points every 0.1 s; rates and accelerations of zero unless given."""
+    """Set points every 0.1 s; velocities and accelerations of zero unless given."""
     rows = np.array(q, dtype=float)
     still = np.zeros_like(rows)
     given = {"qd": still, "qdd": still} | others
@@ -51,10 +51,10 @@ def test_positions_past_both_ends(two_link: RobotArm, warned: Warned) -> None:
     assert "at set point 3 (0.2 s)" in texts[1]
 
 
-def test_rates_and_accelerations_above_limits(two_link: RobotArm, warned: Warned) -> None:
-    rates = np.array([[0.0, 0.0], [-3.3, 4.0]])
+def test_velocities_and_accelerations_above_limits(two_link: RobotArm, warned: Warned) -> None:
+    velocities = np.array([[0.0, 0.0], [-3.3, 4.0]])
     with warned() as texts:
-        check_against_arm(motion([[0, 0], [0, 0]], qd=rates, qdd=5 * rates), two_link)
+        check_against_arm(motion([[0, 0], [0, 0]], qd=velocities, qdd=5 * velocities), two_link)
     assert len(texts) == 3
     assert "joint 1 (shoulder): velocity 3.3 rad/s, 0.3 rad/s (10 %) above the limit 3 rad/s" in texts[0]
     assert "acceleration 16.5 rad/s^2" in texts[1]
@@ -62,7 +62,9 @@ def test_rates_and_accelerations_above_limits(two_link: RobotArm, warned: Warned
     assert not any("derived" in text for text in texts)
 
 
-def test_derived_rates_are_suspected_first(csv_file: CsvFile, two_link: RobotArm, warned: Warned) -> None:
+def test_derived_velocities_are_suspected_first(
+    csv_file: CsvFile, two_link: RobotArm, warned: Warned
+) -> None:
     rows = [f"{k / 100},{0.05 * (k == 5)},0" for k in range(12)]
     with warned() as texts:
         read_trajectory(csv_file("\n".join(["time,q1,q2", *rows])), two_link)
@@ -137,7 +139,7 @@ def test_milliseconds_that_nothing_says(csv_file: CsvFile, two_link: RobotArm, w
     assert len(texts) == 1
     assert "velocity limits, in time read as seconds" in texts[0]
     assert "--time-unit ms" in texts[0]
-    # Nothing is remarked upon in seconds, of what rests, or of what has its rates.
+    # Nothing is remarked upon in seconds, of what rests, or of what has its velocities.
     with warned() as texts:
         read_trajectory(
             csv_file(

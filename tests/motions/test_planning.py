@@ -71,7 +71,7 @@ def test_set_points_carry_the_derivatives_of_the_positions(
 
 
 @given(knots_of_two, st.sampled_from(sorted(PROFILES)), st.floats(0.1, 9.0), st.floats(1.0, 5.0))
-def test_stretching_time_divides_rates(
+def test_stretching_time_divides_velocities(
     knots: list[tuple[float, float]], profile: str, duration: float, stretch: float
 ) -> None:
     assume(apart(knots))

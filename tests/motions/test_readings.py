@@ -130,7 +130,7 @@ def test_nothing_is_smoothed_across_a_gap():
         )
 
 
-def test_measured_rates_are_used_where_they_are_quieter():
+def test_measured_velocities_are_used_where_they_are_quieter():
     motion = Motion.of(4)
     log = log_of(motion, deviation=1e-3)
     qd = motion.at(log.time, 1) + 1e-4 * np.random.default_rng(9).normal(size=log.q.shape)
@@ -144,14 +144,14 @@ def test_measured_rates_are_used_where_they_are_quieter():
     assert positions.derived == ("qd", "qdd")
 
 
-def test_measured_rates_that_are_noisier_are_not_used():
+def test_measured_velocities_that_are_noisier_are_not_used():
     motion = Motion.of(4)
     log = log_of(motion, deviation=1e-6)
     qd = motion.at(log.time, 1) + 0.05 * np.random.default_rng(9).normal(size=log.q.shape)
     assert "from the measured positions" in Trajectory.from_log(replace(log, qd=qd), None).derivatives_from
 
 
-def test_measured_rates_that_contradict_the_positions_warn_and_are_not_used():
+def test_measured_velocities_that_contradict_the_positions_warn_and_are_not_used():
     motion = Motion.of(4)
     log = log_of(motion)
     with pytest.warns(GdAnalyzeWarning, match="57.3 times the derivative of q.*are not used"):
@@ -207,14 +207,14 @@ def test_wrapped_angles_are_unwrapped_for_an_arm_without_limits(two_link):
     assert any("jumps of full turns undone" in told for told in found.recording.treatment)
 
 
-def test_rates_of_other_rows_are_not_used():
-    """Topics that were merged have rows of positions and rows of rates."""
+def test_velocities_of_other_rows_are_not_used():
+    """Topics that were merged have rows of positions and rows of velocities."""
     motion = Motion.of(3)
     log = log_of(motion)
-    rates = np.full_like(log.q, np.nan)
-    rates[:100] = motion.at(log.time[:100], 1)
+    velocities = np.full_like(log.q, np.nan)
+    velocities[:100] = motion.at(log.time[:100], 1)
     with pytest.warns(GdAnalyzeWarning, match=f"qd left out, given in 100 of {len(log.q)} rows"):
-        found = Trajectory.from_log(replace(log, qd=rates), None)
+        found = Trajectory.from_log(replace(log, qd=velocities), None)
     assert found.n_set_points == len(log.q)
     assert found.derived == ("qd", "qdd")
 

@@ -133,7 +133,7 @@ ARM = RobotArm(
 
 
 def swing(n: int = 60, **changed: object) -> list[np.ndarray]:
-    """Two joints that swing at different rates, and a third that does not move."""
+    """Two joints that swing at different frequencies, and a third that does not move."""
     time = np.linspace(0, 3, n)
     still = np.zeros(n)
     numbers = {

@@ -56,7 +56,7 @@ inertia = { xx = 0.01, yy = 0.01, zz = 0.002 }
 
 
 def swing(arm: RobotArm, count: int = 21) -> Trajectory:
-    """All joints swing, each with its own phase, with the exact rates."""
+    """All joints swing, each with its own phase, with the exact velocities."""
     time = np.linspace(0.0, 2.0, count) if count > 1 else np.zeros(1)
     phase = 0.3 + 0.7 * np.arange(arm.n_joints)
     angle = 2.0 * time[:, None] + phase

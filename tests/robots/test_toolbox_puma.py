@@ -29,7 +29,7 @@ TOOLBOX = (
 )
 DRIVE_INERTIA = np.array([motor * ratio**2 for *_, motor, ratio in TOOLBOX])
 
-# At the toolbox's pose qn = (0, 45, 180, 0, 45, 0) degrees, to four decimals; h for the rates below.
+# At the toolbox's pose qn = (0, 45, 180, 0, 45, 0) degrees, to four decimals; h for the velocities below.
 POSE = np.radians([0.0, 45.0, 180.0, 0.0, 45.0, 0.0])
 RATES = np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
 GRAVITY_LOADING = [0.0, 31.6399, 6.0351, 0.0, 0.0283, 0.0]
@@ -83,7 +83,7 @@ def test_published_figures_hold_for_the_toolboxs_own_numbers(toolbox):
     found = dynamics(toolbox)
     np.testing.assert_allclose(found["gravity_loading"], GRAVITY_LOADING, atol=HALF_DIGIT)
     np.testing.assert_allclose(found["inertia"], INERTIA, atol=HALF_DIGIT)
-    # A row of the published matrix times the rates: each of its entries is half a digit off at most.
+    # A row of the published matrix times the velocities: each of its entries is half a digit off at most.
     np.testing.assert_allclose(
         found["coriolis_centrifugal"], CORIOLIS @ RATES, atol=HALF_DIGIT * np.abs(RATES).sum()
     )

@@ -113,7 +113,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "arm_fingerprint": fingerprint(arm),
         "trajectory": trajectory.name,
         "trajectory_origin": trajectory.origin,
-        "trajectory_rates": trajectory.derivatives_from,
+        "trajectory_velocities": trajectory.derivatives_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int("drive_torque" in arrays),
         "torque_round_off": round_off_of(

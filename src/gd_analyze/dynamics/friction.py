@@ -95,8 +95,8 @@ def _at_distance(values: FloatArray) -> FloatArray:
 
 TERMS = ("coulomb", "viscous", "offset")
 # Columns of the fits: an offset, the direction, the velocity, the model's torque, the measured one.
-_OFFSET, _DIRECTION, _RATE, _MODEL, _MEASURED = range(5)
-_OF_TERM = (_DIRECTION, _RATE, _OFFSET)
+_OFFSET, _DIRECTION, _VELOCITY, _MODEL, _MEASURED = range(5)
+_OF_TERM = (_DIRECTION, _VELOCITY, _OFFSET)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +171,7 @@ def fit_joint(
 
     r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 5)
     count = int(used.sum())
-    terms = independent(r, (_OFFSET, _DIRECTION, _RATE))
+    terms = independent(r, (_OFFSET, _DIRECTION, _VELOCITY))
 
     def times(weights: FloatArray) -> float:
         return correlation_time(lambda at: columns(at) @ weights, used, stretches)

@@ -105,9 +105,7 @@ class Simulation:
     potential: FloatArray
     work: FloatArray  # done by the actuators since the start, J, shape (N,)
     dissipated: FloatArray  # by friction and damping since the start, J, shape (N,)
-    # Steps the integrator took, and times it asked for accelerations
-    steps: int
-    evaluations: int
+    steps: int  # that the integrator took
     integration: Integration
 
     @property
@@ -283,7 +281,6 @@ def simulate(
         work[:, 0],
         dissipated[:, 0],
         len(solved.sol.ts) - 1,
-        int(solved.nfev),
         integration,
     )
 

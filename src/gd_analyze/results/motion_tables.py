@@ -173,7 +173,7 @@ def recording_in(tables: Mapping[str, xr.Dataset]) -> Recording | None:
 def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) -> FloatArray:
     """Root mean square of every element's torque, at its torque_joint and in the order of the ranking.
 
-    Noise of accelerations has no part in elements of h and c: 0; that of positions and rates is far smaller.
+    Noise of accelerations has no part in h and c: 0; that of positions and velocities is far smaller.
     """
     of_label = {element.label: element for element in elements(qdd.shape[1])}
     out = np.zeros(dominance.sizes["element"])
@@ -239,7 +239,7 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
         {
             "name": trajectory.name,
             "origin": trajectory.origin,
-            "rates": trajectory.derivatives_from,
+            "velocities": trajectory.derivatives_from,
             "fingerprint": trajectory.fingerprint,
         },
     )

@@ -116,7 +116,7 @@ def load_findings(path: str | Path) -> Findings:
                 motion.qdd.values,
                 motion.attrs["name"],
                 motion.attrs["origin"],
-                motion.attrs["rates"],
+                motion.attrs["velocities"],
                 gaps=gaps_in(motion),
                 motions=motions_in(tables["motions"]) if "motions" in tables else (),
                 recording=recording_in(tables),
