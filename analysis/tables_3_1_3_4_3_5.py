@@ -226,7 +226,7 @@ def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
 
 def table_3_5(grown: Growth) -> list[str]:
     """Table 3.5 with our counts in it."""
-    at = grown.sizes.index(N)
+    at = SIZES.index(N)
     lines = [
         f"| formulation | kinematics | equations | order | the founding text, multiplications | additions | at n = {N} "
         "| as executed | folded |",
@@ -248,8 +248,8 @@ def table_3_5(grown: Growth) -> list[str]:
 def growth_table(grown: Growth) -> list[str]:
     """Total operations over n, and the fitted exponents."""
     lines = [
-        "| formulation | | " + " | ".join(str(n) for n in grown.sizes) + f" | slope from {N} |",
-        "|---|---|" + "---|" * (len(grown.sizes) + 1),
+        "| formulation | | " + " | ".join(str(n) for n in SIZES) + f" | slope from {N} |",
+        "|---|---|" + "---|" * (len(SIZES) + 1),
     ]
     for name, method in METHODS.items():
         for k, which in enumerate(get_args(Counted)):
@@ -322,7 +322,7 @@ def report() -> str:
 
 
 def _answer(grown: Growth) -> str:
-    at = grown.sizes.index(N)
+    at = SIZES.index(N)
     parts = []
     for name in METHODS:
         stated = text_costs().of(name, "3.5")

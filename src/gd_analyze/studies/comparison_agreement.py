@@ -22,7 +22,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 
 PINOCCHIO = "pinocchio"
-REPEATS = 7
+REPEATS = 7  # of timings
 
 # Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing sums
 # whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
@@ -31,24 +31,12 @@ _ROUNDINGS = 4
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Largest differences over all joints and set points, SI units.
+    """Largest differences over all joints and set points, SI units."""
 
-    Parameters
-    ----------
-    names
-        The methods, and "pinocchio" last.
-    torque
-        Largest difference of torque between any two of them, N m (N), shape (m, m).
-    from_pinocchio
-        By method and quantity (D, h, c and torque): largest difference from Pinocchio.
-    bounds
-        What round-off explains, by quantity.
-    """
-
-    names: tuple[str, ...]
-    torque: FloatArray
-    from_pinocchio: Mapping[str, Mapping[str, float]]
-    bounds: Mapping[str, float]
+    names: tuple[str, ...]  # the m methods, and "pinocchio" last
+    torque: FloatArray  # between any two of them, N m (N), (m + 1, m + 1)
+    from_pinocchio: Mapping[str, Mapping[str, float]]  # by method and quantity: D, h, c and torque
+    bounds: Mapping[str, float]  # what round-off explains, by quantity
 
     @property
     def largest(self) -> float:
@@ -58,15 +46,11 @@ class Agreement:
     @property
     def holds(self) -> bool:
         """Whether round-off explains every difference."""
-        return bool(self.torque.max() <= self.bounds["torque"]) and all(
-            row[quantity] <= self.bounds[quantity]
+        return self.largest <= self.bounds["torque"] and all(
+            row[quantity] <= bound
             for row in self.from_pinocchio.values()
-            for quantity in self.bounds
+            for quantity, bound in self.bounds.items()
         )
-
-    def worst_of(self, name: str) -> float:
-        """Largest difference of one method's torque from any other, N m (N)."""
-        return float(self.torque[self.names.index(name)].max())
 
 
 def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = METHODS) -> Agreement:
@@ -90,50 +74,24 @@ def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = 
     return Agreement((*methods, PINOCCHIO), differences, from_pinocchio, bounds)
 
 
-@dataclass(frozen=True)
-class Timing:
-    """Seconds per set point, the median over repeats.
-
-    Parameters
-    ----------
-    seconds
-        By method; one array call per operation and chunk of set points.
-    pinocchio
-        A Python loop over Pinocchio's `rnea` at the same set points, between ours.
-    set_points, repeats
-        How many.
-    """
-
-    seconds: Mapping[str, float]
-    pinocchio: float
-    set_points: int
-    repeats: int
-
-
 def time_methods(
-    arm: RobotArm,
-    states: States,
-    *,
-    repeats: int = REPEATS,
-    progress: Callable[[int], None] = lambda done: None,
-) -> Timing:
-    """Time the torque of every method and of Pinocchio, in turn, on one thread.
+    arm: RobotArm, states: States, progress: Callable[[int], None] = lambda done: None
+) -> dict[str, float]:
+    """Median seconds per set point of every method and, last, of a Python loop over Pinocchio's `rnea`.
 
-    A first run of each is not counted. `progress` is called with 1 after every round.
+    All run in turn on one thread, ours as one array call per operation and chunk of set points. A first round
+    is not counted; `progress` is called with 1 after every round.
     """
     works: dict[str, Callable[[], object]] = {
         name: partial(torque_of_states, method, arm, *states.arrays) for name, method in METHODS.items()
     }
     works[PINOCCHIO] = pinocchio_torques(arm, *states.arrays)
     taken: dict[str, list[float]] = {name: [] for name in works}
-    for repeat in range(repeats + 1):
+    for _ in range(REPEATS + 1):
         # In turn, so that a machine whose speed drifts slows all alike.
         for name, work in works.items():
             start = time.perf_counter()
             work()
-            if repeat:
-                taken[name].append(time.perf_counter() - start)
+            taken[name].append(time.perf_counter() - start)
         progress(1)
-    per_set_point = {name: median(times) / len(states) for name, times in taken.items()}
-    pinocchio = per_set_point.pop(PINOCCHIO)
-    return Timing(per_set_point, pinocchio, len(states), repeats)
+    return {name: median(times[1:]) / len(states) for name, times in taken.items()}

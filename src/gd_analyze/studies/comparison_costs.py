@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, partial
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -23,16 +23,10 @@ from gd_analyze.robots.parts import DHRow, Joint, Link
 
 Counted = Literal["executed", "folded", "text"]
 
-# The founding text's polynomials are set beside ours for these numbers of joints.
-SIZES = tuple(range(1, 13))
-# With one or two joints some sums are empty.
-_REGULAR = 3
-# Below six joints constant and low-order terms hide the order.
-_ASYMPTOTIC = 6
-# Any seed will do: counts depend on which numbers are zero, not on their values.
-_SEED = 1987
-# The explanations are of so many joints of the generic chain.
-N_JOINTS = 6
+SIZES = tuple(range(1, 13))  # numbers of joints for which the founding text's polynomials stand beside ours
+_REGULAR = 3  # with one or two joints some sums are empty
+_ASYMPTOTIC = 6  # below, constant and low-order terms hide the order
+N_JOINTS = 6  # of the generic chain that explanations are about
 
 
 @dataclass(frozen=True)
@@ -43,37 +37,26 @@ class Polynomial:
 
     def __call__(self, n: int) -> int:
         """Value at n, a whole number of operations."""
-        value = sum(c * n**k for k, c in enumerate(self.coefficients))
-        assert value == int(value), "a count is whole"
-        return int(value)
+        return int(sum(c * n**k for k, c in enumerate(self.coefficients)))
 
     def __str__(self) -> str:
         """Highest power first, e.g. "128/3 n^4 - 7 n"."""
         terms = []
-        for power in reversed(range(len(self.coefficients))):
-            coefficient = self.coefficients[power]
-            if coefficient:
-                factor = "" if abs(coefficient) == 1 and power else str(abs(coefficient))
+        for power, factor in enumerate(self.coefficients):
+            if factor:
+                size = "" if abs(factor) == 1 and power else str(abs(factor))
                 symbol = "" if power == 0 else "n" if power == 1 else f"n^{power}"
-                terms.append(("-" if coefficient < 0 else "+", f"{factor} {symbol}".strip()))
-        if not terms:
-            return "0"
-        first = terms[0][1] if terms[0][0] == "+" else f"-{terms[0][1]}"
-        return " ".join([first, *(f"{sign} {term}" for sign, term in terms[1:])])
+                terms.append(f"{'-' if factor < 0 else '+'} {f'{size} {symbol}'.strip()}")
+        return " ".join(reversed(terms)).removeprefix("+ ") or "0"
 
 
 def exact_polynomial(sizes: Sequence[int], counts: Sequence[int]) -> Polynomial | None:
-    """Find the polynomial of lowest degree through all counts, one per size.
-
-    A polynomial that uses up every point explains nothing and is none.
-    """
+    """Find the polynomial of lowest degree through all counts; one that uses up every point is none."""
     for degree in range(len(sizes) - 1):
-        fitted = np.polyfit(sizes, counts, degree)[::-1]
         # Counts of loops nested four deep have denominators up to 24.
-        coefficients = tuple(Fraction(c).limit_denominator(24) for c in fitted)
-        values = (sum(c * n**k for k, c in enumerate(coefficients)) for n in sizes)
-        if all(value == count for value, count in zip(values, counts, strict=True)):
-            return Polynomial(coefficients)
+        fitted = [Fraction(c).limit_denominator(24) for c in np.polyfit(sizes, counts, degree)[::-1]]
+        if [sum(c * n**k for k, c in enumerate(fitted)) for n in sizes] == list(counts):
+            return Polynomial(tuple(fitted))
     return None
 
 
@@ -131,7 +114,8 @@ def generic_chain(n: int) -> RobotArm:
     gravity has three components: what remains to be saved is what every Denavit-Hartenberg arm with
     right-angled twists has.
     """
-    random = np.random.default_rng(_SEED)
+    # Any seed will do: counts depend on which numbers are zero, not on their values.
+    random = np.random.default_rng(1987)
     joints, links = [], []
     for i in range(n):
         before, behind = standard_placements(
@@ -152,57 +136,39 @@ def generic_chain(n: int) -> RobotArm:
 
 
 class Cost(NamedTuple):
-    """Arithmetic of one torque evaluation.
+    """Arithmetic of one torque evaluation."""
 
-    Parameters
-    ----------
-    executed
-        What the code carries out as it stands, products with zero included.
-    folded
-        What is left when constants are folded, products with 0 and 1 vanish and equal subexpressions are
-        evaluated once.
-    """
-
-    executed: OperationCount
-    folded: OperationCount
+    executed: OperationCount  # by the code as it stands, products with zero included
+    folded: OperationCount  # constants folded, products with 0 and 1 gone, equal subexpressions shared
 
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """Costs on the generic chain over the number of joints.
+    """Costs on the generic chain over the number of joints."""
 
-    Parameters
-    ----------
-    costs
-        By method, one for each of `sizes`, the numbers of joints.
-    """
-
-    costs: Mapping[str, tuple[Cost, ...]]
-    sizes: ClassVar[tuple[int, ...]] = SIZES
+    costs: Mapping[str, tuple[Cost, ...]]  # by method, one for each of `SIZES`
 
     def counts(self, method: str, which: Counted) -> tuple[OperationCount, ...]:
         """Counts by size, ours or FGL87's; none where it has no polynomial of the method."""
         if which != "text":
             return tuple(getattr(cost, which) for cost in self.costs[method])
         stated = text_costs().of(method)
-        return () if stated is None else tuple(stated.at(n) for n in self.sizes)
+        return () if stated is None else tuple(stated.at(n) for n in SIZES)
 
     def slope(self, method: str, which: Counted) -> float | None:
         """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
-        counts = zip(self.sizes, self.counts(method, which), strict=False)
+        counts = zip(SIZES, self.counts(method, which), strict=False)
         large = [(n, count.total) for n, count in counts if n >= _ASYMPTOTIC]
-        return exponent(*zip(*large, strict=True)) if len(large) > 1 else None
+        return float(np.polyfit(*np.log(large).T, 1)[0]) if large else None
 
     @cached_property
     def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:
         """Multiplications and additions as executed: the polynomials that all from three joints on obey."""
-        found = {}
+        found, sizes = {}, SIZES[_REGULAR - 1 :]
         for name, costs in self.costs.items():
-            regular = {n: cost.executed for n, cost in zip(self.sizes, costs, strict=True) if n >= _REGULAR}
-            multiplications, additions = (
-                exact_polynomial(list(regular), [getattr(count, what) for count in regular.values()])
-                for what in ("multiplications", "additions")
-            )
+            regular = [cost.executed for cost in costs[_REGULAR - 1 :]]
+            multiplications = exact_polynomial(sizes, [count.multiplications for count in regular])
+            additions = exact_polynomial(sizes, [count.additions for count in regular])
             if multiplications is not None and additions is not None:
                 found[name] = (multiplications, additions)
         return found
@@ -221,23 +187,18 @@ def count_cost(method: Method, arm: RobotArm) -> Cost:
 
 def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
     """Count every method on generic chains of `SIZES` joints; `progress` is called with 1 after each."""
-
-    def counted(method: Method, n: int) -> Cost:
-        cost = _count_chain(method, n)
-        progress(1)
-        return cost
-
-    return Growth({name: tuple(counted(method, n) for n in SIZES) for name, method in METHODS.items()})
+    costs: dict[str, tuple[Cost, ...]] = {}
+    for name in METHODS:
+        costs[name] = ()
+        for n in SIZES:
+            costs[name] += (_count_chain(name, n),)
+            progress(1)
+    return Growth(costs)
 
 
 @cache
-def _count_chain(method: Method, n: int) -> Cost:
-    return count_cost(method, generic_chain(n))
-
-
-def exponent(sizes: Sequence[int], totals: Sequence[int]) -> float:
-    """Slope of log(total) against log(size): the power that fits best."""
-    return float(np.polyfit(np.log(sizes), np.log(totals), 1)[0])
+def _count_chain(method: str, n: int) -> Cost:
+    return count_cost(METHODS[method], generic_chain(n))
 
 
 _WHY = {
@@ -280,8 +241,8 @@ _WHY = {
 
 
 def explanation(method: str, grown: Growth) -> str:
-    """Set a method's count beside FGL87's, and say why they differ; `grown` must have `N_JOINTS`."""
-    cost = grown.costs[method][grown.sizes.index(N_JOINTS)]
+    """Set a method's count beside FGL87's, and say why they differ."""
+    cost = grown.costs[method][SIZES.index(N_JOINTS)]
     executed, folded = cost.executed.total, cost.folded.total
     stated = text_costs().of(method)
     if stated is None:
