@@ -23,7 +23,7 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify
-from gd_analyze.studies.main_job import Origin, Settings, find
+from gd_analyze.studies.main_job import Settings, find
 from recorded_logs import CUTOFF, recorded
 from strategies import PROFILE
 
@@ -83,20 +83,21 @@ def puma_findings(puma: RobotArm, pick_and_place: Trajectory) -> Findings:
         puma,
         pick_and_place,
         Settings(drives=True, by_link=True, terms=True),
-        origin=Origin("gd-analyze puma560", ("odd",)),
+        command="gd-analyze puma560",
+        warned=("odd",),
     )
 
 
 @pytest.fixture(scope="session")
 def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
-    return find(two_link, swing, origin=Origin("gd-analyze two_link"))
+    return find(two_link, swing, command="gd-analyze two_link")
 
 
 @pytest.fixture(scope="session")
 def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
     log = recorded(two_link, gain=(1.0, 2.0), noise=0.05, cutoff=CUTOFF)
-    return find(two_link, log, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
+    return find(two_link, log, Settings(fit_friction=True), command="gd-analyze two_link")
 
 
 @pytest.fixture(scope="session")
@@ -104,7 +105,7 @@ def everything_found(two_link: RobotArm) -> Findings:
     """Of two logs with torques: every group and attribute that results may have."""
     first, second = (recorded(two_link, gain=(1.0, 2.0), noise=0.05, seed=k, cutoff=CUTOFF) for k in (0, 1))
     logs = [first, dataclasses.replace(second, name="again")]
-    return find(two_link, logs, Settings(fit_friction=True), origin=Origin("gd-analyze two_link"))
+    return find(two_link, logs, Settings(fit_friction=True), command="gd-analyze two_link")
 
 
 @pytest.fixture(scope="session")

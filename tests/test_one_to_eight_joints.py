@@ -12,11 +12,12 @@ import pytest
 import gd_analyze as gd
 from changed_recursions import summands_dropped
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
-from gd_analyze.studies.main_job_files import FILES, write_findings
+from gd_analyze.studies.main_job_files import write_findings
 from parallel_axes import arm_of, scara
 from strategies import random_states
 
@@ -45,9 +46,12 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         findings = gd.find(arm, motion)
-        write_findings(findings, folder, tuple(FILES))
-        stored, model = gd.load_findings(folder / FILES["h5"]), load_model(folder / FILES["json"])
-    assert all((folder / name).stat().st_size for name in FILES.values())
+        write_findings(findings, folder, tuple(RESULT_FILES))
+        stored, model = (
+            gd.load_findings(folder / RESULT_FILES["h5"]),
+            load_model(folder / RESULT_FILES["json"]),
+        )
+    assert all((folder / name).stat().st_size for name in RESULT_FILES.values())
     exact = ExactDynamics.of(arm, motion)
     assert (
         np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0) <= model.accuracy.allowed

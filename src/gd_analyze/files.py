@@ -156,12 +156,6 @@ def require_writable(path: Path, option: str = "--out") -> None:
         )
 
 
-def require_formats(formats: Collection[str], files: Mapping[str, str]) -> None:
-    """Raise a UsageError where a format is none of those that `files` are written in."""
-    for unknown in sorted(set(formats) - set(files)):
-        raise UsageError(f"there is no format {unknown!r}", where="formats", expected=", ".join(files))
-
-
 def data_folder(kind: str) -> Path:
     """Folder of the shipped "robots", "trajectories" or "references": in a wheel, or beside src."""
     package = Path(__file__).parent
@@ -224,9 +218,9 @@ def warn_of_others(path: Path, mark: str) -> None:
 
 
 def require_one_run(
-    folder: Path, files: Collection[str], written: Collection[str], mark: str, *, overwrite: bool = False
+    folder: Path, files: Mapping[str, str], formats: Collection[str], mark: str, *, overwrite: bool = False
 ) -> tuple[Path, ...]:
-    """Check that a folder will hold files of one run, before anything is computed or written.
+    """Check that files can be written and that a folder will hold those of one run, before any computing.
 
     What was asked for once may be asked for again, and replaces what it gave before. Anything else that the
     set's names stand for stays, unless it shall be overwritten.
@@ -235,8 +229,8 @@ def require_one_run(
     ----------
     folder
         Where to write.
-    files, written
-        The names of a set of files, and those that the run at hand will write.
+    files, formats
+        The names of a set of files by format, and which of these the run at hand will write.
     mark
         Its mark; of what it replaces only the first part counts.
     overwrite
@@ -249,10 +243,17 @@ def require_one_run(
 
     Raises
     ------
+    UsageError
+        If there is no such format.
     OutputError
-        If the folder holds files of another run, or would then hold files of two.
+        If a file cannot be written, or the folder holds files of another run or would then hold files of two.
     """
-    others = _others(folder, files, mark)
+    for unknown in sorted(set(formats) - set(files)):
+        raise UsageError(f"there is no format {unknown!r}", where="formats", expected=", ".join(files))
+    written = [files[name] for name in formats]
+    for name in written:
+        require_writable(folder / name)
+    others = _others(folder, files.values(), mark)
     asked_else = [name for name in others if mark_in(folder / name)[:_ASKED] != mark[:_ASKED]]
     left = [name for name in others if name not in written]
     if (asked_else or left) and not overwrite:

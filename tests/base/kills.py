@@ -24,10 +24,10 @@ import gd_analyze as gd
 import gd_analyze.report.main_page
 import gd_analyze.report.main_pdf
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
-from gd_analyze.files import mark_in
+from gd_analyze.files import RESULT_FILES, mark_in
 from gd_analyze.results.findings import Findings
 from gd_analyze.studies import main_job_files as results_folder
-from gd_analyze.studies.main_job_files import FILES, write_findings
+from gd_analyze.studies.main_job_files import write_findings
 
 
 def names_in(folder: Path) -> list[str]:
@@ -120,7 +120,7 @@ def telling_of_renames(tell: int) -> None:
     replace = Path.replace
 
     def slow(self: Path, target: Path) -> Path:
-        if target.name == FILES["h5"]:
+        if target.name == RESULT_FILES["h5"]:
             os.write(tell, b".")
         time.sleep(PAUSE)
         return replace(self, target)
@@ -131,7 +131,7 @@ def telling_of_renames(tell: int) -> None:
 def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
     """What must never be, and whether the folder holds files of both runs."""
     wrong: list[str] = []
-    names = [name for name in FILES.values() if (folder / name).exists()]
+    names = [name for name in RESULT_FILES.values() if (folder / name).exists()]
     marks = {name: mark_in(folder / name) for name in names}
     wrong += [f"{name} has no mark" for name, found in marks.items() if not found]
     mixed = len(set(marks.values())) > 1
@@ -146,11 +146,11 @@ def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
         said = " ".join(str(warning.message) for warning in told)
         if mixed != ("different runs" in said) or not all(other in said for other in others):
             wrong.append(f"{name} beside others of another run, {others}: {said!r}")
-    if len(pd.read_csv(folder / FILES["csv"])) != 7:  # D11, D12, D22, h1, h2, c1, c2
+    if len(pd.read_csv(folder / RESULT_FILES["csv"])) != 7:  # D11, D12, D22, h1, h2, c1, c2
         wrong.append("the ranking is cut off")
-    if not (folder / FILES["html"]).read_text(encoding="utf-8").rstrip().endswith("</html>"):
+    if not (folder / RESULT_FILES["html"]).read_text(encoding="utf-8").rstrip().endswith("</html>"):
         wrong.append("the page is cut off")
-    if not (folder / FILES["pdf"]).read_bytes().rstrip().endswith(b"%%EOF"):
+    if not (folder / RESULT_FILES["pdf"]).read_bytes().rstrip().endswith(b"%%EOF"):
         wrong.append("the PDF is cut off")
     return wrong, mixed
 
@@ -158,16 +158,16 @@ def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
 def main(folder: Path, number: int, seed: int) -> None:
     runs = two_runs()
     render_once(runs)
-    draw, names = random.Random(seed), sorted(FILES.values())
+    draw, names = random.Random(seed), sorted(RESULT_FILES.values())
     start = time.perf_counter()
     for run in runs:
-        write_findings(run, folder, FILES)
+        write_findings(run, folder, RESULT_FILES)
     duration = time.perf_counter() - start
     copied = with_hdf5_copied(runs, folder)
     turns = itertools.cycle(runs)
 
     def write() -> None:
-        write_findings(next(turns), folder, FILES)
+        write_findings(next(turns), folder, RESULT_FILES)
 
     def write_quickly() -> None:
         copied(write)
@@ -179,7 +179,7 @@ def main(folder: Path, number: int, seed: int) -> None:
             pass
 
     each_number = [
-        (dies_after(k, write_quickly), lambda hear: os.read(hear, 1)) for k in range(len(FILES) + 1)
+        (dies_after(k, write_quickly), lambda hear: os.read(hear, 1)) for k in range(len(RESULT_FILES) + 1)
     ]
     at_random = (for_ever(write), lambda _: time.sleep(draw.uniform(0, duration)))
     renaming = (for_ever(write_quickly, telling_of_renames), about_renames)

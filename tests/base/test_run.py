@@ -11,8 +11,8 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
-from gd_analyze.files import RESULT_FILES, mark_in
-from gd_analyze.studies.main_job_files import require_folder, write_findings
+from gd_analyze.files import RESULT_FILES, mark_in, require_one_run
+from gd_analyze.studies.main_job_files import write_findings
 
 QUICK = ("h5", "json", "csv")
 
@@ -90,7 +90,7 @@ def test_a_file_of_no_run_is_noticed_and_one_of_another_name_is_not(folder, two_
 
 
 def claimed(folder, findings, formats=RESULT_FILES, *, overwrite=False):
-    return require_folder(folder, formats, mark(findings), overwrite=overwrite)
+    return require_one_run(folder, RESULT_FILES, formats, mark(findings), overwrite=overwrite)
 
 
 def test_the_same_run_again_replaces_the_files(folder, two_link, swing, swing_findings):

@@ -12,15 +12,15 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cli.main_job import FORMATS, MADE_AGAIN
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.writing import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
-from gd_analyze.studies.main_job_files import FILES
 from several_motions import swung
 
 
 def test_the_formats_are_those_of_the_library():
-    assert tuple(FILES) == FORMATS
+    assert tuple(RESULT_FILES) == FORMATS
 
 
 def test_everything_is_written_and_agrees(run, here):
@@ -28,8 +28,8 @@ def test_everything_is_written_and_agrees(run, here):
     assert (result.code, result.err) == (0, "")
     found = result.json
     folder = Path("reports/puma560-pick-and-place")
-    assert {str(folder / name) for name in FILES.values()} == set(found["files"])
-    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES.values())
+    assert {str(folder / name) for name in RESULT_FILES.values()} == set(found["files"])
+    assert sorted(path.name for path in folder.iterdir()) == sorted(RESULT_FILES.values())
     assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
     assert (folder / "report.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
 
@@ -85,7 +85,7 @@ def test_the_terminal_shows_the_answer_within_80_columns(run, here):
 def test_only_the_chosen_files_are_written(run, motion, here, formats):
     result = run("two_link", motion, "--out", "x", "--quiet", "--format", ",".join(formats))
     assert (result.code, result.out, result.err) == (0, "", "")
-    assert {path.name for path in (here / "x").iterdir()} == {FILES[name] for name in formats}
+    assert {path.name for path in (here / "x").iterdir()} == {RESULT_FILES[name] for name in formats}
 
 
 def test_options_may_stand_anywhere(run, motion, here):
@@ -163,10 +163,10 @@ def test_reports_are_made_again_byte_by_byte(run, here):
     result = run("report", "first/analysis.h5", "--out", "second", "--json")
     assert (result.code, result.err) == (0, "")
     for name in MADE_AGAIN:
-        first, second = ((here / folder / FILES[name]).read_bytes() for folder in ("first", "second"))
+        first, second = ((here / folder / RESULT_FILES[name]).read_bytes() for folder in ("first", "second"))
         assert first == second, name
     again = result.json
-    assert again.pop("files") == [str(Path("second") / FILES[name]) for name in MADE_AGAIN]
+    assert again.pop("files") == [str(Path("second") / RESULT_FILES[name]) for name in MADE_AGAIN]
     found.pop("files")
     assert again == found
 

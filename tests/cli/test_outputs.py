@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.simplification.model_file import save_model
-from gd_analyze.studies.main_job_files import FILES
 
 LONG = "a" * 300
 COMPUTING = {
@@ -127,7 +127,7 @@ def file_size_limited(size: int) -> Iterator[None]:
 def test_a_disk_that_fills_up(run, motion, here, formats):
     words = ("two_link", motion, "--out", "r", "--overwrite", "--format", formats, "--budget")
     assert run(*words, "5%").code == 0
-    name = FILES[formats]
+    name = RESULT_FILES[formats]
     before = (here / "r" / name).read_bytes()
     for share in (0.0, 0.9):
         with file_size_limited(int(share * len(before))):

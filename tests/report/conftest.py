@@ -20,7 +20,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.main_job import Origin, Settings, find
+from gd_analyze.studies.main_job import Settings, find
 from recordings import Motion
 from several_motions import swung
 
@@ -28,7 +28,7 @@ from several_motions import swung
 @pytest.fixture(scope="session")
 def puma_findings() -> Findings:
     arm = load_arm("puma560")
-    return find(arm, read_trajectory("wrist-move", arm), origin=Origin("gd-analyze puma560 wrist-move"))
+    return find(arm, read_trajectory("wrist-move", arm), command="gd-analyze puma560 wrist-move")
 
 
 @pytest.fixture(scope="session")

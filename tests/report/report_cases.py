@@ -11,7 +11,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, JointKind, Link, Placement
-from gd_analyze.studies.main_job import Origin, Settings, find
+from gd_analyze.studies.main_job import Settings, find
 from strategies import random_inertia
 
 HOSTILE = '#strong[x] $x^2$ "quoted" <script>alert(1)</script> *b* = @ref \\n'
@@ -45,7 +45,7 @@ def made_findings(
     time = np.linspace(0.0, 2.0, set_points) if set_points > 1 else np.zeros(1)
     phase = 2 * time[:, None] + np.arange(len(kinds))
     motion = Trajectory(time, np.sin(phase), 2 * np.cos(phase), -4 * np.sin(phase), "wave")
-    return find(arm, motion, Settings(level=level), origin=Origin("gd-analyze made_up wave"))
+    return find(arm, motion, Settings(level=level), command="gd-analyze made_up wave")
 
 
 def resting_findings(arm: RobotArm) -> Findings:

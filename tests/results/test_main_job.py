@@ -12,6 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, OutputError, TrajectoryError, UsageError
+from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
@@ -20,8 +21,8 @@ from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies import main_job
-from gd_analyze.studies.main_job import Origin, Settings, analyze, default_folder, find
-from gd_analyze.studies.main_job_files import FILES, write_findings
+from gd_analyze.studies.main_job import Settings, analyze, default_folder, find
+from gd_analyze.studies.main_job_files import write_findings
 from strategies import names_in
 
 DATA_FORMATS = ("h5", "json", "csv")
@@ -39,7 +40,9 @@ def nothing_computed(monkeypatch):
 def test_exactly_the_chosen_files(two_link, swing, tmp_path, formats):
     folder = tmp_path / "deep" / "results"
     analyze(two_link, swing, folder, formats=formats)
-    assert sorted(names_in(folder) if folder.exists() else []) == sorted(FILES[name] for name in formats)
+    assert sorted(names_in(folder) if folder.exists() else []) == sorted(
+        RESULT_FILES[name] for name in formats
+    )
 
 
 def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypatch):
@@ -114,7 +117,7 @@ def test_warnings_end_up_in_the_findings(two_link, swing, monkeypatch):
         return real(*args, **options)
 
     monkeypatch.setattr(main_job, "decompose_on_demand", suspicious)
-    found = find(two_link, swing, origin=Origin(warnings=("an odd file",)))
+    found = find(two_link, swing, warned=("an odd file",))
     assert found.warnings == ("an odd file", "an odd arm")
 
 

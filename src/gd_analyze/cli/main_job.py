@@ -84,18 +84,18 @@ def analyze(
     """Decompose, rank, simplify, store and report: the main job."""
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.studies.main_job import Origin, default_folder, source_of
-        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
+        from gd_analyze.files import RESULT_FILES, require_one_run
+        from gd_analyze.studies.main_job import default_folder, source_of
+        from gd_analyze.studies.main_job_files import write_findings
 
         how = gd.Settings(christoffel=not no_christoffel, **settings)
         arm = load_arm_carrying(robot, payload)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
-        require_outputs(*(folder / FILES[name] for name in formats))
+        require_outputs(*(folder / RESULT_FILES[name] for name in formats))
         mark = source_of(arm, motion, how)["run"]
-        strangers = require_folder(folder, formats, mark, overwrite=overwrite)
-        origin = Origin(command_line(), tuple(output.warnings))
-        findings = gd.find(arm, motion, how, origin=origin, progress=stage)
+        strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
+        findings = gd.find(arm, motion, how, command=command_line(), warned=output.warnings, progress=stage)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
         output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
@@ -124,15 +124,16 @@ def report(
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
+        from gd_analyze.files import RESULT_FILES, require_one_run
+        from gd_analyze.studies.main_job_files import write_findings
 
         folder = analysis.parent if out is None else out
         findings = gd.load_findings(analysis)
-        require_outputs(*(folder / FILES[name] for name in formats))
+        require_outputs(*(folder / RESULT_FILES[name] for name in formats))
         strangers: tuple[Path, ...] = ()
-        if (folder / FILES["h5"]).resolve() != analysis.resolve():
+        if (folder / RESULT_FILES["h5"]).resolve() != analysis.resolve():
             mark = findings.provenance.get("run", "")
-            strangers = require_folder(folder, formats, mark, overwrite=overwrite)
+            strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
     _give(findings, folder, formats, output, top)
@@ -140,14 +141,14 @@ def report(
 
 def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
+    from gd_analyze.files import RESULT_FILES
     from gd_analyze.result import Section
     from gd_analyze.results.recursion_parts import recursion_parts
     from gd_analyze.results.run_result import run_result
-    from gd_analyze.studies.main_job_files import FILES
 
     result = run_result(findings, top)
     if findings.model.level is gd.LEVELS["recursive"] and output.as_json:
         parts = recursion_parts(findings.model, gd.states_of(findings.trajectory), 3)
         result = replace(result, parts=(*result.parts, Section("recursion", "", parts)))
     output.warnings[:] = dict.fromkeys([*findings.warnings, *output.warnings])
-    output.give(result, wrote=[folder / FILES[name] for name in formats])
+    output.give(result, wrote=[folder / RESULT_FILES[name] for name in formats])

@@ -159,7 +159,10 @@ class Growth:
         """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
         counts = zip(SIZES, self.counts(method, which), strict=False)
         large = [(n, count.total) for n, count in counts if n >= _ASYMPTOTIC]
-        return float(np.polyfit(*np.log(large).T, 1)[0]) if large else None
+        if not large:
+            return None
+        log_sizes, log_totals = np.log(large).T
+        return float(np.polyfit(log_sizes, log_totals, 1)[0])
 
     @cached_property
     def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import warnings
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -20,6 +20,7 @@ from gd_analyze.dynamics.long_decomposition import decompose_on_demand
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
+from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.checks import check_against_arm
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
@@ -47,7 +48,7 @@ from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
-from gd_analyze.studies.main_job_files import FILES, require_folder, write_findings
+from gd_analyze.studies.main_job_files import write_findings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,65 +118,12 @@ class Settings:
         """The budget as a value."""
         return Budget.of(self.budget)
 
+    @property
     def described(self) -> dict[str, Any]:
         """All of it as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
         return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
-
-    def unusual(self) -> list[str]:
-        """Options that are off their defaults, as words of a file name: "budget-0.5pct", "refit"."""
-        own, usual = self.described(), Settings().described()
-        values = {name: value for name, value in own.items() if value != usual[name]}
-        if "budget" in values:
-            values["budget"] = str(self.asked).replace("%", "pct")
-        return [_word(name.replace("_", "-"), value) for name, value in values.items()]
-
-
-def settings_of(settings: Settings | None, options: dict[str, Any]) -> Settings:
-    """Take settings as users of the library give them: as a value, or field by field.
-
-    Raises
-    ------
-    UsageError
-        If both are given, or there is no such field.
-    """
-    if not options:
-        return settings or Settings()
-    names = [entry.name for entry in fields(Settings)]
-    unknown = sorted(set(options) - set(names))
-    if settings is not None or unknown:
-        near = difflib.get_close_matches(unknown[0], names, n=1) if unknown else []
-        raise UsageError(
-            f"there is no option {unknown[0]!r}" if unknown else "settings are given twice",
-            where=unknown[0] if unknown else "settings",
-            expected=", ".join(names) if unknown else "an object, or its fields one by one",
-            next_step=f"did you mean {near[0]!r}?" if near else None,
-        )
-    return Settings(**options)
-
-
-def _word(name: str, value: Any) -> str:
-    """Say an option in signs that any file's name may have."""
-    if isinstance(value, bool):
-        return name if value else f"no-{name}"
-    return f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', str(value))}"
-
-
-@dataclass(frozen=True)
-class Origin:
-    """What came before the main job.
-
-    Parameters
-    ----------
-    command
-        What the user typed.
-    warnings
-        Warnings given while the input was read.
-    """
-
-    command: str = ""
-    warnings: tuple[str, ...] = ()
 
 
 class Progress(Protocol):
@@ -188,14 +136,10 @@ class Progress(Protocol):
         """Note that some steps are done."""
 
 
-class Silent:
-    """Keeps it to itself."""
+class _Silent:
+    def __call__(self, label: str, total: int | None = None) -> None: ...
 
-    def __call__(self, label: str, total: int | None = None) -> None:
-        """Do nothing."""
-
-    def advance(self, steps: int) -> None:
-        """Do nothing."""
+    def advance(self, steps: int) -> None: ...
 
 
 def analyze(
@@ -204,7 +148,7 @@ def analyze(
     out: str | Path | None = None,
     settings: Settings | None = None,
     *,
-    formats: Collection[str] = tuple(FILES),
+    formats: Collection[str] = tuple(RESULT_FILES),
     overwrite: bool = False,
     **options: Any,
 ) -> Findings:
@@ -220,7 +164,7 @@ def analyze(
     settings, options
         How, see `Settings`: an object, or its fields one by one, such as ``budget="0.5%"``.
     formats
-        Which files to write, of `gd_analyze.studies.main_job_files.FILES`.
+        Which files to write, of "h5", "json", "csv", "html" and "pdf".
     overwrite
         Replace a run of another arm, motion or other options that the folder holds.
 
@@ -247,14 +191,26 @@ def analyze(
     >>> findings.model.operations.total < findings.model.operations_full.total
     True
     """
-    how = settings_of(settings, options)
+    names = [entry.name for entry in fields(Settings)]
+    for name in sorted(set(options) - set(names)):
+        near = difflib.get_close_matches(name, names, n=1)
+        raise UsageError(
+            f"there is no option {name!r}",
+            where=name,
+            expected=", ".join(names),
+            next_step=f"did you mean {near[0]!r}?" if near else None,
+        )
+    if settings is not None and options:
+        raise UsageError("settings are given twice", where="settings", expected="an object, or its fields")
+    how = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, how)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
     folder, arm = Path(out), arm_of(arm)
     motion = trajectory_of(trajectory, arm)
-    strangers = require_folder(folder, formats, source_of(arm, motion, how)["run"], overwrite=overwrite)
+    mark = source_of(arm, motion, how)["run"]
+    strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
     findings = find(arm, motion, how)
     write_findings(findings, folder, formats, strangers)
     return findings
@@ -265,7 +221,8 @@ def find(
     trajectory: GivenMotions,
     settings: Settings | None = None,
     *,
-    origin: Origin | None = None,
+    command: str = "",
+    warned: Iterable[str] = (),
     progress: Progress | None = None,
 ) -> Findings:
     """Decompose, check, rank and simplify; nothing is written.
@@ -277,9 +234,8 @@ def find(
         stands for all trajectories in it.
     settings
         How; see `Settings` for what is done by default.
-    origin
-        The command, for provenance, and warnings given before; those given here, and those that arm and
-        trajectory deserve, are added.
+    command, warned
+        What the user typed, and warnings given while the input was read; those given here are added.
     progress
         Told the stages of the work.
 
@@ -300,8 +256,7 @@ def find(
         require_torques(trajectory)
     none = np.zeros(arm.n_joints)
     how.asked.allowed(ReferenceTorques(arm, none, none))  # a budget that does not fit fails before computing
-    before, stage = origin or Origin(), progress or Silent()
-    source = source_of(arm, trajectory, how, before.command)
+    stage, source = progress or _Silent(), source_of(arm, trajectory, how, command)
     stage("decomposing", trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
@@ -378,14 +333,14 @@ def find(
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=tuple(dict.fromkeys([*before.warnings, *_own(caught)])),
+        warnings=tuple(dict.fromkeys([*warned, *_own(caught)])),
         provenance=source,
     )
 
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
     """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
-    asked = [arm.name, trajectory.name, how.described(), *(motion.name for motion in trajectory.motions)]
+    asked = [arm.name, trajectory.name, how.described, *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
@@ -471,5 +426,12 @@ def _own(caught: list[warnings.WarningMessage]) -> list[str]:
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
-    """Folder the results go to when none is named; options that are not the usual ones are in its name."""
-    return Path("reports") / "-".join([arm.name, trajectory.name, *settings.unusual()])
+    """Folder the results go to when none is named; options off their defaults are in its name."""
+    words, usual = [arm.name, trajectory.name], Settings().described
+    for key, value in settings.described.items():
+        if value != usual[key]:
+            name = key.replace("_", "-")
+            text = str(settings.asked).replace("%", "pct") if key == "budget" else str(value)
+            said = f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}"
+            words.append(said if not isinstance(value, bool) else name if value else f"no-{name}")
+    return Path("reports") / "-".join(words)

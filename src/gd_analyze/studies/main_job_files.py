@@ -1,4 +1,4 @@
-"""The folder of results: what is in it, and how it is written as a whole or not at all."""
+"""The folder of the main job's results, written as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,19 +6,11 @@ from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from gd_analyze.files import (
-    RESULT_FILES,
-    replacing_together,
-    require_formats,
-    require_one_run,
-    require_writable,
-)
+from gd_analyze.files import RESULT_FILES, replacing_together
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.simplification.model_file import model_text
-
-FILES = RESULT_FILES
 
 
 def write_findings(
@@ -27,10 +19,10 @@ def write_findings(
     """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
 
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
-    that which the others can be made from; files of another run, see `require_folder`, are removed then.
+    that which the others can be made from; files of another run, `strangers`, are removed then.
     """
-    chosen = [name for name in FILES if name in formats]
-    paths = [folder / FILES[name] for name in chosen]
+    chosen = [name for name in RESULT_FILES if name in formats]
+    paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         pdf: Future[bytes] | None = None
@@ -48,7 +40,13 @@ def write_findings(
 
             places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:
-            places["csv"].write_bytes(_ranking_csv(findings).encode())
+            ranking = frame_of(findings.dominance, "element")
+            if "motions" in findings.tables:  # verdict and torque share along each: "verdict_MOTION"
+                by_motion = frame_of(findings.tables["motions"][["verdict", "torque_share"]], "element")
+                ranking = ranking.join(by_motion.drop(columns=["element", "quantity"]))
+            if "run" in findings.provenance:
+                ranking["run"] = findings.provenance["run"]
+            places["csv"].write_bytes(ranking.to_csv(index=False, lineterminator="\n").encode())
         if "json" in places:
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
@@ -57,36 +55,3 @@ def write_findings(
             places["pdf"].write_bytes(pdf.result())
     for path in strangers:
         path.unlink(missing_ok=True)
-
-
-def _ranking_csv(findings: Findings) -> str:
-    """Rank the elements, and say in a last column, the same in every row, of which run this is.
-
-    Of several motions, verdict and torque share along each come behind: "verdict_MOTION".
-    """
-    ranking = frame_of(findings.dominance, "element")
-    if "motions" in findings.tables:
-        by_motion = frame_of(findings.tables["motions"][["verdict", "torque_share"]], "element")
-        ranking = ranking.join(by_motion.drop(columns=["element", "quantity"]))
-    if "run" in findings.provenance:
-        ranking["run"] = findings.provenance["run"]
-    return ranking.to_csv(index=False, lineterminator="\n")
-
-
-def require_folder(
-    folder: Path, formats: Collection[str], mark: str, *, overwrite: bool = False
-) -> tuple[Path, ...]:
-    """Fail early, before any computing, when the files of these formats could not or should not be written.
-
-    Parameters and what is returned are those of `gd_analyze.files.require_one_run`.
-
-    Raises
-    ------
-    OutputError
-        If the folder cannot be written to, or holds files of another run that shall not be overwritten.
-    """
-    require_formats(formats, FILES)
-    written = [FILES[name] for name in formats]
-    for name in written:
-        require_writable(folder / name)
-    return require_one_run(folder, FILES.values(), written, mark, overwrite=overwrite)

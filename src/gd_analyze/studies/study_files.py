@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
-from gd_analyze.files import mark_of, replacing_together, require_formats, require_one_run
+from gd_analyze.files import mark_of, replacing_together, require_one_run
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.report.pdf import pdf_of
@@ -15,61 +15,35 @@ from gd_analyze.result import Result
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 
-FORMATS = ("html", "pdf", "json")
+_WRITERS: Mapping[str, Callable[[Result], bytes]] = {
+    "html": lambda result: page_of(result).encode(),
+    "pdf": lambda result: pdf_of(result, result.provenance["created"]),
+    "json": lambda result: (json.dumps(result.document(), indent=2, allow_nan=False) + "\n").encode(),
+}
 
 
 class StudyFolder:
     """Files NAME.html, NAME.pdf and NAME.json of one run in a folder.
 
-    Parameters
-    ----------
-    folder, name
-        Where to, and what the files are called.
-    formats
-        Some of `FORMATS`.
-    asked
-        What the study was asked for; runs of something else are not replaced.
-    overwrite
-        Whether a run of something else may be replaced.
-
-    Raises
-    ------
-    UsageError
-        If there is no such format.
-    OutputError
-        If files of another run stand there.
+    A run of something else than was asked for is not replaced, unless it shall be overwritten: see
+    `require_one_run`.
     """
 
     def __init__(
         self, folder: Path, name: str, formats: Collection[str], asked: Sequence[str], *, overwrite: bool
     ) -> None:
-        every = {format_: f"{name}.{format_}" for format_ in FORMATS}
-        require_formats(formats, every)
-        self.paths = {format_: folder / every[format_] for format_ in formats}
-        names = [path.name for path in self.paths.values()]
-        self._others = require_one_run(folder, every.values(), names, mark_of(asked), overwrite=overwrite)
+        files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
+        self._others = require_one_run(folder, files, formats, mark_of(asked), overwrite=overwrite)
+        self.paths = {format_: folder / files[format_] for format_ in formats}
 
     def write(self, result: Result) -> None:
-        """Write all files when the last is made, and remove those of another run.
-
-        Raises
-        ------
-        OutputError
-            If the folder cannot be written to.
-        """
+        """Write all files when the last is made, and remove those of another run."""
         made = [_WRITERS[format_](result) for format_ in self.paths]
         with replacing_together([*self.paths.values()]) as temporaries:
             for temporary, content in zip(temporaries, made, strict=True):
                 temporary.write_bytes(content)
         for path in self._others:
             path.unlink(missing_ok=True)
-
-
-_WRITERS: Mapping[str, Callable[[Result], bytes]] = {
-    "html": lambda result: page_of(result).encode(),
-    "pdf": lambda result: pdf_of(result, result.provenance["created"]),
-    "json": lambda result: (json.dumps(result.document(), indent=2, allow_nan=False) + "\n").encode(),
-}
 
 
 def inputs_stated(arm: RobotArm, motion: Trajectory | None) -> dict[str, str]:
