@@ -78,41 +78,29 @@ NAME = 'name = "mine"'
 IDENTITY = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 # What to change, what the message must say, the line it must name: the first with that text (@1: the second).
 CASES: list[tuple[str, str, str, str]] = [
-    ("zz = 0.01 }", "zz = 0.01, zx = 0.0 }", "links[1].inertia.zx", "zz = 0.01, zx"),
-    (f"{MASS}\n", "", "links[1].mass", "[[links]]"),
     ("yy = 0.02, ", "", "links[1].inertia.yy", "xx = 0.02"),
-    (MASS, 'mass = "heavy"', "links[1].mass", "mass ="),
     (MASS, "mass = true", "links[1].mass", "mass ="),
     (MASS, "mass = nan", "links[1].mass", "mass = nan"),
-    (MASS, "mass = -2.0", "mass of link first is negative", "[[links]]"),
     ("com = [0.0, 0.0, 0.1]", "com = [0.0, 0.1]", "links[1].com", "com = [0.0, 0.1]"),
     ("a_mm = 500.0", "a_mm = inf", "joints[1].a", "a_mm = inf"),
-    ("a_mm = 500.0", "a_mm = 1e300", "joints[1].a", "a_mm = 1e300"),
     ("a_mm = 500.0", "a_mm = 500.0\na = 0.5", "joints[1]", "[[joints]]"),
-    ("alpha_deg = -90.0", "alpha_mm = 1.0", "joints[1].alpha_mm", "alpha_mm"),
     ('kind = "prismatic"', 'kind = "spherical"', "joints[2].kind", "kind ="),
     ("range = [0.0", "range = [0.5", "range of joint slide is empty", "[[joints]]@1"),
     ("range = [0.0", "range_deg = [0.0", "joints[2].range_deg", "range_deg = [0.0"),
-    ("range_deg = [-90.0, 90.0]", f"range_deg = [0, 0x1{'0' * 400}]", "joints[1].range[2]", "range_deg"),
     ("limit = 2.0", "limit = 0.0", "velocity_limit of joint turn", "[[joints]]"),
     (MASS, f"{MASS}\nmass_uncertainty = -0.1", "links[1].mass_u", "mass_uncertainty"),
-    (INERTIA, f"{INERTIA}\ninertia_uncertainty = -1", "drives[2].inertia_u", "inertia_uncertainty"),
     ("gd-analyze arm 1", "gd-analyze arm 9", "format", "format ="),
-    (NAME, f'{NAME}\nconvention = "mine"', "convention", "convention"),
     (NAME, 'name = "../mine"', "name", "name ="),
     (NAME, f'{NAME}\ntitle = "a\\u202eb"', "title", "title ="),
     (NAME, f'{NAME}\nsources = ["\\u200b"]', "sources[1]", "sources ="),
-    ("[[drives]]", "[[joints]]\n[[drives]]", "one [[links]] table", "[[links]]@1"),
     (f"[[drives]]\n{INERTIA}\n", "", "one [[drives]] table", "[[drives]]"),
     ("mass = 1.0", "mass = 1.0\naxial_only = true", "axis only", "[[links]]@1"),
 ]  # fmt: skip
 BY_PLACEMENT = [
     ("0.0, -1.0]", "0.0, 1.0]", "joints[2].rotation", "rotation ="),  # a mirror
-    ("    [0.0, 1.0, 0.0],\n", "", "joints[2].rotation", "rotation ="),
     ("rpy = [0.1", f"rotation = {IDENTITY}\nrpy = [0.1", "joints[1]", "[[joints]]"),
     ("[0.6, 0.0, 0.8]", "[1, 0, 1]", "joints[1].axis", "axis ="),
     ("xyz = [0.0", "alpha = 0.1\nxyz = [0.0", "joints[1].alpha", "alpha"),
-    ("frame_xyz_mm", "fram_xyz_mm", "links[2].fram_xyz_mm", "fram_xyz"),
     ("-90.0, inf", "inf, 90.0", "joints[1].range", "range_deg"),
     ("-90.0, inf", "-90.0, 1e300", "joints[1].range", "range_deg"),
     ('"placement"', '"standard"', "joints[1].xyz", "xyz"),
@@ -134,36 +122,23 @@ def test_refused_with_its_line(file, base, old, new, says, line):
     assert caught.value.details["where"] == f"{path}, line {line_of(text, needle, int(occurrence or 0))}"
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("name = \nformat = 1\n", ", line 1, column 8"),
+def test_what_is_no_arm_file(file):
+    for text, place in (
         (f"{ARM}sources = [", f", line {ARM.count(chr(10)) + 1}"),
-        (ARM.replace("gravity = [0.0, 0.0, -9.81]", f"gravity = {'[' * 3000}{']' * 3000}"), ""),
-        (ARM.replace("gravity = [0.0, 0.0, -9.81]", f"gravity = {'9' * 5000}"), ", line 3"),
-        ("", ""),
-        (b"name = '\xff'", ""),
         (ARM + "# \n" * 400_000, ""),
-    ],
-    ids=["value", "cut off", "nested", "digits", "empty", "no text", "too large"],
-)
-def test_what_is_no_arm_file(file, text, place):
-    path = file(text)
-    with pytest.raises(ArmError) as caught:
-        gd.load_arm(path)
-    assert caught.value.details["where"] == f"{path}{place}"
-    assert {"found", "expected", "next"} & set(caught.value.details)
+    ):
+        path = file(text)
+        with pytest.raises(ArmError) as caught:
+            gd.load_arm(path)
+        assert caught.value.details["where"] == f"{path}{place}"
 
 
-@pytest.mark.parametrize(
-    ("name", "suggestion"),
-    [("puma506", "'puma560'"), ("zzz", "lists the built-in"), ("", ""), ("x" * 5000, ""), ("nul\0byte", "")],
-)
-def test_unknown_arms(name, suggestion):
+@pytest.mark.parametrize("name", ["puma506", "", "x" * 5000, "nul\0byte"])
+def test_unknown_arms(name):
     with pytest.raises(ArmError, match="there is no arm") as caught:
         gd.load_arm(name)
-    assert suggestion in caught.value.details["next"]
     assert "puma560, stanford, two_link" in caught.value.details["expected"]
+    assert ("'puma560'" in caught.value.details["next"]) == (name == "puma506")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import warnings
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,10 +13,10 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States
-from gd_analyze.robots.arm import RobotArm
 from robot_files import joint, link, mjcf, two_bodies, two_joints
+
+pytestmark = pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
 
 FRAX = importlib.util.find_spec("frax")
 # Right angles are made right, and MuJoCo keeps quaternions rounded: of numbers up to 10.
@@ -57,7 +56,7 @@ def without_meshes(path: Path, folder: Path) -> Path:
     return folder / path.name
 
 
-def assert_same_bodies(arm: RobotArm, model: mujoco.MjModel, tolerance: float) -> None:
+def assert_same_bodies(arm: gd.RobotArm, model: mujoco.MjModel, tolerance: float) -> None:
     """Masses, and in the base frame centres of mass and inertias, at three poses; the mass matrix, too."""
     rng, data = np.random.default_rng(0), mujoco.MjData(model)
     moving = [model.joint(each.name) for each in arm.joints]
@@ -93,10 +92,7 @@ def assert_same_bodies(arm: RobotArm, model: mujoco.MjModel, tolerance: float) -
 def test_files_of_every_kind(name, tmp_path):
     path = tmp_path / name
     path.write_text(FILES[name])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        arm = gd.load_arm(path)
-    assert_same_bodies(arm, mujoco.MjModel.from_xml_path(str(path)), 1e-9)
+    assert_same_bodies(gd.load_arm(path), mujoco.MjModel.from_xml_path(str(path)), 1e-9)
 
 
 @pytest.mark.parametrize("name", ["franka_panda/panda.urdf", "iiwa/iiwa14.urdf"])
@@ -105,7 +101,4 @@ def test_public_robots(name, tmp_path):
         pytest.skip("frax, which has the robots' files, is not installed")
     (found,) = Path(FRAX.origin).parent.rglob(name)
     path = without_meshes(found, tmp_path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        arm = gd.load_arm(path)
-    assert_same_bodies(arm, mujoco.MjModel.from_xml_path(str(path)), TOLERANCE)
+    assert_same_bodies(gd.load_arm(path), mujoco.MjModel.from_xml_path(str(path)), TOLERANCE)

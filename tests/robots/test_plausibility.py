@@ -62,13 +62,9 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "prismatic_range_in_millimetres": [(moving(kind="prismatic", lower=0.0, upper=800.0), "goes to 800 m")],
     "revolute_range_in_degrees": [
         (moving(lower=-end, upper=end), f"joint 1: the range goes to {end:g} rad")
-        for end in (45.0, 90.0, 110.0, 170.0, 266.0, 355.0, 360.0, 112.5)
+        for end in (45.0, 112.5, 355.0, 360.0)
     ],
-    "velocity_in_degrees": [
-        (moving(velocity_limit=180.0), "write velocity_limit_deg"),
-        (moving(velocity_limit=180.0, source=URDF), "give rad/s"),
-        (moving(velocity_limit=1000.0, source=Location("a.toml", 7)), "a.toml, line 7: "),
-    ],
+    "velocity_in_degrees": [(moving(velocity_limit=180.0, source=URDF), "a.urdf, line 7: the velocity")],
     "inertia_wider_than_the_arm": [(changed(1, inertia_com=5000.0 * np.eye(3)), "is it in kg cm^2")],
     "mass_too_large_for_reach": [
         (one_joint(Joint("1"), Link("1", 20000.0, np.zeros(3), np.zeros((3, 3)), SHELF)), "20000 kg"),
@@ -106,8 +102,6 @@ FINE = [
     *(moving(lower=-np.pi * k, upper=round(np.pi * k, 4)) for k in (1, 2, 2.5, 4, 6, 192)),
     moving(kind="prismatic", lower=0.0, upper=30.0),
     moving(lower=-np.inf, upper=np.inf),
-    moving(velocity_limit=1000.0, source=URDF),
-    moving(kind="prismatic", lower=-1e3, upper=1e3, source=URDF),
     row(theta=2 * np.pi, d=-15.0, a=15.0, alpha=-np.pi),
     of_inertia(0.5, 0.4995, 1.0),  # rounding
     of_inertia(0.5, 0.4001, 1.0, as_measured=True),
@@ -124,23 +118,14 @@ def test_what_is_fine(arm):
     assert implausible(arm) == ()
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "said"),
-    [
-        ("alpha_deg", "alpha", "alpha is -90 rad"),
-        ("a_mm", "a", "write a_mm"),
-        ("range_deg", "range", "which is 25.5 turns"),
-        ("velocity_limit = ", "velocity_limit = 8", "degrees per second"),
-    ],
-)
-def test_a_slip_in_a_file_is_named_with_its_line(before, after, said, tmp_path):
+def test_a_slip_in_a_file_is_named_with_its_line(tmp_path):
     path = tmp_path / "own.toml"
-    path.write_text(PUMA.replace(before, after), encoding="utf-8")
+    path.write_text(PUMA.replace("alpha_deg", "alpha").replace("range_deg", "range"), encoding="utf-8")
     with pytest.warns(GdAnalyzeWarning) as caught:
         gd.load_arm(path)
     texts = [str(item.message) for item in caught]
-    assert any(said in text for text in texts), texts
-    assert all("own.toml, line " in text for text in texts)
+    for said in ("alpha is -90 rad", "which is 25.5 turns"):
+        assert any(said in text and "own.toml, line " in text for text in texts), texts
 
 
 def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float = 1.0) -> RobotArm:
@@ -216,9 +201,9 @@ def test_masses_and_lengths_of_any_arm_in_other_units(arm: RobotArm) -> None:
     assert any("if in mm" in slip for slip in implausible(scaled(arm, length=1e3)))
 
 
-@pytest.mark.parametrize("name", gd.builtin_arms())
-def test_the_shipped_arms_in_other_units(name):
-    assert_suspected_in_other_units(gd.load_arm(name))
+def test_the_shipped_arms_in_other_units():
+    for name in gd.builtin_arms():
+        assert_suspected_in_other_units(gd.load_arm(name))
 
 
 def test_a_payload_does_not_accuse_its_link(puma):

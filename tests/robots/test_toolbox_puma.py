@@ -63,13 +63,6 @@ def toolbox() -> RobotArm:
     return RobotArm("toolbox", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
 
 
-def mirrored(arm: RobotArm) -> RobotArm:
-    """The same arm with link 4's centre of mass on the other side of the wrist's centre."""
-    links = list(arm.links)
-    links[3] = dataclasses.replace(links[3], com=-links[3].com)
-    return dataclasses.replace(arm, links=tuple(links))
-
-
 def dynamics(arm: RobotArm) -> dict[str, np.ndarray]:
     found = decompose_states(arm, States(POSE[None], RATES[None], np.zeros((1, 6))))
     return {
@@ -90,7 +83,10 @@ def test_published_figures_hold_for_the_toolboxs_own_numbers(toolbox):
 
 
 def test_they_do_not_with_the_sign_of_1986(toolbox):
-    found = dynamics(mirrored(toolbox))
+    """Link 4's centre of mass on the other side of the wrist's centre."""
+    links = list(toolbox.links)
+    links[3] = dataclasses.replace(links[3], com=-links[3].com)
+    found = dynamics(dataclasses.replace(toolbox, links=tuple(links)))
     assert np.abs(found["gravity_loading"] - GRAVITY_LOADING)[1:3].min() > 100 * HALF_DIGIT
     assert np.abs(np.diag(found["inertia"]) - np.diag(INERTIA))[:3].min() > 100 * HALF_DIGIT
 

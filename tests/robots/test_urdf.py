@@ -190,43 +190,33 @@ def test_hostile_xml_is_refused_at_once(refused, text, what):
     assert time.process_time() - start < 5.0
 
 
-def test_ranges_that_are_not_stated_are_unknown_and_doubted_once(tmp_path):
+def test_limits_that_are_unknown(tmp_path):
+    """Not stated, 0, or 1000 and so on, which makers write for none."""
     path = tmp_path / "robot.urdf"
     bare, zero = 'effort="3" velocity="0"', 'lower="0" upper="0" effort="0"'
+    far = 'lower="-1e9" upper="1e9" velocity="1000"'
+    ends = [("one", "base", "a"), ("two", "a", "b"), ("three", "b", "c"), ("four", "c", "d")]
     path.write_text(
         urdf(
-            *(link(name) for name in ("base", "a", "b", "c")),
-            joint("one", "base", "a", limit=bare),
-            joint("two", "a", "b", limit=zero),
-            joint("three", "b", "c", "continuous", limit='lower="-1" upper="1" velocity="2"'),
+            *(link(name) for name in ("base", "a", "b", "c", "d")),
+            *(joint(*between, limit=limit) for between, limit in zip(ends, (bare, zero, far), strict=False)),
+            joint(*ends[3], "continuous", limit='lower="-1" upper="1" velocity="2"'),
         )
     )
-    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 6, .*one, two") as caught:
+    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 7, .*one, two") as caught:
         arm = gd.load_arm(path)
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
     assert len(arm.doubts) == 1
-    assert [(j.lower, j.upper, j.velocity_limit) for j in arm.joints] == [(None,) * 3] * 2 + [
-        (None, None, 2.0)
-    ]
-    assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None]
+    assert [(j.lower, j.upper) for j in arm.joints] == [(None, None)] * 4
+    assert [j.velocity_limit for j in arm.joints] == [None, None, None, 2.0]
+    assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None, None]
+    assert arm.assumptions[-1].endswith("joint three.")
 
 
-def test_limits_that_stand_for_none(arm_of):
-    far, near = 'lower="-1e9" upper="1e9" velocity="1000"', 'lower="-1" upper="1" velocity="9"'
-    joints = [joint("one", "base", "a", limit=far), joint("two", "a", "b", limit=near)]
-    arm, _ = arm_of(urdf(*(link(name) for name in ("base", "a", "b")), *joints))
-    assert [(j.lower, j.upper, j.velocity_limit) for j in arm.joints] == [(None,) * 3, (-1.0, 1.0, 9.0)]
-    assert arm.assumptions[-1].endswith("joint one.")
-
-
-def test_masses_that_are_none_are_doubted(tmp_path):
-    path = tmp_path / "robot.urdf"
-    path.write_text(two_joints().replace('mass value="2.0"', 'mass value="0"').replace('"1.0"', '"0"'))
-    with pytest.warns(GdAnalyzeWarning) as caught:
-        gd.load_arm(path)
-    texts = [str(warning.message) for warning in caught]
-    assert any("no link has any mass" in text for text in texts)
-    assert any("robot.urdf, line 3, " in text and "upper has inertia without mass" in text for text in texts)
+def test_masses_that_are_none_are_doubted(arm_of):
+    arm, _ = arm_of(two_joints().replace('mass value="2.0"', 'mass value="0"').replace('"1.0"', '"0"'))
+    assert any("no link has any mass" in text for text in arm.doubts)
+    assert any("line 3, " in text and "upper has inertia without mass" in text for text in arm.doubts)
 
 
 def right_angled(right: str, other: str) -> str:

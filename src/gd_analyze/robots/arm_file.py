@@ -41,7 +41,6 @@ from gd_analyze.text import LARGEST, in_python
 _LARGEST_FILE = 1_000_000
 # Convention of an arm without a Denavit-Hartenberg table.
 _PLACEMENTS = "placements"
-_EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
 
 def _name(text: str) -> str:
@@ -287,7 +286,7 @@ def read_arm(path: str | Path) -> RobotArm:
     try:
         parsed = schema.model_validate(document)
     except ValidationError as error:
-        raise _misfit(error.errors(), lines, schema) from None
+        raise _misfit(error.errors(), lines) from None
     arm = _build(parsed, lines)
     warn_of_implausible(arm, stacklevel=3)
     return arm
@@ -298,50 +297,32 @@ def text_of_arm_file(path: Path) -> str:
     return text_of(path, "arm file", _LARGEST_FILE)
 
 
-def _misfit(errors: Sequence[ErrorDetails], lines: TableLines, schema: type[ArmTables]) -> ArmError:
+def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
     """Refusal of what does not fit the schema; in the place of a missing key, a misspelt one beside it."""
-    first = errors[0]
-    if first["type"] == "missing":
-        unknown = (error for error in errors if error["type"] == "extra_forbidden")
-        first = next((error for error in unknown if error["loc"][:-1] == first["loc"][:-1]), first)
+    unknown = [error for error in errors if error["type"] == "extra_forbidden"]
+    misspelt = (error for error in unknown if error["loc"][:-1] == errors[0]["loc"][:-1])
+    first = next(misspelt, errors[0]) if errors[0]["type"] == "missing" else errors[0]
     keys = first["loc"]
-    expected = first["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    next_step = _EXAMPLE
-    if first["type"] == "extra_forbidden":
-        known = _keys_beside(keys, schema)
-        expected = f"a key of the schema: {', '.join(known)}"
-        if near := _nearest(str(keys[-1]), known):
-            next_step = f"did you mean {near}? {_EXAMPLE}"
+    likely = _likely(str(keys[-1])) if first in unknown else ""
     dotted = "".join(f"[{key + 1}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")
     return ArmError(
         f"the arm file does not fit the schema: {dotted or 'top level'}",
         where=lines.locate(keys),
-        expected=expected,
+        expected=first["msg"].removeprefix("Value error, ").removeprefix("Input should be "),
         found="nothing" if first["type"] == "missing" else in_python(first["input"]),
-        next_step=next_step,
+        next_step=(f"did you mean {likely}? " if likely else "")
+        + "`gd-analyze arms puma560 --to toml` prints a complete example",
     )
 
 
-def _keys_beside(keys: tuple[str | int, ...], schema: type[ArmTables]) -> list[str]:
-    """Keys of the table in which a path such as ("links", 2, "mas") ends."""
-    placed = schema is PlacementFile
-    tables: dict[str, type[Table]] = {
-        "joints": PlacedJointTable if placed else DHJointTable,
-        "links": PlacedLinkTable if placed else LinkTable,
-        "drives": DriveTable,
-        "inertia": InertiaTable,
-        "inertia_uncertainty": InertiaUncertaintyTable,
-    }
-    names = [key for key in keys[:-1] if isinstance(key, str)]
-    return list((tables[names[-1]] if names else schema).model_fields)
-
-
-def _nearest(key: str, known: Sequence[str]) -> str | None:
+def _likely(key: str) -> str:
     """Key that a misspelt one likely stands for; its unit suffix stays, unless that is what is wrong."""
+    tables = (PlacementFile, DHJointTable, PlacedJointTable, PlacedLinkTable, InertiaTable, DriveTable)
+    known = {name for table in tables for name in table.model_fields}
     suffix = next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
     bare = key.removesuffix(suffix)
-    near = difflib.get_close_matches(bare, known, n=1)
-    return (bare if bare in known else near[0] + suffix) if near else None
+    near = difflib.get_close_matches(bare, sorted(known), n=1)
+    return "" if not near else bare if bare in known else near[0] + suffix
 
 
 def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
@@ -363,32 +344,12 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
             rows.append(DHRow(joint.theta, joint.d, joint.a, joint.alpha))
             before, behind = CONVENTIONS[parsed.convention][1](joint.kind, rows[-1])
         lower, upper = (end if math.isfinite(end) else None for end in joint.range or (-math.inf, math.inf))
-        joints.append(
-            Joint(
-                joint.name or str(i + 1),
-                joint.kind,
-                before,
-                np.array(axis),
-                lower,
-                upper,
-                joint.velocity_limit,
-                joint.acceleration_limit,
-                lines.locate(("joints", i)),
-            )
-        )
-        links.append(
-            Link(
-                link.name or str(i + 1),
-                link.mass,
-                np.array(link.com),
-                link.inertia_com(),
-                behind,
-                link.as_measured,
-                link.axial_only,
-                link.uncertainty(),
-                lines.locate(("links", i)),
-            )
-        )
+        limits = (lower, upper, joint.velocity_limit, joint.acceleration_limit)
+        name, where = joint.name or str(i + 1), lines.locate(("joints", i))
+        joints.append(Joint(name, joint.kind, before, np.array(axis), *limits, where))
+        known = (link.as_measured, link.axial_only, link.uncertainty(), lines.locate(("links", i)))
+        name, com = link.name or str(i + 1), np.array(link.com)
+        links.append(Link(name, link.mass, com, link.inertia_com(), behind, *known))
     drives = (Drive(**{**dict(drive), "coulomb": tuple(drive.coulomb)}) for drive in parsed.drives)
     return RobotArm(
         name=parsed.name,
@@ -399,9 +360,7 @@ def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
         drives=tuple(drives),
         dh_table=tuple(rows),
         convention=CONVENTIONS[parsed.convention][0] if rows else _PLACEMENTS,
-        sources=tuple(parsed.sources),
-        assumptions=tuple(parsed.assumptions),
-        doubts=tuple(parsed.doubts),
+        **{key: tuple(getattr(parsed, key)) for key in ("sources", "assumptions", "doubts")},
     )
 
 

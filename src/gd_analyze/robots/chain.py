@@ -8,8 +8,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.tree import Tree, TreeJoint
 
-# A finger has up to four joints.
-_FINGER = 4
 _MOST_NAMED = 12
 # Of more joints than these --tip says it shorter.
 _FEW = 6
@@ -169,22 +167,18 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         stem, at = [*stem, at[0]], after[at[0].index]
     if not at:
         return
-    depth: dict[int, int] = {}  # length of the longest chain from each joint on, mimicking joints apart
-    for joint in reversed(free):  # parents come first
-        beyond = max((depth[one.index] for one in after[joint.index]), default=0)
-        depth[joint.index] = beyond + (joint.name not in tree.notes.mimics)
-    fork = stem[-1].link if stem else "the base"
+    fork, beyond = stem[-1].link if stem else "the base", [joint for joint in free if joint not in stem]
     branches = [[one for one in free if one.index in tree.beyond({joint.index})] for joint in at]
-    second, first = sorted(depth[joint.index] for joint in at)[-2:]
-    if first <= min(_FINGER, len(stem)) and first - second <= 1:
-        held = [joint for branch in branches for joint in branch if joint.name not in tree.notes.mimics]
+    if len(beyond) <= len(stem):
+        held = [joint for joint in beyond if joint.name not in tree.notes.mimics]
         way = f"--tip {fork} holds what branches off, with its mass"
         if len(held) <= _FEW:
             way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
     else:
-        tips = _tips(at, after, depth)
-        tips.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
-        way = "name the arm's last link, " + " or ".join(f"--tip {tip.link}" for tip in tips[:_MOST_NAMED])
+        ends = [joint for joint in beyond if len(after[joint.index]) != 1]
+        ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
+        tips = [joint.link for joint in (*stem[-1:], *ends)]
+        way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     raise ArmError(
         f"the robot branches at link {fork}" if stem else "the robot branches at its base",
@@ -193,20 +187,3 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         found=f"{len(at)} branches: {_named(names)}",
         next_step=way,
     )
-
-
-def _tips(
-    forked: Sequence[TreeJoint], after: Mapping[int, Sequence[TreeJoint]], depth: Mapping[int, int]
-) -> list[TreeJoint]:
-    """Joints at which the arms end that part at a fork; a hand's fingers do not count as arms."""
-    deepest = max(depth[joint.index] for joint in forked)
-    found = []
-    for joint in forked:
-        if depth[joint.index] <= _FINGER < deepest:
-            continue
-        while len(after[joint.index]) == 1:
-            joint = after[joint.index][0]
-        beyond = after[joint.index]
-        is_hand = all(depth[one.index] <= _FINGER for one in beyond)
-        found += [joint] if is_hand else [joint, *_tips(beyond, after, depth)]
-    return found

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.result import Column, Fact, Result, Section, Table
+from gd_analyze.result import Column, Fact, Result, Section, Shown, Table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.frames import angles_of
 from gd_analyze.robots.parts import Placement
 
-_MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
-_PRODUCTS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+# Entries of a tensor, shape (3, 3), by columns of tables.
+_MOMENTS, _PRODUCTS = ([0, 1, 2], [0, 1, 2]), ([0, 0, 1], [1, 2, 2])
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
+_SHOWN: dict[str, Shown] = {"#": "count", "joint": "name", "link": "name", "moves link": "name"}
 
 
 def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
@@ -57,44 +58,22 @@ def _cells(values: Iterable[float | None]) -> list[str]:
     return ["?" if value is None else f"{value:g}" for value in values]
 
 
-def _entries(tensor: FloatArray, of: Mapping[str, tuple[int, int]]) -> list[str]:
-    return _cells(float(tensor[at]) for at in of.values())
-
-
-def _table(
-    title: str, first: Column, headings: Iterable[str], rows: Sequence[Sequence[str]], note: str = ""
-) -> Table:
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "") -> Table:
     columns = zip(headings, zip(*rows, strict=True), strict=True)
-    return Table("", title, (first, *(Column("", heading, list(cells)) for heading, cells in columns)), note)
-
-
-def _names(heading: str, names: Sequence[str]) -> Column:
-    return Column("", heading, names, shown="name")
-
-
-def _of_joints(arm: RobotArm) -> Column:
-    return _names("joint", [joint.name for joint in arm.joints])
-
-
-def _numbers(arm: RobotArm) -> Column:
-    return Column("", "#", range(1, arm.n_joints + 1), shown="count")
+    shown = (
+        Column("", heading, list(cells), shown=_SHOWN.get(heading, "number")) for heading, cells in columns
+    )
+    return Table("", title, tuple(shown), note)
 
 
 def _chain(arm: RobotArm) -> Table:
-    whole = float(arm.mass.sum())
-    places = [
-        ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
-        for joint, link in zip(arm.joints, arm.links, strict=True)
-    ]
-    columns = (
-        _numbers(arm),
-        _of_joints(arm),
-        _names("moves link", [link.name for link in arm.links]),
-        Column("", "kg", [f"{mass:.3g}" for mass in arm.mass]),
-        Column("", "%", [f"{100 * mass / (whole or 1.0):.0f}" for mass in arm.mass]),
-        Column("", "at lines" * any(places), places),
-    )
-    return Table("", f"Chain, {whole:.4g} kg in all", columns)
+    whole, rows = float(arm.mass.sum()), []
+    for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
+        lines = ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
+        share = f"{100 * link.mass / (whole or 1.0):.0f}"
+        rows.append([i, joint.name, link.name, f"{link.mass:.3g}", share, lines])
+    headings = ["#", "joint", "moves link", "kg", "%", "at lines" * any(row[-1] for row in rows)]
+    return _table(f"Chain, {whole:.4g} kg in all", headings, rows)
 
 
 def _dh_table(arm: RobotArm) -> Iterator[Table]:
@@ -105,19 +84,22 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
             theta = f"q + {theta}" if row.theta else "q"
         else:
             d = f"q + {d}" if row.d else "q"
-        rows.append([joint.kind, theta, d, a, alpha])
+        rows.append([joint.name, joint.kind, theta, d, a, alpha])
     title = arm.convention[:1].upper() + arm.convention[1:]
-    yield _table(title, _of_joints(arm), ["kind", "theta °", "d m", "a m", "alpha °"], rows)
+    yield _table(title, ["joint", "kind", "theta °", "d m", "a m", "alpha °"], rows)
 
 
 def _placements(arm: RobotArm) -> Iterator[Table]:
-    rows = [[*_pose(joint.placement), _axis(joint.axis), joint.kind] for joint in arm.joints]
+    rows = [
+        [i, *_pose(joint.placement), _axis(joint.axis), joint.kind]
+        for i, joint in enumerate(arm.joints, start=1)
+    ]
     title = "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), axis"
-    yield _table(title, _numbers(arm), [*_POSE, "axis", "kind"], rows)
+    yield _table(title, ["#", *_POSE, "axis", "kind"], rows)
     frames = [link.frame for link in arm.links]
     if any(frame.translation.any() or (frame.rotation != np.eye(3)).any() for frame in frames):
         title = "Link frames, each in its joint's: place (m), angles about x, y, z (°)"
-        yield _table(title, _numbers(arm), _POSE, list(map(_pose, frames)))
+        yield _table(title, ["#", *_POSE], [[i, *_pose(frame)] for i, frame in enumerate(frames, start=1)])
 
 
 def _pose(placement: Placement) -> list[str]:
@@ -134,48 +116,45 @@ def _axis(axis: FloatArray) -> str:
 
 
 def _links(arm: RobotArm) -> Iterator[Table | Fact]:
-    names = _names("link", [link.name for link in arm.links])
-    masses = [_cells([link.mass, *link.com]) for link in arm.links]
+    rows = [[link.name, *_cells([link.mass, *link.com])] for link in arm.links]
     yield _table(
-        "Links: mass (kg) and centre of mass (m) in the link's frame", names, ["mass", "x", "y", "z"], masses
+        "Links: mass (kg) and centre of mass (m) in the link's frame", ["link", "mass", "x", "y", "z"], rows
     )
-    moments, products = (
-        [_entries(link.inertia_com, of) for link in arm.links] for of in (_MOMENTS, _PRODUCTS)
-    )
-    has_products = any(cell != "0" for row in products for cell in row)
     title = "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
-    yield _table(title, names, _MOMENTS, moments, "" if has_products else "All products of inertia are zero.")
+    rows = [[link.name, *_cells(link.inertia_com[_MOMENTS])] for link in arm.links]
+    has_products = arm.inertia_com[:, *_PRODUCTS].any()
+    note = "" if has_products else "All products of inertia are zero."
+    yield _table(title, ["link", "xx", "yy", "zz"], rows, note)
     if has_products:
-        yield _table("Products of inertia, as they stand in the tensor", names, _PRODUCTS, products)
-    measured = [link.name for link in arm.links if link.as_measured]
-    axial = [link.name for link in arm.links if link.axial_only]
-    for label, links in (
-        ("Inertia kept as measured", measured),
-        ("Inertia about the joint's axis only", axial),
-    ):
-        if links:
-            yield Fact("", label, ", ".join(links), shown="text")
+        rows = [[link.name, *_cells(link.inertia_com[_PRODUCTS])] for link in arm.links]
+        yield _table("Products of inertia, as they stand in the tensor", ["link", "xy", "xz", "yz"], rows)
+    measured = ", ".join(link.name for link in arm.links if link.as_measured)
+    axial = ", ".join(link.name for link in arm.links if link.axial_only)
+    yield Fact("", "Inertia kept as measured" * bool(measured), measured, shown="text")
+    yield Fact("", "Inertia about the joint's axis only" * bool(axial), axial, shown="text")
 
 
 def _uncertainties(arm: RobotArm) -> Iterator[Table]:
-    stated = [(link.name, link.uncertainty) for link in arm.links if link.uncertainty is not None]
-    if not stated:
-        return
-    names, rows = _names("link", [name for name, _ in stated]), []
-    for _, known in stated:
-        moments = ["?"] * 3 if known.inertia is None else _entries(known.inertia, _MOMENTS)
-        rows.append([*_cells([known.mass, *([None] * 3 if known.com is None else known.com)]), *moments])
-    title = "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? if not stated"
-    yield _table(title, names, ["mass", "x", "y", "z", *_MOMENTS], rows)
-    tensors = [(name, known.inertia) for name, known in stated if known.inertia is not None]
-    about_origin = ", ".join(
-        name for name, known in stated if known.inertia is not None and known.inertia_about == "origin"
-    )
-    products = [_entries(tensor, _PRODUCTS) for _, tensor in tensors]
-    if about_origin or any(cell != "0" for row in products for cell in row):
-        note = f"About the origin of the link frame: {about_origin}." if about_origin else ""
+    unknown, rows, products, about_origin = [None] * 3, [], [], []
+    for link in arm.links:
+        known = link.uncertainty
+        if known is None:
+            continue
+        tensor = known.inertia
+        moments = unknown if tensor is None else tensor[_MOMENTS]
+        rows.append(
+            [link.name, *_cells([known.mass, *(unknown if known.com is None else known.com), *moments])]
+        )
+        if tensor is not None:
+            products.append([link.name, *_cells(tensor[_PRODUCTS])])
+            about_origin += [link.name] if known.inertia_about == "origin" else []
+    if rows:
+        title = "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? if not stated"
+        yield _table(title, ["link", "mass", "x", "y", "z", "xx", "yy", "zz"], rows)
+    if about_origin or any(cell != "0" for row in products for cell in row[1:]):
+        note = f"About the origin of the link frame: {', '.join(about_origin)}." if about_origin else ""
         title = "Standard uncertainties of products of inertia (kg m²)"
-        yield _table(title, _names("link", [name for name, _ in tensors]), _PRODUCTS, products, note)
+        yield _table(title, ["link", "xy", "xz", "yz"], products, note)
 
 
 def _limits(arm: RobotArm) -> Table:
@@ -184,12 +163,12 @@ def _limits(arm: RobotArm) -> Table:
         scale, unit = (math.degrees(1.0), "°") if joint.kind == "revolute" else (1.0, "m")
         ends = (joint.lower, joint.upper)
         lower, upper = _cells(end if end is None else end * scale for end in ends)
-        limits = ((joint.velocity_limit, "s"), (joint.acceleration_limit, "s²"))
-        rows.append(
-            ["?" if ends == (None, None) else f"{lower} .. {upper} {unit}"]
-            + ["?" if limit is None else f"{limit:g} {joint.unit}/{per}" for limit, per in limits]
-        )
-    return _table("Limits", _of_joints(arm), ["range", "velocity", "acceleration"], rows)
+        span = "?" if ends == (None, None) else f"{lower} .. {upper} {unit}"
+        velocity, acceleration = _cells([joint.velocity_limit, joint.acceleration_limit])
+        velocity += "" if velocity == "?" else f" {joint.unit}/s"
+        acceleration += "" if acceleration == "?" else f" {joint.unit}/s²"
+        rows.append([joint.name, span, velocity, acceleration])
+    return _table("Limits", ["joint", "range", "velocity", "acceleration"], rows)
 
 
 def _drives(arm: RobotArm) -> Iterator[Table]:
@@ -200,9 +179,9 @@ def _drives(arm: RobotArm) -> Iterator[Table]:
         f"Drives: inertia at the joint (kg m²{kg}), gear ratio, friction at the motor (N m s and N m), "
         f"torque limit at the joint (N m{newton})"
     )
-    headings = ["inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"]
-    rows = [
-        _cells([*(x.inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous), *x.coulomb, x.torque_limit])
-        for x in arm.drives
-    ]
-    yield _table(title, _of_joints(arm), headings, rows)
+    headings = ["joint", "inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"]
+    rows = []
+    for joint, x in zip(arm.joints, arm.drives, strict=True):
+        numbers = (x.inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous, *x.coulomb, x.torque_limit)
+        rows.append([joint.name, *_cells(numbers)])
+    yield _table(title, headings, rows)

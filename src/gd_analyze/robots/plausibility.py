@@ -10,7 +10,6 @@ import math
 import warnings
 from collections.abc import Callable, Iterator
 from itertools import zip_longest
-from pathlib import Path
 
 import numpy as np
 
@@ -105,34 +104,27 @@ def length_in_millimetres(arm: RobotArm) -> Findings:
 def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
     """Gantries run along 100 m."""
     for joint in arm.joints:
-        end = _end(joint)
-        if joint.kind == "prismatic" and 100.0 < end < math.inf and not _stands_for_none(end, joint):
-            instead = _in_unit("range_mm", "m", joint)
-            yield joint.place, f"the range goes to {end:g} m; if in mm, {instead}"
+        if joint.kind == "prismatic" and 100.0 < (end := _end(joint)) < math.inf:
+            yield joint.place, f"the range goes to {end:g} m; if in mm, give m, or range_mm in TOML"
 
 
 def revolute_range_in_degrees(arm: RobotArm) -> Findings:
     """Ranges of real joints end within two turns, at a number of half turns, or (none meant) far out."""
     for joint in arm.joints:
-        end = _end(joint)
-        half_turns = end / math.pi
+        turns = (end := _end(joint)) / _FULL_TURN
         if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
             continue
-        if end.is_integer() or abs(half_turns - round(half_turns)) >= _TYPED:
-            turns, instead = f"{half_turns / 2:.3g} turns", _in_unit("range_deg", "rad", joint)
-            yield joint.place, f"the range goes to {end:g} rad, which is {turns}; if in degrees, {instead}"
+        if end.is_integer() or abs(2 * turns - round(2 * turns)) >= _TYPED:
+            instead = "if in degrees, give rad, or range_deg in TOML"
+            yield joint.place, f"the range goes to {end:g} rad, which is {turns:.3g} turns; {instead}"
 
 
 def velocity_in_degrees(arm: RobotArm) -> Findings:
     """The fastest wrists turn at 40 rad/s; in degrees even slow joints do 60 per second."""
     for joint in arm.joints:
-        limit = joint.velocity_limit or 0.0
-        if joint.kind == "revolute" and 60.0 < limit < math.inf and not _stands_for_none(limit, joint):
-            yield (
-                joint.place,
-                f"the velocity limit is {limit:g} rad/s, faster than any arm; if in degrees per second, "
-                + _in_unit("velocity_limit_deg", "rad/s", joint),
-            )
+        if joint.kind == "revolute" and 60.0 < (limit := joint.velocity_limit or 0.0) < math.inf:
+            instead = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
+            yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {instead}"
 
 
 def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
@@ -305,17 +297,3 @@ def _is_wide(link: Link, reach: float) -> bool:
 def _heaviest(reach: float) -> float:
     """Mass, kg, beyond any arm: industrial robots have 30 to 250 kg per cubic metre of reach."""
     return 1000.0 * max(reach, 0.5) ** 3
-
-
-def _has_units(joint: Joint) -> bool:
-    """Whether its file can give a number in degrees or mm: not URDF and MJCF."""
-    return joint.source is None or Path(joint.source.path).suffix == ".toml"
-
-
-def _in_unit(key: str, unit: str, joint: Joint) -> str:
-    return f"write {key}" if _has_units(joint) else f"give {unit}"
-
-
-def _stands_for_none(limit: float, joint: Joint) -> bool:
-    """Whether a limit of 100, 1000 and so on stands for none, as in makers' files of fixed units."""
-    return not _has_units(joint) and math.log10(limit).is_integer()
