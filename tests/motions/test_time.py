@@ -93,15 +93,9 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         {},
         ["the log's own velocities say --time-unit ms"],
     ),
-    "samples by name": (table("sample", [0, 2, 4]), {}, ["--rate"]),
     "steps that may be anything": (table("time", [0, 500, 1000]), {}, ["steps of 500"]),
     "milliseconds or seconds": (table("time", [0, 0.998, 1.996]), {}, ["steps of 0.998"]),
     "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, ["leave --rate out"]),
-    "a rate for what may be milliseconds": (
-        table("time", [0, 10, 20]),
-        {"rate": 100.0},
-        ["--time-unit", "--map time=none"],
-    ),
     "a rate for seconds and nanoseconds": (
         "sec,nanosec,q_0\n1,0,1\n1,8,2\n",
         {"rate": 100.0},
@@ -124,20 +118,13 @@ CASES: dict[str, tuple[str, dict[str, object], list[str]]] = {
         {"rate": 125.0},
         ["--time-unit", "--map time=none"],
     ),
-    "a rate for nanoseconds by name": (
-        table("time_ns", [0, 8_000_000, 16_000_000]),
-        {"rate": 125.0},
-        ["leave --rate out", "--map time=none"],
-    ),
     "a rate for instants since 1970": (
         table("time", [1_700_000_000_000, 1_700_000_000_008, 1_700_000_000_016]),
         {"rate": 125.0},
         ["found: time in ms", "leave --rate out"],
     ),
-    "no such unit": (table("time", [0, 1]), {"time_unit": "h"}, ["'h'"]),
     "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, ["5 Hz and s"]),
     "empty": ("time,q_0\n,1\n,2\n", {}, ["empty cells"]),
-    "no number": (table("time", [0, "x", 2]), {}, ["line 3, column 1", "found: 'x'"]),
 }
 
 
