@@ -298,7 +298,7 @@ def test_boxes(puma, rng):
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (0, [2.0, 0.0], "lower, joint 1"),
+        (0, [2.0, 0.0], "upper, joint 1"),
         (2, [1.0, -0.5], "velocity, joint 2"),
         (3, [-1.0, 0.0], "acceleration, joint 1"),
         (1, [1.0, np.inf], "upper, joint 2"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import UsageError
@@ -40,31 +39,27 @@ class Box:
 
     def __post_init__(self) -> None:
         shape = array_of(self.lower, "lower", UsageError).shape
+        least = np.full(shape, -np.inf)
         for what in ("lower", "upper", "velocity", "acceleration"):
             array = array_of(getattr(self, what), what, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
+                expected = f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row"
+                message = "a box needs one limit of each kind per joint"
+                raise UsageError(message, where=what, expected=expected, found=f"shape {array.shape}")
+            wrong = np.flatnonzero(~(np.isfinite(array) & (array >= least)))
+            if wrong.size:
+                joint = wrong[0]
                 raise UsageError(
-                    "a box needs one limit of each kind per joint",
-                    where=what,
-                    expected=f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row",
-                    found=f"shape {array.shape}",
+                    "no state lies within the box",
+                    where=f"{what}, joint {joint + 1}",
+                    expected="a finite number"
+                    if what == "lower"
+                    else f"a finite number, {least[joint]:g} or more",
+                    found=f"{array[joint]:g}",
                 )
             array.flags.writeable = False
             object.__setattr__(self, what, array)
-            self._require(np.isfinite(array), what, "finite numbers")
-        self._require(self.lower <= self.upper, "lower", "at most the upper limit")
-        self._require(self.velocity >= 0.0, "velocity", "a magnitude, at least 0")
-        self._require(self.acceleration >= 0.0, "acceleration", "a magnitude, at least 0")
-
-    def _require(self, holds: NDArray[np.bool_], what: str, expected: str) -> None:
-        if not holds.all():
-            joint = int(np.flatnonzero(~holds)[0])
-            raise UsageError(
-                "no state lies within the box",
-                where=f"{what}, joint {joint + 1}",
-                expected=expected,
-                found=f"{getattr(self, what)[joint]:g}",
-            )
+            least = array if what == "lower" else np.zeros(shape)
 
     @property
     def n_joints(self) -> int:
@@ -109,18 +104,12 @@ class Box:
             If shapes disagree, there is no state or a number is not finite.
         """
         given = {"q": q, "qd": qd, "qdd": qdd}
-        arrays = [array_of(values, name, UsageError) for name, values in given.items()]
-        if arrays[0].ndim != 2 or 0 in arrays[0].shape or any(a.shape != arrays[0].shape for a in arrays):
+        q, qd, qdd = (array_of(values, name, UsageError) for name, values in given.items())
+        if q.ndim != 2 or not q.size or not q.shape == qd.shape == qdd.shape:
             raise UsageError(
                 "a box is drawn around at least one state",
                 where="q, qd, qdd",
                 expected="three arrays of one shape (N, n)",
-                found=", ".join(str(a.shape) for a in arrays),
+                found=f"{q.shape}, {qd.shape}, {qdd.shape}",
             )
-        position, velocity, acceleration = arrays
-        return cls(
-            position.min(axis=0),
-            position.max(axis=0),
-            np.abs(velocity).max(axis=0),
-            np.abs(acceleration).max(axis=0),
-        )
+        return cls(q.min(axis=0), q.max(axis=0), np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0))

@@ -1,22 +1,12 @@
 """A bound on the torque error that no state of a region exceeds, proven from the program that runs.
 
-The error of joint i is e_i = sum_r F_ir(q) r, with r over 1, the accelerations and the products of two
-velocities, and F over polynomials in sines, cosines and prismatic variables whose coefficients are known. For
-given velocities and accelerations it is such a polynomial itself, so its maximum over a box exceeds that over
-a grid by no more than its curvature allows between the nodes (`grid`). That holds for the worst velocities
-and accelerations too, whose error at a grid position has a closed bound (`motion`). Harmonics in too many
-joints for a grid are bounded by their amplitudes. Along a tube many small boxes are bounded by Taylor's
-theorem instead (`taylor`).
-
-The model's part of the error is its program written out (`harmonics/expansion.py`): the bound is on what
-runs, whatever terms stand beside it. Added are the error of the exact dynamics, found from numbers
-(`harmonics_slack`), that of evaluating the error (`ErrorField.round_off`), and that of writing the program
-out and running it in floating point (`Expansion.round_off`).
+The proof is in docs/certificate.md: a grid over a box (`grid`, `motion`), Taylor's theorem along a tube
+(`taylor`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +19,7 @@ from gd_analyze.certification.grid import Grid, Reached, shared_out
 from gd_analyze.certification.taylor import Bounded, bound_along
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded, velocity_factors
+from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
@@ -94,7 +84,7 @@ class Certificate:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.certified == 0.0, 1.0, self.certified / self.worst_found)
 
-    def within(self, allowed: FloatArray) -> FloatArray:
+    def within(self, allowed: FloatArray) -> NDArray[np.bool_]:
         """Whether each joint is proven to keep an allowed error (n,) over the whole region."""
         return np.asarray(self.certified <= allowed)
 
@@ -140,22 +130,15 @@ def certify(
     UsageError
         If the region is of another number of joints, or `effort` is not positive.
     """
-    arm = model.arm
     tube = region if isinstance(region, Tube) else None
-    box = box_of(region.enclosing if isinstance(region, Tube) else region, arm, effort)
-    harmonics = harmonics or harmonics_of(arm)
-    inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
+    box = box_of(region, model.arm, effort)
+    harmonics = harmonics or harmonics_of(model.arm)
     expansion = expansion_of(model)
-    roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration)
+    roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
     found = []
-    for i, (row, rounding) in enumerate(zip(expansion.rows, roundings, strict=True)):
-        field = ErrorField.of(exact_row(harmonics, inertia, i), row, float(rounding), box)
-        step = _Progress(progress)
-        found.append(
-            _bounded_in_box(field, box, effort, step)
-            if tube is None
-            else _bounded_in_tube(field, tube, box, effort, step)
-        )
+    for exact, row, rounding in zip(_exact_rows(model, harmonics), expansion.rows, roundings, strict=True):
+        step = _in_hundredths(progress)
+        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
@@ -169,88 +152,88 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
     return expanded(model.program, [not revolute for revolute in model.arm.is_revolute])
 
 
-def box_of(given: Box | None, arm: RobotArm, effort: int = 1) -> Box:
-    """Box given, or the arm's own; a UsageError if it is of another arm or the effort is not positive."""
-    if given is not None and not isinstance(given, Box):
-        raise UsageError(
-            "this is no region of states", where="region", expected="a Box or a Tube", found=in_python(given)
-        )
-    box = given or Box.of(arm)
+def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
+    """Box around a region, or the arm's own; `UsageError` for one of another arm, or no effort."""
+    box = Box.of(arm) if region is None else region.enclosing if isinstance(region, Tube) else region
+    if not isinstance(box, Box):
+        expected, found = "a Box or a Tube", in_python(region)
+        raise UsageError("this is no region of states", where="region", expected=expected, found=found)
     if box.n_joints != arm.n_joints:
-        raise UsageError(
-            "the box does not fit the arm",
-            where="box",
-            expected=f"limits of {arm.n_joints} joints",
-            found=f"{box.n_joints}",
-        )
+        expected, found = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
+        raise UsageError("the box does not fit the arm", where="box", expected=expected, found=found)
     if effort < 1:
-        raise UsageError(
-            "the effort is not positive", where="effort", expected="at least 1", found=str(effort)
-        )
+        expected, found = "at least 1", str(effort)
+        raise UsageError("the effort is not positive", where="effort", expected=expected, found=found)
     return box
 
 
-class _Progress:
-    """Passes the share of a joint's work on, in hundredths."""
-
-    def __init__(self, progress: Callable[[int], None] | None) -> None:
-        self._progress, self._done = progress, 0
-
-    def __call__(self, share: float) -> None:
-        more = int(100 * share) - self._done
-        if self._progress is not None and more > 0:
-            self._progress(more)
-            self._done += more
+def _exact_rows(
+    model: SimplifiedModel, harmonics: Harmonics
+) -> Iterator[tuple[TrigonometricPolynomial, list[int]]]:
+    """Summands of every joint's exact torque, see `exact_row`."""
+    inertia = harmonics.whole_inertia(model.arm.drive_inertia if model.drives else None)
+    return (exact_row(harmonics, inertia, i) for i in range(model.arm.n_joints))
 
 
-def _bounded_in_box(field: ErrorField, box: Box, effort: int, step: _Progress) -> Bounded:
-    angles = sum(degree > 0 for degree in field.polynomial.degrees)
-    further = _FURTHER ** (min(max(angles, _ANGLES), _MOST_ANGLES) - _ANGLES)
-    bound, starts = _bounded(field, box, effort * further, step)
-    return Bounded(np.array([bound]), *field.worst(box, starts))
+def _in_hundredths(progress: Callable[[int], None] | None) -> Callable[[float], None]:
+    """Pass the share of a joint's work on, in hundredths since the last call."""
+    done = 0
+
+    def step(share: float) -> None:
+        nonlocal done
+        more = int(100 * share) - done
+        if progress is not None and more > 0:
+            progress(more)
+            done += more
+
+    return step
 
 
-def _bounded_in_tube(field: ErrorField, tube: Tube, box: Box, effort: int, step: _Progress) -> Bounded:
+def _bounded(field: ErrorField, tube: Tube | None, effort: int, step: Callable[[float], None]) -> Bounded:
+    """Bound one joint without the slack of the exact dynamics."""
+    if tube is None:
+        angles = sum(degree > 0 for degree in field.polynomial.degrees)
+        further = _FURTHER ** (min(max(angles, _ANGLES), _MOST_ANGLES) - _ANGLES)
+        bound, starts = _by_grids(field, effort * further, step)
+        return Bounded(np.array([bound]), *field.worst(starts))
     many = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
     along = bound_along(field, tube, effort // (_PER_BOX * many))
-    known = along.found + field.rest + field.round_off
-    if along.bounds.max() <= _LOOSE * known:
+    if along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
         return along
     # For wide boxes, between set points far apart, a grid over all of them may give a smaller bound.
-    return along._replace(bounds=np.minimum(along.bounds, _bounded(field, box, effort, step)[0]))
+    return along._replace(bounds=np.minimum(along.bounds, _by_grids(field, effort, step)[0]))
 
 
-def _bounded(field: ErrorField, box: Box, effort: int, step: _Progress) -> tuple[float, FloatArray]:
-    """Proven bound of one joint without the slack of the exact dynamics, and positions to climb from."""
-    reached = _expected(field, box) if len(field.polynomial) else None
-    shares, rest = shared_out(field.polynomial, box, effort, _GROUPS, reached)
-    bound = field.rest + float(rest.sizes(box.farthest).sum())
-    starts = [box.centre]
+def _by_grids(field: ErrorField, effort: int, step: Callable[[float], None]) -> tuple[float, FloatArray]:
+    """Bound over the field's box, and positions to climb from."""
+    reached = _expected(field) if len(field.polynomial) else None
+    shares, rest = shared_out(field.polynomial, field.box, effort, _GROUPS, reached)
+    farthest = field.box.farthest
+    bound = field.rest + float(rest.sizes(farthest).sum())
+    starts = [field.box.centre]
     for part, grid in shares:
-        amplitudes = float(part.sizes(box.farthest).sum())
         largest, positions = _over_grid(field, part, grid, step)
         starts += list(grid.positions(positions).T)
-        bound += min(grid.over_box(part, box, largest + field.round_off), amplitudes)
+        amplitudes = float(part.sizes(farthest).sum())
+        bound += min(grid.over_box(part, field.box, largest + field.round_off), amplitudes)
     # Some roundings of these sums.
-    bound = bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off
-    return bound, np.array(starts).T
+    return bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off, np.array(starts).T
 
 
-def _expected(field: ErrorField, box: Box) -> Reached:
+def _expected(field: ErrorField) -> Reached:
     """Error at a few positions, in the box and around the circle."""
-    rng = np.random.default_rng(0)
-    shares = [rng.random(_FEW if degree else 1) for degree in field.polynomial.degrees]
-    lower, width = box.lower, box.upper - box.lower
-    around = np.where(field.polynomial.revolute & (width > 0.0), 2 * np.pi, width)
+    rng, box, polynomial = np.random.default_rng(0), field.box, field.polynomial
+    shares = [rng.random(_FEW if degree else 1) for degree in polynomial.degrees]
+    width = box.upper - box.lower
     found = []
-    for widths in (width, around):
-        nodes = [low + share * wide for low, share, wide in zip(lower, shares, widths, strict=True)]
-        found.append(max(float(field.motion.quick_bound(v).max()) for v in field.polynomial.on_grid(nodes)))
+    for widths in (width, np.where(polynomial.revolute & (width > 0.0), 2 * np.pi, width)):
+        nodes = [low + share * wide for low, share, wide in zip(box.lower, shares, widths, strict=True)]
+        found.append(max(float(field.motion.quick_bound(v).max()) for v in polynomial.on_grid(nodes)))
     return Reached(*found)
 
 
 def _over_grid(
-    field: ErrorField, part: TrigonometricPolynomial, grid: Grid, step: _Progress
+    field: ErrorField, part: TrigonometricPolynomial, grid: Grid, step: Callable[[float], None]
 ) -> tuple[float, NDArray[np.int64]]:
     """Largest value over a grid, and the numbers of the best positions of a few of its pieces."""
     largest, before = 0.0, 0
@@ -286,31 +269,15 @@ def largest_torque(
     """Largest exact torque of every joint that a search finds in a region, N m (N), shape (n,).
 
     There may be larger ones, so that a share of it is rather too large than too small. It follows from the
-    arm and the states alone, not from anything that the model states.
-
-    Parameters
-    ----------
-    model
-        Its arm, and whether drives are included, matter.
-    region
-        The states; the arm's own limits by default.
-    harmonics
-        The arm's exact dynamics, if known.
+    arm and the states alone, not from anything that the model states but whether drives are included.
     """
-    arm = model.arm
-    box = box_of(region.enclosing if isinstance(region, Tube) else region, arm)
-    harmonics = harmonics or harmonics_of(arm)
-    inertia = harmonics.whole_inertia(arm.drive_inertia if model.drives else None)
-    nothing = TrigonometricPolynomial.constant(harmonics.potential.prismatic, 0.0)[
-        [0] * len(velocity_factors(arm.n_joints))
-    ]
-    drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_DRAWN, arm.n_joints)).T
-    out = np.zeros(arm.n_joints)
-    for i in range(arm.n_joints):
-        field = ErrorField.of(exact_row(harmonics, inertia, i), nothing, 0.0, box)
+    box, out = box_of(region, model.arm), np.zeros(model.arm.n_joints)
+    drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_DRAWN, len(out))).T
+    for i, row in enumerate(_exact_rows(model, harmonics or harmonics_of(model.arm))):
+        field = ErrorField.of(row, None, 0.0, box)
         if isinstance(region, Tube):
             out[i] = bound_along(field, region, 0).found
         elif len(field.polynomial):
             order = np.argsort(-field.motion.reached(field.polynomial(drawn)), kind="stable")
-            out[i] = field.worst(box, drawn[:, order[:_CLIMBED]])[0]
+            out[i] = field.worst(drawn[:, order[:_CLIMBED]])[0]
     return out

@@ -1,9 +1,7 @@
 """Models that are proven to keep their budget at every state of a box or a tube.
 
 A model is fitted on some states and certified over the region. If the bound of a joint exceeds the budget,
-the worst state found joins the states and the budget of that joint shrinks: a little, or by as much as the
-bound asks for if the model is a program without terms, which takes long to fit. A few rounds suffice, as the
-bound is close to the worst state.
+the worst state found joins the states and the budget of that joint shrinks; a few rounds suffice.
 """
 
 from __future__ import annotations
@@ -79,23 +77,21 @@ def simplify_certified(
     share = np.ones(len(allowed))
     known, how = exact, SearchOptions(level, write=False, effort=effort * _EFFORT, dearer=True)
     for turn in range(_ROUNDS):
-        within = Budget.of_torques(share * allowed)
-        model = simplify_exact(known, within, how, provenance=provenance)
+        model = simplify_exact(known, Budget.of_torques(share * allowed), how, provenance=provenance)
         if turn == 0:
             # The cheapest level of the first round is kept.
-            level, levels = model.level, model.accuracy.levels
-            how = replace(how, level=level)
+            levels, how = model.accuracy.levels, replace(how, level=model.level)
         model = replace(model, accuracy=replace(model.accuracy, levels=levels))
         certificate = certify(model, region, harmonics=exact.form.harmonics)
         if progress is not None:
             progress(1)
-        if (certificate.certified <= allowed).all():
+        if certificate.within(allowed).all():
             finished = _finished(model, exact, allowed, stated)
             if finished.program is not model.program:
                 # This other program is the one that runs.
                 certificate = certify(finished, region, harmonics=exact.form.harmonics)
             model = finished
-        beyond = certificate.certified > allowed
+        beyond = ~certificate.within(allowed)
         if not beyond.any():
             if model.saves:
                 return model, certificate
@@ -107,7 +103,7 @@ def simplify_certified(
         share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed, share)
     everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
     certificate = certify(everything, region, harmonics=exact.form.harmonics)
-    if (certificate.certified <= allowed).all():
+    if certificate.within(allowed).all():
         return everything, certificate
     raise UsageError(
         "not even the exact model can be certified within that budget",
@@ -122,23 +118,20 @@ def _finished(
     model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
 ) -> SimplifiedModel:
     """State the budget, and write the program with few operations."""
-    written = model
     if model.terms:
-        written = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
-    operations = written.program.count.total
-    steps, levels = written.accuracy.steps, written.accuracy.levels
+        model = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+    operations = model.program.count.total
+    steps = model.accuracy.steps
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
-    levels = tuple(_certified(one, model.level, operations) for one in levels)
-    accuracy = replace(written.accuracy, allowed=allowed, budget=stated, steps=steps, levels=levels)
-    accuracy = exact.held(accuracy, written.torque(*exact.states.arrays))
-    return no_dearer(exact, replace(written, accuracy=accuracy))
-
-
-def _certified(tried: LevelTried, level: Level, operations: int) -> LevelTried:
-    """Operations of the certified level; others were searched without a proof."""
-    if tried.level == level.name:
-        return tried._replace(operations=operations)
-    if tried.operations is None:
-        return tried
-    return LevelTried(tried.level, None, f"without a proof it took {tried.operations} operations")
+    levels = []
+    for tried in model.accuracy.levels:
+        if tried.level == model.level.name:
+            tried = tried._replace(operations=operations)
+        elif tried.operations is not None:
+            # Other levels were searched without a proof.
+            tried = LevelTried(tried.level, None, f"without a proof it took {tried.operations} operations")
+        levels.append(tried)
+    accuracy = replace(model.accuracy, allowed=allowed, budget=stated, steps=steps, levels=tuple(levels))
+    accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
+    return no_dearer(exact, replace(model, accuracy=accuracy))

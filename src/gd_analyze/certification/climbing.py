@@ -25,18 +25,9 @@ _GAIN = 3e-4
 def local_maximum(
     value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Climb from every start; return the highest position reached and its value.
+    """Climb from every start (n, S) of a function of positions; return the highest position and its value.
 
     One step to either side is tried for every joint. The best is taken; if none is better the step is halved.
-
-    Parameters
-    ----------
-    value
-        Function of positions (n, K), shape (K,).
-    box
-        Limits of the positions.
-    starts
-        Positions, shape (n, S).
     """
     lower, upper = box.lower[:, None], box.upper[:, None]
     width = box.upper - box.lower
@@ -77,58 +68,46 @@ def highest_position(
     for _ in range(_MOST_CHOICES):
         shares = motion.shares(values[:, climbing])
         real, imaginary = (part.T @ shares for part in polynomial.parts)
-        ridge = _Ridge(polynomial, real + 1j * imaginary, q[:, climbing])
-        for joint in map(int, np.flatnonzero(polynomial.degrees)):
-            ridge.climb(joint, box)
-        there = polynomial(ridge.q)
+        higher = _higher(polynomial, real + 1j * imaginary, q[:, climbing], box)
+        there = polynomial(higher)
         now = motion.reached(there)
         better = now > (1.0 + _GAIN) * reached[climbing]
         climbing = climbing[better]
         if not climbing.size:
             break
-        q[:, climbing], values[:, climbing] = ridge.q[:, better], there[:, better]
+        q[:, climbing], values[:, climbing] = higher[:, better], there[:, better]
         reached[climbing] = now[better]
     return q[:, int(reached.argmax())]
 
 
-class _Ridge:
-    """S polynomials, each at its own position: coefficients (W, S), positions q (n, S)."""
-
-    def __init__(
-        self, polynomial: TrigonometricPolynomial, coefficients: NDArray[np.complex128], q: FloatArray
-    ) -> None:
-        self.multiples, self.revolute, self.q = polynomial.multiples, polynomial.revolute, q.copy()
-        angles = self.multiples[:, self.revolute] @ q[self.revolute]
-        self.harmonics = coefficients * np.exp(1j * angles)
-
-    def climb(self, joint: int, box: Box) -> None:
-        """Move every position to its best place along one joint."""
-        multiples = self.multiples[:, joint]
+def _higher(
+    polynomial: TrigonometricPolynomial, coefficients: NDArray[np.complex128], start: FloatArray, box: Box
+) -> FloatArray:
+    """Move S positions (n, S), each with coefficients of its own (W, S), joint after joint."""
+    q, every, revolute = start.copy(), polynomial.multiples, polynomial.revolute
+    harmonics = coefficients * np.exp(1j * (every[:, revolute] @ q[revolute]))
+    for joint in map(int, np.flatnonzero(polynomial.degrees)):
+        multiples, now, turns = every[:, joint], q[joint].copy(), bool(revolute[joint])
+        values: Array = harmonics
+        for k in np.flatnonzero(~revolute):
+            if k != joint:
+                values = values * q[k] ** every[:, [k]]
         orders = np.unique(multiples)
-        values = self._without_power(joint)
         along = np.stack([values[multiples == m].sum(axis=0) for m in orders])
-        revolute, now = bool(self.revolute[joint]), self.q[joint]
-        if revolute:
+        if turns:
             along *= np.exp(-1j * np.outer(orders, now))
         places = np.linspace(box.lower[joint], box.upper[joint], _PLACES)
-        best = places[_along(along, orders, places[:, None, None], revolute)[0].argmax(axis=0)]
+        best = places[_along(along, orders, places[:, None, None], turns)[0].argmax(axis=0)]
         for _ in range(_STEPS):
-            _, slope, curve = _along(along, orders, best, revolute)
+            _, slope, curve = _along(along, orders, best, turns)
             step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, 1.0), 0.0)
             best = np.clip(best + step, box.lower[joint], box.upper[joint])
-        old, new = (_along(along, orders, x, revolute)[0] for x in (now, best))
-        self.q[joint] = np.where(new > old, best, now)
-        if revolute:
-            phases = np.exp(1j * np.outer(orders, self.q[joint] - now))
-            self.harmonics *= phases[np.searchsorted(orders, multiples)]
-
-    def _without_power(self, joint: int) -> Array:
-        """Harmonics at the positions, without the power of one joint if it is prismatic, shape (W, S)."""
-        out: Array = self.harmonics
-        for k in np.flatnonzero(~self.revolute):
-            if k != joint:
-                out = out * self.q[k] ** self.multiples[:, [k]]
-        return out
+        old, new = (_along(along, orders, x, turns)[0] for x in (now, best))
+        q[joint] = np.where(new > old, best, now)
+        if turns:
+            phases = np.exp(1j * np.outer(orders, q[joint] - now))
+            harmonics *= phases[np.searchsorted(orders, multiples)]
+    return q
 
 
 def _along(

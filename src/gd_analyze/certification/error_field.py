@@ -11,7 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.climbing import highest_position, local_maximum
 from gd_analyze.certification.motion import Motion
-from gd_analyze.harmonics.expansion import VelocityFactor, velocity_factors
+from gd_analyze.harmonics.expansion import velocity_factors
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 
@@ -28,35 +28,29 @@ _EFFECTS = 2
 class ErrorField:
     """One joint's torque error over a box."""
 
+    box: Box
     polynomial: TrigonometricPolynomial  # F_r(q) max|r| for every factor r
     motion: Motion
     round_off: float  # largest round-off of evaluating the error at a position of the box
-    # Largest value of what the polynomial lacks: harmonics that cancel, and rounding of coefficients
-    rest: float
+    rest: float  # largest value of what the polynomial lacks: harmonics that cancel, rounding of coefficients
 
     @classmethod
     def of(
         cls,
         exact: tuple[TrigonometricPolynomial, list[int]],
-        model: TrigonometricPolynomial,
+        model: TrigonometricPolynomial | None,
         roundings: float,
         box: Box,
     ) -> ErrorField:
-        """Build one joint's error.
-
-        Parameters
-        ----------
-        exact
-            Summands of the exact torque, see `exact_row`.
-        model, roundings
-            The model's row, and the torque that rounding of its coefficients amounts to.
-        box
-            The states.
-        """
+        """Subtract a model's row, whose rounded coefficients cost some torque, from an `exact_row`."""
         parts, places = exact
         factors = velocity_factors(box.n_joints)
-        largest = np.array([_largest(factor, box) for factor in factors])
-        error = largest * TrigonometricPolynomial.summed([parts.added(places, len(factors)), -1.0 * model])
+        limits = {"1": np.ones(box.n_joints), "qd": box.velocity, "qdd": box.acceleration}
+        largest = np.array([np.prod(limits[kind][list(joints)]) for kind, joints in factors])
+        error = parts.added(places, len(factors))
+        if model is not None:
+            error = TrigonometricPolynomial.summed([error, -1.0 * model])
+        error = largest * error
         # Every coefficient is the sum of three slopes of sums over links and a drive, and a difference.
         size = float(largest[places] @ parts.sizes(box.farthest).sum(axis=1))
         rest = (box.n_joints + 8) * _EPS * size + roundings
@@ -66,13 +60,14 @@ class ErrorField:
         used = (kept != 0.0).any(axis=1)
         error = TrigonometricPolynomial(error.prismatic, error.multiples, kept)[used].above(0.0)
         motion = Motion(box.n_joints, tuple(f for f, is_used in zip(factors, used, strict=True) if is_used))
-        return cls(error, motion, round_off_of(error, box), rest + float(sizes[cancelled].sum()))
+        return cls(box, error, motion, round_off_of(error, box), rest + float(sizes[cancelled].sum()))
 
-    def worst(self, box: Box, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    def worst(self, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
         """Largest error found by climbing from positions (n, S), and its state q, qd, qdd, shape (n,).
 
         Velocities and accelerations are the worst at each position.
         """
+        box = self.box
         if not len(self.polynomial):
             return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
         if self.polynomial.coefficients.size <= _FEW:
@@ -86,41 +81,24 @@ class ErrorField:
 def round_off_of(polynomial: TrigonometricPolynomial, box: Box) -> float:
     """Largest round-off of the sum of all polynomials' values in a box.
 
-    A value is a sum of products with no more than `count` roundings in a row: one per harmonic and
-    polynomial, some ten per joint. Each rounding is eps/2 of terms that add up to `reach`; on a grid these
-    are products of cosines and sines, at most sqrt(2) times a harmonic's amplitude per revolute joint. An
-    angle m.q, and the place of a node, is off by some eps of the farthest one, which may be a turn beyond the
-    box.
+    A value is a sum of products with at most `count` roundings in a row, each eps/2 of terms that sum to
+    `reach`.
     """
     degrees = np.array(polynomial.degrees)
+    # One per harmonic and polynomial, some ten per joint.
     count = sum(polynomial.coefficients.shape) + 32 * (1 + len(degrees))
+    # Products of cosines and sines, on a grid, are at most sqrt(2) times an amplitude per revolute joint.
     revolute = int((degrees[polynomial.revolute] > 0).sum())
     reach = 2.0 ** (revolute / 2) * float(polynomial.sizes(box.farthest).sum())
+    # The place of a node may be a turn beyond the box.
     farthest = box.farthest + 2 * np.pi * polynomial.revolute
     return count * (1.0 + float(degrees @ farthest)) * _EPS * reach
-
-
-def _largest(factor: VelocityFactor, box: Box) -> float:
-    kind, joints = factor
-    limit = box.acceleration if kind == "qdd" else box.velocity
-    return float(np.prod([limit[joint] for joint in joints]))
 
 
 def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
     """Largest torque error per joint of the exact dynamics themselves, N m (N), shape (n,).
 
-    They are found from values of D_ij on a grid of angles, link by link and effect by effect. Each value is
-    off by at most delta, from which the noise was made, and the transform's rounding doubles that: 2 delta,
-    at most the cut. In sup norm a trigonometric interpolation, restricted to the harmonics that can occur, is
-    off by at most the largest error of its values times sqrt(number of functions) (Cauchy-Schwarz on its
-    kernel), and its slopes by the degree times that (Bernstein). Harmonics that cannot occur are made of
-    errors alone and never kept. Structural zeros left out were no larger than `left_out` times the cut, and
-    adding up links leaves out no more than the cut. With
-
-        tau_i = sum_j D_ij qdd_j + sum_jk h_ijk qd_j qd_k + c_i,
-        h_ijk = (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2,
-
-    this bounds the error of the torque.
+    The proof is in docs/certificate.md, "The noise of the exact form".
     """
     n, velocity = harmonics.arm.n_joints, box.velocity
     cut, cut_of_potential = harmonics.cut

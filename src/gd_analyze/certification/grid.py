@@ -1,23 +1,7 @@
-r"""Grids of positions that a polynomial of known curvature cannot hide a large value between.
+r"""Grids of positions that a polynomial f of known curvature cannot hide a large value between.
 
-Let G_k be the largest |f| when joints 1..k are at nodes and the others anywhere in the box, so that G_0 is
-the maximum over the box and G_n that over the grid. Where G_{k-1} is reached, |f| is largest along joint k.
-With nodes evenly spaced from end to end one lies within h of that place, h being half the spacing. Either the
-place is an end, and a node, or f has no slope there, so that by Taylor's theorem f at the node is less by at
-most h^2 / 2 times the largest second derivative K_k:
-
-    G_{k-1} <= G_k + h_k^2 K_k / 2.
-
-Two things bound K_k. The amplitudes of the harmonics do: sum_w |C_w| m_wk^2. And if joint k goes around the
-circle, f itself does: its harmonics with |m_k| <= d are a trigonometric polynomial of degree d along joint k,
-no larger than G_{k-1} + a, where a are the amplitudes of the others, and by Bernstein's inequality its second
-derivative is no larger than d^2 times that:
-
-    K_k <= d^2 (G_{k-1} + a) + b,      b = sum over the others |C_w| m_wk^2.
-
-With many harmonics in many joints the amplitudes add up to several times what f reaches, and d^2 is less. A
-joint of limited range may be taken around the circle for it. All this holds as well for the largest of many
-such f, as the error over all velocities and accelerations is, if K_k bounds all of them.
+With G_k the largest |f| when joints 1..k are at nodes, h_k half the spacing and K_k the largest curvature,
+G_{k-1} <= G_k + h_k^2 K_k / 2. K_k is bounded by amplitudes or Bernstein's inequality (docs/certificate.md).
 """
 
 from __future__ import annotations
@@ -55,7 +39,7 @@ class Grid:
         """One position, shape (n,), which suffices for a constant."""
         return cls(tuple(position[:, None]), np.zeros(len(position)))
 
-    @cached_property
+    @property
     def counts(self) -> tuple[int, ...]:
         """Number of nodes of every joint."""
         return tuple(len(node) for node in self.nodes)
@@ -76,17 +60,16 @@ class Grid:
 
     def over_box(self, polynomial: TrigonometricPolynomial, box: Box, largest: float) -> float:
         """Bound the largest value over the box, given that over the grid."""
-        spectrum = _Spectra.of(polynomial, box)(np.ones(len(polynomial), dtype=bool))
-        return spectrum.bound(self.reaches, self.degrees or (0,) * len(self.nodes), largest)
+        degrees = self.degrees or (0,) * len(self.nodes)
+        return _Spectrum.of(polynomial, box).bound(self.reaches, degrees, largest)
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
     """Expected largest value of a polynomial: a guess that only directs effort."""
 
-    # Within the box, and with every revolute joint going around the circle
     in_box: float
-    around: float
+    around: float  # with every revolute joint going around the circle
 
 
 def grid_of(
@@ -96,20 +79,20 @@ def grid_of(
 
     Without `reached` the amplitudes bound all curvatures, as in `Grid.between`.
     """
-    spectrum = _Spectra.of(polynomial, box)(np.ones(len(polynomial), dtype=bool))
-    planned = _best_plan(spectrum, _axes(polynomial, box, reached, spectrum.total), effort)[1]
+    spectrum = _Spectrum.of(polynomial, box)
+    planned = _best_plan(spectrum, _ways(polynomial, box, reached, spectrum.total), effort)[1]
     if planned is None:
         return None
-    axes, gaps, degrees = planned
+    way, gaps, degrees = planned
     nodes = []
     for k, count in enumerate(gaps):
         if not count:
             nodes.append(box.centre[k : k + 1])
-        elif axes.circle[k] or degrees[k]:
+        elif way.circle[k] or degrees[k]:
             nodes.append(box.lower[k] + 2 * np.pi * np.arange(count) / count)
         else:
             nodes.append(np.linspace(box.lower[k], box.upper[k], count + 1))
-    return Grid(tuple(nodes), axes.reaches(gaps, degrees), degrees)
+    return Grid(tuple(nodes), way.reaches(gaps, degrees), degrees)
 
 
 def shared_out(
@@ -119,17 +102,6 @@ def shared_out(
 
     A grid over many joints would be too coarse. So those joints are chosen that promise the smallest bound if
     all harmonics of other joints are left to the next group, or to the rest.
-
-    Parameters
-    ----------
-    polynomial, box
-        To be bounded in the box.
-    effort
-        Most positions of each grid.
-    groups
-        Most grids.
-    reached
-        Expected largest value, for grids whose bound follows from that, too.
     """
     shares: list[tuple[TrigonometricPolynomial, Grid]] = []
     while len(shares) < groups and polynomial.multiples.size:
@@ -150,51 +122,59 @@ def _promising(
     polynomial: TrigonometricPolynomial, box: Box, effort: int, reached: Reached | None
 ) -> tuple[NDArray[np.bool_], Reached | None]:
     """Harmonics for the next grid, and what they reach; none if amplitudes promise no less."""
-    spectra = _Spectra.of(polynomial, box)
-    used = polynomial.multiples != 0
+    whole = _Spectrum.of(polynomial, box)
+    total = best = whole.total
     joints = [k for k, degree in enumerate(polynomial.degrees) if degree]
-    total = best = float(spectra.sizes.sum())
-    choice, expected = np.zeros(len(spectra.sizes), dtype=bool), reached
-    axes = _axes(polynomial, box, reached, total)
+    choice, expected = np.zeros(len(whole.sizes), dtype=bool), reached
+    ways = _ways(polynomial, box, reached, total)
     for count in range(len(joints) + 1):
         for left_out in itertools.combinations(joints, count):
-            chosen = ~used[:, left_out].any(axis=1)
-            spectrum = spectra(chosen)
-            ways = [way.of_part(total, spectrum.total) for way in axes]
-            promised = _best_plan(spectrum, ways, effort)[0] + total - spectrum.total
+            chosen = (whole.multiples[:, left_out] == 0).all(axis=1)
+            part = whole.only(chosen)
+            # What a part reaches is at least its share, and what is not left to the others.
+            guesses = [
+                max(way.reached * part.total / total, way.reached - total + part.total) if total else 0.0
+                for way in ways
+            ]
+            own = [replace(way, reached=guess) for way, guess in zip(ways, guesses, strict=True)]
+            promised = _best_plan(part, own, effort)[0] + total - part.total
             if promised < best:
                 best, choice = promised, chosen
-                expected = reached and Reached(ways[0].reached, ways[-1].reached)
+                expected = reached and Reached(guesses[0], guesses[-1])
     return choice, expected
 
 
 @dataclass(frozen=True, eq=False)
-class _Spectra:
-    """Amplitudes and curvatures by harmonic; called with a choice, shape (W,), it adds them up by joint."""
+class _Spectrum:
+    """Amplitudes and curvatures of all polynomials together, by harmonic, and their sums by joint."""
 
-    sizes: FloatArray
-    curvatures: FloatArray
-    multiples: NDArray[np.int64]
+    sizes: FloatArray  # (W,)
+    curved: FloatArray  # (W, n)
+    multiples: NDArray[np.int64]  # magnitudes, (W, n)
 
     @classmethod
-    def of(cls, polynomial: TrigonometricPolynomial, box: Box) -> _Spectra:
+    def of(cls, polynomial: TrigonometricPolynomial, box: Box) -> _Spectrum:
         every = polynomial.magnitudes()
-        sizes, curvatures = every.sizes(box.farthest), every.curvatures(box.farthest)
-        return cls(sizes[0], curvatures[0], np.abs(polynomial.multiples))
+        sizes, curved = every.sizes(box.farthest)[0], every.curvatures(box.farthest)[0]
+        return cls(sizes, curved, np.abs(polynomial.multiples))
 
-    def __call__(self, chosen: NDArray[np.bool_]) -> _Spectrum:
-        sizes, most = self.sizes * chosen, int(self.multiples.max(initial=0))
-        by_multiple = [np.bincount(m, weights=sizes, minlength=most + 1) for m in self.multiples.T]
-        return _Spectrum(np.array(by_multiple), chosen @ self.curvatures, float(sizes.sum()))
+    def only(self, chosen: NDArray[np.bool_]) -> _Spectrum:
+        return _Spectrum(self.sizes[chosen], self.curved[chosen], self.multiples[chosen])
 
+    @cached_property
+    def total(self) -> float:
+        return float(self.sizes.sum())
 
-@dataclass(frozen=True, eq=False)
-class _Spectrum:
-    """Amplitudes by joint and |multiple|, shape (n, D + 1), curvatures by joint, (n,), and all amplitudes."""
+    @cached_property
+    def curvatures(self) -> FloatArray:
+        """By joint, shape (n,)."""
+        return np.asarray(self.curved.sum(axis=0))
 
-    amplitudes: FloatArray
-    curvatures: FloatArray
-    total: float
+    @cached_property
+    def amplitudes(self) -> FloatArray:
+        """By joint and multiple, shape (n, D + 1)."""
+        most = int(self.multiples.max(initial=0))
+        return np.array([np.bincount(m, self.sizes, most + 1) for m in self.multiples.T])
 
     def curvature(self, joint: int, degree: int, largest: float) -> float:
         """Bound on K_k by amplitudes, or by what f reaches if a degree is given."""
@@ -215,47 +195,35 @@ class _Spectrum:
         return largest
 
 
-_Plan = tuple["_Axes", list[int], tuple[int, ...]]
-
-
 @dataclass(frozen=True, eq=False)
-class _Axes:
-    """One way to go over the box.
+class _Way:
+    """One way to go over the box."""
 
-    `half` is half of every joint's range, at most half a turn, `circle` whether that is the full circle,
-    `around` which joints may be taken around the circle, shape (n,), and `reached` what is expected then.
-    """
-
-    half: FloatArray
-    circle: NDArray[np.bool_]
-    around: NDArray[np.bool_]
-    reached: float
+    half: FloatArray  # half of every joint's range, at most half a turn, (n,)
+    circle: NDArray[np.bool_]  # whether that is the full circle, (n,)
+    around: NDArray[np.bool_]  # joints that may be taken around the circle, (n,)
+    reached: float  # what is expected then
 
     def reaches(self, gaps: Sequence[int], degrees: Sequence[int]) -> FloatArray:
         """Half the spacing; 0 for a joint that does not matter or has no range."""
         half = np.where(np.array(degrees) > 0, np.pi, self.half)
         return np.asarray(np.where(np.array(gaps) > 0, half / np.maximum(gaps, 1), 0.0))
 
-    def of_part(self, total: float, inside: float) -> _Axes:
-        """The same way for some harmonics, of amplitudes `inside` out of `total`."""
-        part = max(self.reached * inside / total, self.reached - total + inside) if total else 0.0
-        return replace(self, reached=part)
-
     def orders(self, spectrum: _Spectrum) -> tuple[list[float], tuple[int, ...]]:
-        """Gaps that every joint takes compared with others, and the degree that makes them fewest.
+        """Gaps of every joint compared with others, -1 for none, and the degree that makes them fewest.
 
         A polynomial linear in a prismatic joint has no curvature, and its maximum at an end.
         """
         orders, degrees = [], []
         for k, half in enumerate(self.half.tolist()):
-            degree = max((int(m) for m in np.flatnonzero(spectrum.amplitudes[k])), default=0)
+            degree = int(np.flatnonzero(spectrum.amplitudes[k]).max(initial=0))
             ways = [(half, 0), *((math.pi, d) for d in range(1, degree + 1) if self.around[k])]
-            found = []
-            for reach, d in ways:
-                curved = spectrum.curvature(k, d, self.reached) / (self.reached or 1.0)
-                found.append((reach * math.sqrt(curved), d))
-            order, chosen = min(found) if half > 0.0 and degree else (0.0, 0)
-            orders.append(order if degree and half > 0.0 else -1.0)
+            found = [
+                (reach * math.sqrt(spectrum.curvature(k, d, self.reached) / (self.reached or 1.0)), d)
+                for reach, d in ways
+            ]
+            order, chosen = min(found) if half > 0.0 and degree else (-1.0, 0)
+            orders.append(order)
             degrees.append(chosen)
         return orders, tuple(degrees)
 
@@ -267,42 +235,40 @@ class _Axes:
         """
         ends = [int(not (one or d)) for one, d in zip(self.circle.tolist(), degrees, strict=True)]
 
-        def gaps_of(share: float) -> list[int]:
-            return [max(1, int(share * order)) if order >= 0.0 else 0 for order in orders]
-
-        def positions(gaps: list[int]) -> int:
-            return math.prod(gap + end if gap else 1 for gap, end in zip(gaps, ends, strict=True))
+        def fitting(share: float) -> list[int] | None:
+            gaps = [max(1, int(share * order)) if order >= 0.0 else 0 for order in orders]
+            positions = math.prod(gap + end if gap else 1 for gap, end in zip(gaps, ends, strict=True))
+            return gaps if positions <= effort else None
 
         low, high = 0.0, _MOST_GAPS
         for _ in range(16):
             middle = (low + high) / 2
-            low, high = (middle, high) if positions(gaps_of(middle)) <= effort else (low, middle)
-        gaps = gaps_of(low)
-        return gaps if positions(gaps) <= effort else None
+            low, high = (low, middle) if fitting(middle) is None else (middle, high)
+        return fitting(low)
 
 
-def _axes(
-    polynomial: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float
-) -> list[_Axes]:
+def _ways(polynomial: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float) -> list[_Way]:
     """Ways to go over the box: within it, and around the circle where that is farther."""
     half = (box.upper - box.lower) / 2
     circle = polynomial.revolute & (half >= np.pi)
     half = np.where(circle, np.pi, half)
     if reached is None:
-        return [_Axes(half, circle, np.zeros(len(half), dtype=bool), _TYPICAL * total)]
-    within = _Axes(half, circle, circle, reached.in_box)
-    return [within, _Axes(half, circle, polynomial.revolute, reached.around)]
+        return [_Way(half, circle, np.zeros(len(half), dtype=bool), _TYPICAL * total)]
+    within = _Way(half, circle, circle, reached.in_box)
+    return [within, _Way(half, circle, polynomial.revolute, reached.around)]
 
 
-def _best_plan(spectrum: _Spectrum, ways: list[_Axes], effort: int) -> tuple[float, _Plan | None]:
+def _best_plan(
+    spectrum: _Spectrum, ways: list[_Way], effort: int
+) -> tuple[float, tuple[_Way, list[int], tuple[int, ...]] | None]:
     """Least promised bound, with its way, gaps and degrees; None if no way fits the effort."""
     best, planned = math.inf, None
-    for axes in ways:
-        orders, degrees = axes.orders(spectrum)
-        gaps = axes.gaps(orders, degrees, effort)
+    for way in ways:
+        orders, degrees = way.orders(spectrum)
+        gaps = way.gaps(orders, degrees, effort)
         if gaps is None:
             continue
-        bound = min(spectrum.bound(axes.reaches(gaps, degrees), degrees, axes.reached), spectrum.total)
+        bound = min(spectrum.bound(way.reaches(gaps, degrees), degrees, way.reached), spectrum.total)
         if planned is None or bound < best:
-            best, planned = bound, (axes, gaps, degrees)
+            best, planned = bound, (way, gaps, degrees)
     return best, planned

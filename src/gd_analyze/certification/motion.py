@@ -22,8 +22,7 @@ _MOST_THIRDS = 8
 class Motion:
     """The factors r of an error sum_r F_r(q) r.
 
-    Methods take values of F_r(q) max|r|, so that velocities and accelerations are shares of their limits,
-    between -1 and 1.
+    Methods take values of F_r(q) max|r|; velocities and accelerations are shares of limits, -1 to 1.
     """
 
     n_joints: int
@@ -40,8 +39,8 @@ class Motion:
 
     def _split(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Sum at rest, the most that accelerations add, values of squares, values of products."""
-        still, pushed, squares, pairs = self._kinds
-        return values[still].sum(axis=0), np.abs(values[pushed]).sum(axis=0), values[squares], values[pairs]
+        still, pushed, squares, pairs = (values[places] for places in self._kinds)
+        return still.sum(axis=0), np.abs(pushed).sum(axis=0), squares, pairs
 
     def _joints(self, factors: list[int]) -> list[int]:
         return sorted({joint for p in factors for joint in self.factors[p][1]})
@@ -98,9 +97,9 @@ class Motion:
 
     @cached_property
     def _thirds(self) -> FloatArray:
-        """Squares (as |velocity|) and products where all velocities are -1, 0 or 1; empty for many joints.
+        """Squares (as |velocity|) and products of velocities -1, 0, 1, shape (choices, squares + pairs).
 
-        Shape (choices, squares + pairs); one of two choices with opposite signs.
+        One of two choices with opposite signs; none for many joints.
         """
         moving = [*self._kinds[2], *self._kinds[3]]
         joints = self._joints(moving)
@@ -130,26 +129,14 @@ class Motion:
         out[still] = 1.0
         out[squares] = moves
         out[pairs] = self._pair_signs[np.maximum(best - 1, 0)].T * moves
-        sign = np.where((values * out).sum(axis=0) < 0.0, -1.0, 1.0)
+        out *= np.where((values * out).sum(axis=0) < 0.0, -1.0, 1.0)
         out[pushed] = np.where(values[pushed] < 0.0, -1.0, 1.0)
-        out[still], out[squares], out[pairs] = sign * out[still], sign * out[squares], sign * out[pairs]
         return out
 
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Search for the velocities and accelerations of the largest error at one position.
+        """Search for the largest error at one position, of values (P,), and its velocities and accelerations.
 
-        From the best vertex on, each velocity in turn moves to where the error, a quadratic function of it,
-        is largest.
-
-        Parameters
-        ----------
-        values
-            Shape (P,).
-
-        Returns
-        -------
-        tuple
-            The error's magnitude, and velocities and accelerations between -1 and 1, shape (n,).
+        From the best vertex on, each velocity in turn moves to where the error, quadratic in it, is largest.
         """
         n = self.n_joints
         place = int(self._at_vertices(values[:, None])[:, 0].argmax())

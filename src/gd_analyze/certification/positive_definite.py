@@ -1,18 +1,13 @@
 """A lower bound on the smallest eigenvalue of a model's inertia matrix D over a box of positions.
 
-For any fixed vector x, x^T D(q) x is a polynomial like the torque error, and its minimum over a box lies
-below that over a grid by no more than its curvature allows between the nodes (`grid`). The losses of the
-elements D_ij form a matrix whose norm bounds the loss for every x at once. The eigenvalues of an arm's D
-differ a lot, as its last joints carry little, and a loss that is small for the first joint would swallow
-them. So the bound is on K (D - shift 1) K^T with a K that makes a typical D - shift 1 the identity; if that
-matrix has no eigenvalue below some b > 0, D has none below the shift plus b / |K|^2.
+D is evaluated on a grid; the norm of the most that its elements lose between the nodes bounds the loss of an
+eigenvalue. Both are of K (D - shift 1) K^T, with a K that makes this the identity at a typical D.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,8 +35,7 @@ class Definiteness:
     """Smallest eigenvalue of a model's D over a box, kg m^2 (if all joints are revolute)."""
 
     box: Box
-    # No position of the box has a smaller one. If it is at most 0, D is not proven positive definite
-    proven: float
+    proven: float  # no position of the box has a smaller one
     smallest_found: float  # smallest one found; the truth lies between
     position: FloatArray  # position of that, rad (m), shape (n,)
     round_off: float  # largest round-off of an eigenvalue found
@@ -92,18 +86,30 @@ def certify_positive_definite(
         )
     box = box_of(box, model.arm, effort)
     inertia = _GriddedInertia.of(model, box, effort)
-    smallest, position = inertia.smallest()
-    found = Definiteness(box, -np.inf, smallest, position, inertia.round_off)
+    unit = np.eye(box.n_joints)
+    lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in inertia.on_grid()])
+    position, highest = local_maximum(
+        lambda q: np.asarray(-np.linalg.eigvalsh(_matrices(inertia.every(q)))[:, 0], dtype=float),
+        box,
+        inertia.grid.positions(np.array([lows.argmin()])),
+    )
+    smallest = -highest
+    round_off = _ROUNDINGS * box.n_joints * _EPS * inertia.reach(unit, 0.0)
+    typical = np.asarray(sum(d.sum(axis=0) for d in inertia.on_grid()) / inertia.grid.size)
     proven = -np.inf
     # For an eigenvalue of zero K would consist of round-off.
-    for share in () if found.is_singular else _SHIFTS:
+    for share in () if abs(smallest) <= round_off else _SHIFTS:
         shift = smallest - (1.0 - share) * abs(smallest)
-        proven = max(proven, inertia.proven_above(shift))
+        values, vectors = np.linalg.eigh(typical - shift * unit)
+        # K exists only if the typical D lies above the shift.
+        if values[0] > 0.0:
+            proven = max(proven, inertia.proven((vectors / np.sqrt(values)).T, shift))
         if proven > shift:
             break
     if not proven > 0.0:
-        proven = max(proven, inertia.proven_plainly())
-    return replace(found, proven=float(proven))
+        # K = 1 is never far below the truth, nor close to a small eigenvalue.
+        proven = max(proven, inertia.proven(unit, 0.0))
+    return Definiteness(box, float(proven), smallest, position, round_off)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +120,7 @@ class _GriddedInertia:
     every: TrigonometricPolynomial
     gridded: TrigonometricPolynomial
     grid: Grid
-    left_out: FloatArray
+    left_out: FloatArray  # (n, n)
 
     @classmethod
     def of(cls, model: SimplifiedModel, box: Box, effort: int) -> _GriddedInertia:
@@ -123,66 +129,35 @@ class _GriddedInertia:
         expansion = expansion_of(model)
         every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
         # The constant part does not matter for the choice of a grid.
-        constant = (every.multiples == 0).all(axis=1)
-        shares, rest = shared_out(every.only(~constant), box, effort, groups=1)
-        chosen = constant.copy()
+        chosen = (every.multiples == 0).all(axis=1)
+        shares, rest = shared_out(every.only(~chosen), box, effort, groups=1)
+        grid = Grid.at(box.centre)
         if shares:
-            chosen |= (every.multiples[:, None] == shares[0][0].multiples).all(axis=2).any(axis=1)
-        left_out = rest.sizes(box.farthest).sum(axis=1).reshape(n, n)
+            ((part, grid),) = shares
+            chosen |= (every.multiples[:, None] == part.multiples).all(axis=2).any(axis=1)
+        gridded = every.only(chosen)
         roundings = expansion.round_off(box.farthest, np.zeros(n), np.ones(n))
+        left_out = (rest.sizes(box.farthest).sum(axis=1) + grid.between(gridded, box)).reshape(n, n)
         left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(every, box)
-        grid = shares[0][1] if shares else Grid.at(box.centre)
-        left_out += grid.between(every.only(chosen), box).reshape(n, n)
-        return cls(box, every, every.only(chosen), grid, left_out)
+        return cls(box, every, gridded, grid, left_out)
 
-    def __call__(self, q: FloatArray) -> FloatArray:
-        """Exact D at positions (n, K), shape (K, n, n)."""
-        return _matrices(self.every(q))
-
-    def _on_grid(self) -> Iterator[FloatArray]:
+    def on_grid(self) -> Iterator[FloatArray]:
+        """D of its harmonics on the grid, in pieces of shape (K, n, n)."""
         return (_matrices(values) for values in self.gridded.on_grid(self.grid.nodes))
 
-    @cached_property
-    def _typical(self) -> FloatArray:
-        """Mean of D over the grid."""
-        return np.asarray(sum(d.sum(axis=0) for d in self._on_grid()) / self.grid.size)
-
-    def smallest(self) -> tuple[float, FloatArray]:
-        """Smallest eigenvalue that a search finds, and its position."""
-        lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in self._on_grid()])
-        starts = self.grid.positions(np.array([lows.argmin()]))
-        position, value = local_maximum(
-            lambda q: np.asarray(-np.linalg.eigvalsh(self(q))[:, 0], dtype=float), self.box, starts
-        )
-        return -value, position
-
-    def proven_above(self, shift: float) -> float:
-        """Lower bound on all eigenvalues of D over the box, with one shift."""
-        values, vectors = np.linalg.eigh(self._typical - shift * np.eye(len(self._typical)))
-        # K exists only if the typical D lies above the shift.
-        return self._proven((vectors / np.sqrt(values)).T, shift) if values[0] > 0.0 else -np.inf
-
-    def proven_plainly(self) -> float:
-        """Lower bound with K = 1: never far below the truth, nor close to a small eigenvalue."""
-        return self._proven(np.eye(len(self._typical)), 0.0)
-
-    @property
-    def round_off(self) -> float:
-        """Largest round-off of an eigenvalue of D."""
-        return _ROUNDINGS * len(self._typical) * _EPS * self._reach(np.eye(len(self._typical)), 0.0)
-
-    def _reach(self, k: FloatArray, shift: float) -> float:
+    def reach(self, k: FloatArray, shift: float) -> float:
         """Bound on the norm of |K| (|D| + |shift| 1) |K|^T in the box."""
         n = len(k)
         sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(n, n) + abs(shift) * np.eye(n)
         return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
 
-    def _proven(self, k: FloatArray, shift: float) -> float:
+    def proven(self, k: FloatArray, shift: float) -> float:
+        """Lower bound on all eigenvalues of D: the shift, and that of K (D - shift 1) K^T over |K|^2."""
         unit = np.eye(len(k))
-        low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self._on_grid())
+        low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self.on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
         # Scaling and eigenvalues are off by some n eps of the largest, at worst times |K|^2 |D|.
-        rough = _ROUNDINGS * len(k) * _EPS * self._reach(k, shift)
+        rough = _ROUNDINGS * len(k) * _EPS * self.reach(k, shift)
         bound = low - slack - rough
         stretch = np.linalg.eigvalsh(k.T @ k)
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.
@@ -191,5 +166,6 @@ class _GriddedInertia:
 
 
 def _matrices(values: FloatArray) -> FloatArray:
+    """Matrices (K, n, n) of values by element (n^2, K)."""
     n = round(len(values) ** 0.5)
     return np.ascontiguousarray(values.T).reshape(-1, n, n)

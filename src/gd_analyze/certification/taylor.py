@@ -1,23 +1,12 @@
-r"""A torque error over many small boxes of states, by Taylor's theorem about their centres.
+"""A torque error over many small boxes of states, by Taylor's theorem about their centres.
 
-The error is e = sum_p F_p(q) u_a u_b, (a, b) = (a, b)(p), with u = (1, velocities, accelerations) and F_p a
-sum of harmonics Re(C b(q)). In a box with centre x and half widths h, all variables taken together,
-
-    |e(x + d)| <= max_s ( s e + sum_k max over |d_k| <= h_k of (s e_k d_k + s e_kk d_k^2 / 2) )
-                  + sum_{k<l} |e_kl| h_k h_l + R,            s = 1, -1,
-
-with the derivatives at the centre, which are exact. A harmonic's part of the third-order remainder R follows
-from the sizes of its factors' orders: for exp(i m.q) they are 1, D, D^2/2 and at most D^3/6 for the rest,
-D = sum_k |m_k| h_k; for a power of a prismatic variable the terms of the binomial; for u_a |u_a| and h_a.
-
-Along a tube, boxes are halved where the error may be largest, until the bound is close to an error found.
+The error is e = sum_p F_p(q) u_a u_b with u = (1, velocities, accelerations); docs/certificate.md bounds it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,19 +37,11 @@ class Bounded(NamedTuple):
 
 
 def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
-    """Bound one joint's error in every piece of a tube.
+    """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
-    Parameters
-    ----------
-    field
-        The error over the box that encloses the tube.
-    tube
-        The states.
-    effort
-        Most boxes to look at; every piece is looked at once in any case.
+    Boxes are halved where the error may be largest, until the bound is close to an error found.
     """
-    box = tube.enclosing
-    limits = np.stack([np.ones(tube.n_joints), box.velocity, box.acceleration])
+    limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
     # A limit of zero has velocities of zero, and any share of it will do.
     limits = np.where(limits > 0.0, limits, 1.0)
     form = TaylorForm(field)
@@ -77,7 +58,7 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
         near = near[np.argsort(-boxes.bounds[near], kind="stable")[: min(_HALVED, (effort - spent) // 2)]]
         halves = form.halved(boxes.at(near))
         found, state, piece = max((found, state, piece), halves.worst, key=lambda worst: worst[0])
-        boxes = _Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
+        boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
         spent += 2 * near.size
     bounds = np.zeros(len(tube))
     np.maximum.at(bounds, boxes.pieces, boxes.bounds)
@@ -85,18 +66,16 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
     return Bounded(bounds, found, q, qd, qdd)
 
 
-@dataclass(frozen=True, eq=False)
-class _Boxes:
+class Boxes(NamedTuple):
     """K boxes and their errors; variables are those of `TaylorForm`."""
 
-    # Centres and half widths, shape (3 n, K)
-    centre: FloatArray
-    half: FloatArray
-    pieces: NDArray[np.intp]  # pieces of the tube that they belong to, shape (K,)
-    bounds: FloatArray  # no error within the box is larger, shape (K,)
-    longest: NDArray[np.intp]  # variable whose halving promises most, shape (K,)
-    found: FloatArray  # error at a state of the box where it is likely to be largest, shape (K,)
-    states: FloatArray  # that state, shape (3 n, K)
+    centre: FloatArray  # (3 n, K)
+    half: FloatArray  # half widths, (3 n, K)
+    pieces: NDArray[np.intp]  # pieces of the tube that they belong to, (K,)
+    bounds: FloatArray  # no error within the box is larger, (K,)
+    longest: NDArray[np.intp]  # variable whose halving promises most, (K,)
+    found: FloatArray  # error at a state of the box where it is likely to be largest, (K,)
+    states: FloatArray  # that state, (3 n, K)
 
     @property
     def worst(self) -> tuple[float, FloatArray, int]:
@@ -104,17 +83,14 @@ class _Boxes:
         top = int(self.found.argmax())
         return float(self.found[top]), self.states[:, top], int(self.pieces[top])
 
-    def at(self, chosen: NDArray[np.intp]) -> _Boxes:
-        return _Boxes(*(x[..., chosen] for x in self._arrays))
+    def at(self, chosen: NDArray[np.intp]) -> Boxes:
+        """Some of them."""
+        return Boxes._make(x[..., chosen] for x in self)
 
     @classmethod
-    def joined(cls, parts: list[_Boxes]) -> _Boxes:
-        columns = zip(*(part._arrays for part in parts), strict=True)
-        return cls(*(np.concatenate(column, axis=-1) for column in columns))
-
-    @property
-    def _arrays(self) -> list[Any]:
-        return [getattr(self, field.name) for field in fields(self)]
+    def joined(cls, parts: list[Boxes]) -> Boxes:
+        """All boxes of several."""
+        return cls._make(np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
 
 
 class TaylorForm:
@@ -125,7 +101,7 @@ class TaylorForm:
     """
 
     def __init__(self, field: ErrorField) -> None:
-        self.field, self.n = field, field.motion.n_joints
+        self.field, self.n = field, field.box.n_joints
         polynomial = field.polynomial
         self._real, self._imag = polynomial.parts
         self._sizes = (self._real**2 + self._imag**2) ** 0.5
@@ -134,17 +110,15 @@ class TaylorForm:
         self._angles = polynomial.multiples * polynomial.revolute.astype(float)
         pairs = [(k, j) for k in self._used for j in self._used if k <= j and not {k, j} & {*self._powers}]
         self._pairs = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-        self._first, self._second = self._ends()
+        # Every velocity factor is a product of two of u.
+        offset = {"1": 0, "qd": 1, "qdd": self.n + 1}
+        ends = [
+            ([0, 0] + [joint + offset[kind] for joint in joints])[-2:]
+            for kind, joints in field.motion.factors
+        ]
+        self._first, self._second = np.array(ends, dtype=np.intp).reshape(-1, 2).T
         one = np.eye(2 * self.n + 1)
         self._firsts, self._seconds = one[self._first].T, one[self._second].T
-
-    def _ends(self) -> NDArray[np.intp]:
-        """Every velocity factor as a product of two of u, shape (2, P)."""
-        places = []
-        for kind, joints in self.field.motion.factors:
-            offset = 1 if kind == "qd" else self.n + 1
-            places.append(([0, 0] + [joint + offset for joint in joints])[-2:])
-        return np.array(places, dtype=np.intp).reshape(-1, 2).T
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """The error at states, shape (K,)."""
@@ -152,25 +126,24 @@ class TaylorForm:
         values = self.field.polynomial(x[: self.n])
         return np.asarray((values * u[self._first] * u[self._second]).sum(axis=0))
 
-    def boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> _Boxes:
+    def boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> Boxes:
         """Bound the error in boxes."""
         step = max(1, _AT_ONCE // max(1, len(self.field.polynomial)))
         cuts = range(step, centre.shape[1], step)
         parts = zip(*(np.split(x, cuts, axis=-1) for x in (centre, half, pieces)), strict=True)
-        return _Boxes.joined([self._boxes(*part) for part in parts])
+        return Boxes.joined([self._boxes(*part) for part in parts])
 
-    def halved(self, boxes: _Boxes) -> _Boxes:
+    def halved(self, boxes: Boxes) -> Boxes:
         """Both halves of every box; no half's bound is larger than the whole's."""
-        numbers = np.arange(len(boxes.bounds))
-        half = boxes.half.copy()
-        half[boxes.longest, numbers] /= 2
-        step = np.zeros_like(half)
-        step[boxes.longest, numbers] = half[boxes.longest, numbers]
+        chosen = boxes.longest, np.arange(len(boxes.bounds))
+        half, step = boxes.half.copy(), np.zeros_like(boxes.half)
+        half[chosen] /= 2
+        step[chosen] = half[chosen]
         centres = np.hstack([boxes.centre - step, boxes.centre + step])
         out = self.boxes(centres, np.hstack([half, half]), np.tile(boxes.pieces, 2))
-        return replace(out, bounds=np.minimum(out.bounds, np.tile(boxes.bounds, 2)))
+        return out._replace(bounds=np.minimum(out.bounds, np.tile(boxes.bounds, 2)))
 
-    def _boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> _Boxes:
+    def _boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> Boxes:
         value, slope, curves = self._derivatives(centre)
         rows = np.arange(3 * self.n)
         own, mixed = curves[rows, rows], np.abs(curves) * half[:, None] * half
@@ -188,7 +161,7 @@ class TaylorForm:
         bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.rest + self.field.round_off
         turned = half[: self.n] * np.array(self.field.polynomial.degrees)[:, None]
         second[: self.n] += above * turned / np.maximum(turned.sum(axis=0), np.finfo(float).tiny)
-        return _Boxes(centre, half, pieces, bound, second.argmax(axis=0), np.abs(self(state)), state)
+        return Boxes(centre, half, pieces, bound, second.argmax(axis=0), np.abs(self(state)), state)
 
     def _with_one(self, x: FloatArray, one: float) -> FloatArray:
         """u, or its half widths, shape (2 n + 1, K)."""
@@ -205,19 +178,20 @@ class TaylorForm:
         angles = self._angles @ q
         plain = np.cos(angles), np.sin(angles)
         cosine, sine = self._basis(plain, q)
-        values = self._summed(cosine, sine)
+        values = self._real @ cosine - self._imag @ sine
         slope[n:] = self._firsts @ (values * second) + self._seconds @ (values * first)
         curves[n + self._first, n + self._second] += values
         curves[n + self._second, n + self._first] += values
-        for k in self._used:
-            slopes = self._summed(*self._basis(plain, q, k))
-            slope[k] = (slopes * factors).sum(axis=0)
-            curves[k, n:] = self._firsts @ (slopes * second) + self._seconds @ (slopes * first)
-            curves[n:, k] = curves[k, n:]
         real, imag = self._real.T @ factors, self._imag.T @ factors
         one, other = self._pairs
         by = self._angles[:, one] * self._angles[:, other]
         curves[one, other] = -by.T @ (real * cosine - imag * sine)
+        for k in self._used:
+            cosine, sine = self._basis(plain, q, k)
+            slopes = self._real @ cosine - self._imag @ sine
+            slope[k] = (slopes * factors).sum(axis=0)
+            curves[k, n:] = self._firsts @ (slopes * second) + self._seconds @ (slopes * first)
+            curves[n:, k] = curves[k, n:]
         for k in self._powers:
             for j in self._used:
                 cosine, sine = self._basis(plain, q, k, j)
@@ -230,10 +204,7 @@ class TaylorForm:
     def _basis(
         self, plain: tuple[FloatArray, FloatArray], q: FloatArray, *by: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Real and imaginary part of exp(i m.q) times powers, differentiated by some joints, shape (W, K).
-
-        `plain` are the parts of exp(i m.q).
-        """
+        """Parts of exp(i m.q), given as `plain`, times powers, differentiated by joints, shape (W, K)."""
         cosine, sine = plain
         for k in np.flatnonzero(self.field.polynomial.prismatic).tolist():
             times, power = by.count(k), self.field.polynomial.multiples[:, k]
@@ -246,12 +217,12 @@ class TaylorForm:
                 cosine, sine = -factor * sine, factor * cosine
         return cosine, sine
 
-    def _summed(self, cosine: FloatArray, sine: FloatArray) -> FloatArray:
-        """Every polynomial, given the harmonics' basis functions, shape (P, K)."""
-        return np.asarray(self._real @ cosine - self._imag @ sine)
-
     def _remainder(self, centre: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Largest sum of all of third order or higher, and of all orders, shape (K,) each."""
+        """Largest sum of all of third order or higher, and of all orders, shape (K,) each.
+
+        Orders of exp(i m.q) are 1, D, D^2/2 and at most D^3/6 for the rest, D = sum_k |m_k| h_k; of a power
+        the terms of the binomial; of u_a they are |u_a| and h_a.
+        """
         n = self.n
         angle = np.abs(self._angles) @ half[:n]
         orders = [np.ones_like(angle), angle, angle**2 / 2, angle**3 / 6]
@@ -260,7 +231,11 @@ class TaylorForm:
             power = self.field.polynomial.multiples[:, k]
             of_power = _orders_of_powers(abs(centre[k]), half[k], int(power.max()))[:, power]
             total *= sum(of_power)
-            orders = _product(orders, of_power)
+            product = [np.zeros_like(angle) for _ in range(4)]
+            for i, one in enumerate(orders):
+                for j, other in enumerate(of_power):
+                    product[min(i + j, 3)] += one * other
+            orders = product
         one, two, more = (self._sizes @ order for order in orders[1:])
         u, h = np.abs(self._with_one(centre, 1.0)), self._with_one(half, 0.0)
         curved = h[self._first] * h[self._second]
@@ -284,12 +259,3 @@ def _orders_of_powers(size: FloatArray, half: FloatArray, most: int) -> FloatArr
         for order in range(power + 1):
             table[min(order, 3), power] += math.comb(power, order) * size ** (power - order) * half**order
     return table
-
-
-def _product(a: list[FloatArray], b: FloatArray) -> list[FloatArray]:
-    """Orders of a product."""
-    out = [np.zeros_like(a[0]) for _ in range(4)]
-    for i, one in enumerate(a):
-        for j, other in enumerate(b):
-            out[min(i + j, 3)] += one * other
-    return out

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, fields
-from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,11 +105,9 @@ class Margin:
                 )
             name, factor = _UNITS[unit]
             if name in given:
+                where = f"--margin, entry {column}"
                 raise UsageError(
-                    "a margin is given twice",
-                    where=f"--margin, entry {column}",
-                    expected="one entry each",
-                    found=repr(text),
+                    "a margin is given twice", where=where, expected="one each", found=repr(text)
                 )
             given[name] = float(match[2]) * factor
         return cls(**given)
@@ -131,20 +128,18 @@ class Margin:
         >>> Margin().in_words(load_arm("puma560"))
         '1°, 2 % of peak velocity and 5 % of peak acceleration'
         """
-        kinds = {
-            "revolute": f"{math.degrees(self.revolute):.6g}°",
-            "prismatic": f"{1e3 * self.prismatic:.6g} mm",
-        }
-        present = {joint.kind for joint in arm.joints}
-        positions = " or ".join(text for kind, text in kinds.items() if kind in present)
-        velocity, acceleration = 100 * self.velocity, 100 * self.acceleration
-        return f"{positions}, {velocity:.6g} % of peak velocity and {acceleration:.6g} % of peak acceleration"
+        revolute = [f"{math.degrees(self.revolute):.6g}°"] * any(arm.is_revolute)
+        prismatic = [f"{1e3 * self.prismatic:.6g} mm"] * (not all(arm.is_revolute))
+        return (
+            f"{' or '.join(revolute + prismatic)}, {100 * self.velocity:.6g} % of peak velocity and "
+            f"{100 * self.acceleration:.6g} % of peak acceleration"
+        )
 
     def along(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
         """Margins of q, qd and qdd of every joint along a motion, SI, shape (3, n)."""
         position = np.where(np.array(arm.is_revolute), self.revolute, self.prismatic)
-        peaks = [np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd)]
-        return np.stack([position, self.velocity * peaks[0], self.acceleration * peaks[1]])
+        velocity, acceleration = (np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd))
+        return np.stack([position, self.velocity * velocity, self.acceleration * acceleration])
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,124 +219,99 @@ class Tube:
                 expected=f"{arm.n_joints} joints",
                 found=f"{motion.n_joints}",
             )
-        around = Margin.of(margin)
-        margins = around.along(arm, motion)
-        where = f"{around.in_words(arm)} of {motion.name}"
+        margin = Margin.of(margin)
+        margins = margin.along(arm, motion)
         path = _Path(motion, margins)
-        parts = path.boxes(most), _single(motion)
-        lower, upper, begin, end = (np.concatenate(pair) for pair in zip(*parts, strict=True))
+        # Set points between two gaps are boxes without extent.
+        single = [part.start for part in motion.stretches if part.stop - part.start == 1]
+        state = np.stack([motion.q[single], motion.qd[single], motion.qdd[single]], axis=1)
+        pairs = zip(path.boxes(most), (state, state, motion.time[single], motion.time[single]), strict=True)
+        lower, upper, begin, end = map(np.concatenate, pairs)
         order = np.argsort(begin, kind="stable")
-        lower, upper, begin, end = lower[order], upper[order], begin[order], end[order]
-        gaps = f"Gaps in the motion: {len(motion.gaps)}; nothing is proven across them." * bool(motion.gaps)
-        note = " ".join(filter(None, (gaps, path.note())))
-        coarse = int(path.unsure.any(axis=(1, 2)).sum())
-        return cls(lower - margins, upper + margins, begin, end, margins, where, coarse, note)
-
-
-def _single(motion: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Set points between two gaps, as boxes without extent."""
-    at = [part.start for part in motion.stretches if part.stop - part.start == 1]
-    state = np.stack([motion.q[at], motion.qd[at], motion.qdd[at]], axis=1)
-    return state, state, motion.time[at], motion.time[at]
+        return cls(
+            lower[order] - margins,
+            upper[order] + margins,
+            begin[order],
+            end[order],
+            margins,
+            f"{margin.in_words(arm)} of {motion.name}",
+            int(path.unsure.any(axis=(1, 2)).sum()),
+            path.note(),
+        )
 
 
 class _Path:
-    """The motion between its set points, interval by interval.
-
-    `lower` and `upper` are its limits in every interval, `differences` largest differences of the possible
-    motions, `unsure` where these exceed the margin; shape (intervals, 3, n). An interval across a gap has nan
-    for limits and joins no other.
-    """
+    """The motion between set points, interval by interval; an interval across a gap has nan for limits."""
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
         self.motion, self.margins = motion, margins
         count = motion.n_set_points - 1
         self.known = np.ones(count, dtype=bool)
         self.known[np.array(motion.gaps, dtype=int) - 1] = False
-        # Number of each interval in its stretch.
-        self.place = np.concatenate([np.arange(part.stop - part.start) for part in motion.stretches])[:-1]
+        # Limits, and largest differences of the possible motions, shape (intervals, 3, n).
         self.lower, self.upper, self.differences = (np.empty((count, *margins.shape)) for _ in range(3))
-        self.unsure = np.empty(self.lower.shape, dtype=bool)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             # There is no memory for all coefficients of a long recording at once.
             for part in chunks(count):
-                self._fill(part)
-
-    def _fill(self, part: slice) -> None:
-        between, across = self._between(part), ~self.known[part]
-        begin = np.zeros(len(between.coefficients))
-        low, high = between.ranges(begin, begin + 1.0)
-        differences = between.differences
-        low[across] = high[across] = np.nan
-        differences[across] = 0.0
-        largest = np.maximum(np.abs(low), np.abs(high))
-        self._require_possible(part.start, largest)
-        noise = 64 * np.finfo(float).eps * np.nan_to_num(largest)
-        self.lower[part], self.upper[part], self.differences[part] = low, high, differences
-        self.unsure[part] = differences > np.maximum(self.margins, noise)
-
-    def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
-        return Between.of(self.motion, _ROUNDING * self.margins[:2], chosen)
-
-    def _require_possible(self, start: int, largest: FloatArray) -> None:
-        wrong = ~(largest <= LARGEST).all(axis=(1, 2)) & self.known[start : start + len(largest)]
-        if wrong.any():
-            at = start + int(np.flatnonzero(wrong)[0])
-            time = self.motion.time
+                between = self._between(part)
+                begin = np.zeros(len(between.coefficients))
+                self.lower[part], self.upper[part] = between.ranges(begin, begin + 1.0)
+                self.differences[part] = between.differences
+        across = ~self.known
+        self.lower[across] = self.upper[across] = np.nan
+        self.differences[across] = 0.0
+        largest = np.maximum(np.abs(self.lower), np.abs(self.upper))
+        wrong = np.flatnonzero(~(largest <= LARGEST).all(axis=(1, 2)) & self.known)
+        if wrong.size:
+            at, time = wrong[0], motion.time
             raise TrajectoryError(
                 "no possible motion leads from one set point to the next",
-                where=f"set points {at + 1} and {at + 2} of trajectory {self.motion.name}",
+                where=f"set points {at + 1} and {at + 2} of trajectory {motion.name}",
                 expected=f"velocities and accelerations up to {LARGEST:g} in SI units",
                 found=f"{time[at + 1] - time[at]:.3g} s between them",
                 next_step="check that no two set points share almost the same instant",
             )
+        noise = 64 * np.finfo(float).eps * np.nan_to_num(largest)
+        self.unsure = self.differences > np.maximum(margins, noise)
+
+    def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
+        return Between.of(self.motion, _ROUNDING * self.margins[:2], chosen)
 
     def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Limits and times of at most `most` boxes, as small as the margins if possible."""
         if not self.known.any():
             nothing = np.empty((0, *self.margins.shape))
             return nothing, nothing, np.empty(0), np.empty(0)
-        scale = 2 * np.maximum(self.margins, _LEAST_SHARE * self._reach())
-        sizes, size = self._sizes(scale), 1.0
+        # Half the range of positions, the largest velocities and accelerations; these reductions ignore nan.
+        low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
+        reach = np.maximum(high, -low)
+        reach[0] = (high[0] - low[0]) / 2
+        scale = 2 * np.maximum(self.margins, _LEAST_SHARE * reach)
+        widths = np.where(self.unsure | ~self.known[:, None, None], 0.0, self.upper - self.lower)
+        shares = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
+        size = 1.0
         while True:
             first, count = self._joined(size * scale)
             kept = self.known[first]
             first, count = first[kept], count[kept]
-            pieces = np.clip(np.ceil(sizes[first] / size), 1, _MOST_OF_ONE)
+            pieces = np.clip(np.ceil(shares[first] / size), 1, _MOST_OF_ONE)
             parts = np.where(count == 1, pieces, 1).astype(int)
             # Every stretch takes one box at least.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
             size *= 1.5
 
-    def _sizes(self, scale: FloatArray) -> FloatArray:
-        """Size of every interval in boxes of this scale, where the motion is known."""
-        sizes = np.empty(len(self.lower))
-        for part in chunks(len(sizes)):
-            unknown = self.unsure[part] | ~self.known[part, None, None]
-            widths = np.where(unknown, 0.0, self.upper[part] - self.lower[part])
-            shares = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0)
-            sizes[part] = shares.max(axis=(1, 2))
-        return sizes
-
-    def _reach(self) -> FloatArray:
-        """Half the range of positions, and the largest velocities and accelerations, shape (3, n)."""
-        # These reductions ignore nan.
-        low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
-        largest = np.maximum(high, -low)
-        largest[0] = (high[0] - low[0]) / 2
-        return np.asarray(largest)
-
     def _joined(self, size: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """First interval and number of intervals of every group that fits a box of this size, shape (3, n).
 
         Neighbours of one stretch are joined in pairs, the pairs in pairs, and so on.
         """
+        place = np.concatenate([np.arange(part.stop - part.start) for part in self.motion.stretches])
         first, count = np.arange(len(self.lower)), np.ones(len(self.lower), dtype=np.intp)
-        lower, upper = self.lower, self.upper
+        lower, upper = self.lower.copy(), self.upper.copy()
         span = 1
         while span < len(self.lower):
-            left = np.flatnonzero((self.place[first] % (2 * span) == 0) & (count == span))
+            left = np.flatnonzero((place[first] % (2 * span) == 0) & (count == span))
             left = left[left + 1 < len(first)]
             left = left[first[left + 1] == first[left] + span]
             low, high = np.minimum(lower[left], lower[left + 1]), np.maximum(upper[left], upper[left + 1])
@@ -349,11 +319,11 @@ class _Path:
             left, low, high = left[fits], low[fits], high[fits]
             if not len(left):
                 break
-            kept = np.ones(len(first), dtype=bool)
-            kept[left + 1] = False
-            place, both = np.cumsum(kept)[left] - 1, count[left] + count[left + 1]
-            first, count, lower, upper = first[kept], count[kept], lower[kept], upper[kept]
-            count[place], lower[place], upper[place] = both, low, high
+            count[left] += count[left + 1]
+            lower[left], upper[left] = low, high
+            first, count, lower, upper = (
+                np.delete(x, left + 1, axis=0) for x in (first, count, lower, upper)
+            )
             span *= 2
         return first, count
 
@@ -368,40 +338,37 @@ class _Path:
         edges = edges[edges < len(self.lower)]
         lower = np.minimum.reduceat(self.lower, edges)[::2][groups]
         upper = np.maximum.reduceat(self.upper, edges)[::2][groups]
-        time = self.motion.time
-        width = (time[first + count] - time[first]) / parts
-        begin = time[first][groups] + place * width[groups]
+        starts, ends = self.motion.time[first], self.motion.time[first + count]
+        begin = starts[groups] + place * ((ends - starts) / parts)[groups]
+        end = np.where(place + 1 < parts[groups], np.append(begin[1:], 0.0), ends[groups])
         cut = np.flatnonzero(parts[groups] > 1)
         if cut.size:
-            among, each = place[cut], parts[groups[cut]]
-            intervals = first[groups[cut]]
+            among, each, intervals = place[cut], parts[groups[cut]], first[groups[cut]]
             low, high = self._between(intervals).ranges(among / each, (among + 1) / each)
-            unsure = self.unsure[intervals]
-            lower[cut] = np.where(unsure, lower[cut], low)
-            upper[cut] = np.where(unsure, upper[cut], high)
-        end = np.where(place + 1 < parts[groups], np.append(begin[1:], 0.0), time[first + count][groups])
+            lower[cut] = np.where(self.unsure[intervals], lower[cut], low)
+            upper[cut] = np.where(self.unsure[intervals], upper[cut], high)
         return lower, upper, begin, end
 
     def note(self) -> str:
-        """Remark on intervals that the set points leave open by more than the margins, or ""."""
-        if not self.unsure.any():
-            return ""
-        most, at, kind, joint = max(map(self._widest, chunks(len(self.unsure))), key=itemgetter(0))
-        joints = [int(j) + 1 for j in np.flatnonzero(self.unsure.any(axis=(0, 1)))]
-        by = f"{float(f'{most:.2g}'):g} times its margin" if np.isfinite(most) else "its margin being zero"
-        time = self.motion.time
-        count = self.unsure.any(axis=(1, 2)).sum()
-        return (
-            f"Set points too far apart in {count} of {self.known.sum()} intervals "
-            f"({named_joints(joints, self.motion.n_joints)}): the tube is wider there. Largest ambiguity: "
-            f"{('position', 'velocity', 'acceleration')[kind]} of joint {joint + 1}, {by}, from "
-            f"{time[at]:.4g} to {time[at + 1]:.4g} s."
-        )
-
-    def _widest(self, part: slice) -> tuple[float, int, int, int]:
-        """Largest difference over margin in some intervals: ratio, interval, kind and joint."""
-        differences = np.where(self.unsure[part], self.differences[part], 0.0)
-        none = np.where(self.unsure[part], np.inf, 0.0)
-        times = np.divide(differences, self.margins, out=none, where=self.margins > 0)
-        at, kind, joint = map(int, np.unravel_index(times.argmax(), times.shape))
-        return float(times[at, kind, joint]), part.start + at, kind, joint
+        """Remark on gaps, and on intervals that the set points leave open by more than the margins, or ""."""
+        notes = []
+        if self.motion.gaps:
+            notes.append(f"Gaps in the motion: {len(self.motion.gaps)}; nothing is proven across them.")
+        if self.unsure.any():
+            intervals, kinds, joints = np.nonzero(self.unsure)
+            with np.errstate(divide="ignore"):
+                times = self.differences[self.unsure] / self.margins[kinds, joints]
+            most = int(times.argmax())
+            quantity = ("position", "velocity", "acceleration")[kinds[most]]
+            by = "its margin being zero"
+            if np.isfinite(times[most]):
+                by = f"{float(f'{times[most]:.2g}'):g} times its margin"
+            begin, end = self.motion.time[intervals[most] : intervals[most] + 2]
+            numbers = [int(joint) + 1 for joint in np.unique(joints)]
+            notes.append(
+                f"Set points too far apart in {len(np.unique(intervals))} of {self.known.sum()} intervals "
+                f"({named_joints(numbers, self.motion.n_joints)}): the tube is wider there. "
+                f"Largest ambiguity: {quantity} of joint {joints[most] + 1}, {by}, "
+                f"from {begin:.4g} to {end:.4g} s."
+            )
+        return " ".join(notes)
