@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -29,6 +29,7 @@ from gd_analyze.robots.parts import (
     LinkUncertainty,
     Placement,
     is_name,
+    is_rotation,
     is_sentence,
     of_point_mass,
     symmetric_tensor,
@@ -43,50 +44,36 @@ _LARGEST_FILE = 1_000_000
 _PLACEMENTS = "placements"
 
 
-def _name(text: str) -> str:
-    if not is_name(text):
-        raise ValueError("one short line of printable text")
-    return text
+def _that(holds: Callable[[Any], bool], expected: str) -> AfterValidator:
+    def checked(value: Any) -> Any:
+        if not holds(value):
+            raise ValueError(expected)
+        return value
+
+    return AfterValidator(checked)
 
 
-def _sentence(text: str) -> str:
-    if not is_sentence(text):
-        raise ValueError("text without control characters")
-    return text
-
-
-def _ends(ends: list[float]) -> list[float]:
-    for end, unknown in zip(ends, (-math.inf, math.inf), strict=True):
-        if end != unknown and not abs(end) <= LARGEST:
-            raise ValueError(f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
-    return ends
-
-
-def _rotation(rows: list[list[float]]) -> list[list[float]]:
-    try:
-        Placement(np.array(rows))
-    except ArmError:
-        raise ValueError("a rotation: three orthonormal rows, right-handed") from None
-    return rows
-
-
-def _direction(axis: list[float]) -> list[float]:
-    length = float(np.linalg.norm(axis))
-    if abs(length - 1) > ORTHONORMAL_TOLERANCE:
-        raise ValueError(f"a unit vector, of length 1 instead of {length:g}")
-    return axis
+def _are_ends(ends: list[float]) -> bool:
+    return all(
+        abs(end) <= LARGEST or end == none for end, none in zip(ends, (-math.inf, math.inf), strict=True)
+    )
 
 
 # NaN and infinity are refused by the tables.
 _Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 _Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
 _Vector = Annotated[list[_Number], Field(min_length=3, max_length=3)]
-_End = Annotated[float, Field(allow_inf_nan=True)]
-_Range = Annotated[list[_End], Field(min_length=2, max_length=2), AfterValidator(_ends)]
-_Rotation = Annotated[list[_Vector], Field(min_length=3, max_length=3), AfterValidator(_rotation)]
-_Direction = Annotated[_Vector, AfterValidator(_direction)]
-_Name = Annotated[str, AfterValidator(_name)]
-_Sentences = list[Annotated[str, AfterValidator(_sentence)]]
+_Ends = Annotated[list[Annotated[float, Field(allow_inf_nan=True)]], Field(min_length=2, max_length=2)]
+_Range = Annotated[
+    _Ends, _that(_are_ends, f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
+]
+_Rows = Annotated[list[_Vector], Field(min_length=3, max_length=3)]
+_Rotation = Annotated[_Rows, _that(is_rotation, "a rotation: three orthonormal rows, right-handed")]
+_Direction = Annotated[
+    _Vector, _that(lambda axis: abs(math.hypot(*axis) - 1) <= ORTHONORMAL_TOLERANCE, "a unit vector")
+]
+_Name = Annotated[str, _that(is_name, "one short line of printable text")]
+_Sentences = list[Annotated[str, _that(is_sentence, "text without control characters")]]
 _About = Literal["com", "origin"]
 
 
@@ -178,15 +165,9 @@ class InertiaTable(Table):
     yz: _Number = 0.0
 
 
-class InertiaUncertaintyTable(InertiaTable):
-    """Standard uncertainties of the entries of an inertia tensor."""
-
-    xx: _Nonnegative
-    yy: _Nonnegative
-    zz: _Nonnegative
-    xy: _Nonnegative = 0.0
-    xz: _Nonnegative = 0.0
-    yz: _Nonnegative = 0.0
+_InertiaUncertainty = Annotated[
+    InertiaTable, _that(lambda table: min(dict(table).values()) >= 0, "entries of 0 or more")
+]
 
 
 class LinkTable(Table):
@@ -203,7 +184,7 @@ class LinkTable(Table):
     axial_only: bool = False
     mass_uncertainty: _Nonnegative | None = None
     com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
-    inertia_uncertainty: InertiaUncertaintyTable | None = None
+    inertia_uncertainty: _InertiaUncertainty | None = None
     inertia_uncertainty_about: _About | None = None
 
     def uncertainty(self) -> LinkUncertainty | None:
@@ -246,7 +227,11 @@ class DriveTable(Table):
     torque_limit: Annotated[float, Field(gt=0, le=LARGEST)] | None = None
 
 
-class ArmTables(Table):
+_Joints = TypeVar("_Joints", bound=JointTable)
+_Links = TypeVar("_Links", bound=LinkTable)
+
+
+class ArmTables(Table, Generic[_Joints, _Links]):
     """What every file states."""
 
     format: Literal["gd-analyze arm 1"]
@@ -257,23 +242,13 @@ class ArmTables(Table):
     sources: _Sentences = []
     assumptions: _Sentences = []
     doubts: _Sentences = []
-    joints: Sequence[JointTable]
-    links: Sequence[LinkTable]
+    joints: Annotated[list[_Joints], Field(min_length=1)]
+    links: Annotated[list[_Links], Field(min_length=1)]
     drives: list[DriveTable] = []
 
 
-class DHFile(ArmTables):
-    """A file of an arm by its Denavit-Hartenberg table."""
-
-    joints: Annotated[Sequence[DHJointTable], Field(min_length=1)]
-    links: Annotated[Sequence[LinkTable], Field(min_length=1)]
-
-
-class PlacementFile(ArmTables):
-    """A file of an arm by placements."""
-
-    joints: Annotated[Sequence[PlacedJointTable], Field(min_length=1)]
-    links: Annotated[Sequence[PlacedLinkTable], Field(min_length=1)]
+DHFile = ArmTables[DHJointTable, LinkTable]
+PlacementFile = ArmTables[PlacedJointTable, PlacedLinkTable]
 
 
 def read_arm(path: str | Path) -> RobotArm:
@@ -281,7 +256,7 @@ def read_arm(path: str | Path) -> RobotArm:
     path = Path(path)
     content = text_of_arm_file(path)
     document = parsed_toml(path, content, "arm file")
-    schema = PlacementFile if document.get("convention") == "placement" else DHFile
+    schema: type[ArmTables[Any, Any]] = PlacementFile if document.get("convention") == "placement" else DHFile
     lines = TableLines(path, content)
     try:
         parsed = schema.model_validate(document)
@@ -317,7 +292,14 @@ def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
 
 def _likely(key: str) -> str:
     """Key that a misspelt one likely stands for; its unit suffix stays, unless that is what is wrong."""
-    tables = (PlacementFile, DHJointTable, PlacedJointTable, PlacedLinkTable, InertiaTable, DriveTable)
+    tables: tuple[type[Table], ...] = (
+        PlacementFile,
+        DHJointTable,
+        PlacedJointTable,
+        PlacedLinkTable,
+        InertiaTable,
+        DriveTable,
+    )
     known = {name for table in tables for name in table.model_fields}
     suffix = next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
     bare = key.removesuffix(suffix)
@@ -325,7 +307,7 @@ def _likely(key: str) -> str:
     return "" if not near else bare if bare in known else near[0] + suffix
 
 
-def _build(parsed: ArmTables, lines: TableLines) -> RobotArm:
+def _build(parsed: ArmTables[Any, Any], lines: TableLines) -> RobotArm:
     n = len(parsed.joints)
     for what, count in (("links", len(parsed.links)), ("drives", len(parsed.drives))):
         if count != n and (count or what == "links"):

@@ -24,12 +24,13 @@ Given = Mapping[str, float] | Sequence[str] | str | Path | None
 
 # MoveIt writes 0.2 kB per joint.
 _LARGEST_FILE = 200_000
-# MoveIt's keys: what says that a limit holds, and by the keys of its values the arm's names.
-_KEYS: tuple[tuple[str, dict[str, str]], ...] = (
-    ("has_acceleration_limits", {"max_acceleration": "acceleration_limit"}),
-    ("has_velocity_limits", {"max_velocity": "velocity_limit"}),
-    ("has_position_limits", {"min_position": "lower", "max_position": "upper"}),
-)
+# MoveIt's keys: the arm's name of each limit, and what says that it holds.
+_KEYS = {
+    "max_acceleration": ("acceleration_limit", "has_acceleration_limits"),
+    "max_velocity": ("velocity_limit", "has_velocity_limits"),
+    "min_position": ("lower", "has_position_limits"),
+    "max_position": ("upper", "has_position_limits"),
+}
 _UNITS = {"deg": math.pi / 180, "mm": 1e-3, "rad": 1.0, "m": 1.0}
 # Limits of a box where an arm states none: half a turn or half a metre each way, per s and per s^2.
 _ORDINARY = (
@@ -149,21 +150,20 @@ def _limits(name: str, table: object, path: Path) -> dict[str, float]:
     """Limits in a joint's table, by the arm's names."""
     stated = table if isinstance(table, Mapping) else {}
     found: dict[str, float] = {}
-    for holds, keys in _KEYS:
+    for key, (limit, holds) in _KEYS.items():
         # MoveIt writes max_acceleration: 0 beside has_acceleration_limits: false.
-        if not stated.get(holds, any(key in stated for key in keys)):
+        if not stated.get(holds, key in stated):
             continue
-        for key, limit in keys.items():
-            value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
-            if value is None or not (value > 0 or "position" in key):
-                raise ArmError(
-                    f"{key} of joint {name} is no limit",
-                    where=Location(path),
-                    expected="a number" if "position" in key else "a number above 0",
-                    found=in_python(stated.get(key)),
-                    next_step=f"fix it, or set {holds} to false",
-                )
-            found[limit] = value
+        value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
+        if value is None or not (value > 0 or "position" in key):
+            raise ArmError(
+                f"{key} of joint {name} is no limit",
+                where=Location(path),
+                expected="a number" if "position" in key else "a number above 0",
+                found=in_python(stated.get(key)),
+                next_step=f"fix it, or set {holds} to false",
+            )
+        found[limit] = value
     return found
 
 

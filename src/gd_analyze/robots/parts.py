@@ -59,6 +59,13 @@ def _check(
             object.__setattr__(owner, name, array if shape else float(array))
 
 
+def is_rotation(matrix: ArrayLike) -> bool:
+    """Whether three rows are orthonormal and right-handed."""
+    rows = np.asarray(matrix)
+    off = np.abs(rows.T @ rows - np.eye(3)).max()
+    return bool(off <= ORTHONORMAL_TOLERANCE and np.linalg.det(rows) > 0)
+
+
 def is_name(text: object) -> bool:
     """Whether a text is one short line of printable characters."""
     return isinstance(text, str) and visible(text) == text and len(text) <= _LONGEST_NAME
@@ -108,8 +115,7 @@ class Placement:
 
     def __post_init__(self) -> None:
         _check(self, "a placement", "placement", rotation=(3, 3), translation=(3,))
-        off = np.abs(self.rotation.T @ self.rotation - np.eye(3)).max()
-        if off > ORTHONORMAL_TOLERANCE or np.linalg.det(self.rotation) < 0:
+        if not is_rotation(self.rotation):
             found = str(self.rotation.tolist())
             raise ArmError("rotation of a placement is not a rotation", where="placement", found=found)
 

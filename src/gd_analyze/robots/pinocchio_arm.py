@@ -73,6 +73,7 @@ def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, fl
     link = moving[0].link
     while (link := notes.above.get(link, "")) and link not in inboard:
         inboard.add(link)
+    left_out = ", ".join(joint.name for joint in moving if _limits(tree.model, joint.index)[1])
     stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
     source = f"{visible(Path(notes.path).name)}: {tree.format}, read by {read_by}."
     return RobotArm(
@@ -87,7 +88,7 @@ def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, fl
         assumptions=(
             *notes.assumptions,
             *notes.right_angles.assumptions(arms_links | inboard),
-            *_limits_left_out(tree, moving),
+            *([f"Limits of 100, 1000 and so on stand for none: joint {left_out}."] if left_out else []),
             *_held_sentence(tree, moving, held),
         ),
         doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
@@ -107,39 +108,26 @@ def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: s
         yield f"{tree.where}: no link has any mass; is the file stripped, or xacro expanded in part?"
 
 
-def _range(model: Any, index: int) -> tuple[float, float] | None:
-    """Range of a joint as stated; None where it is unlimited, or 0 .. 0."""
-    at = model.idx_qs[index]
+def _limits(model: Any, index: int) -> tuple[list[float | None], bool]:
+    """Lower, upper and velocity limit of a joint as stated, and whether others stand for none."""
+    at, velocity = model.idx_qs[index], float(model.velocityLimit[model.idx_vs[index]])
     ends = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
-    return ends if model.nqs[index] == 1 and np.isfinite(ends).all() and ends != (0.0, 0.0) else None
+    has_range = model.nqs[index] == 1 and np.isfinite(ends).all() and ends != (0.0, 0.0)
+    is_endless = has_range and any(_is_power_of_ten(abs(end), _NO_RANGE) for end in ends)
+    is_fast = velocity < math.inf and _is_power_of_ten(velocity, _NO_VELOCITY)
+    stated: list[float | None] = [*ends] if has_range and not is_endless else [None, None]
+    stated.append(velocity if 0 < velocity < math.inf and not is_fast else None)
+    return stated, is_endless or is_fast
 
 
-def _velocity_limit(model: Any, index: int) -> float | None:
-    limit = float(model.velocityLimit[model.idx_vs[index]])
-    return limit if 0 < limit < math.inf else None
-
-
-def _stands_for_none(least: float, *numbers: float) -> bool:
-    """Whether one of them is a power of ten that no limit reaches."""
-    return any(abs(number) >= least and math.log10(abs(number)).is_integer() for number in numbers)
-
-
-def _limits_left_out(tree: Tree, moving: Sequence[TreeJoint]) -> Iterator[str]:
-    left_out = [
-        joint.name
-        for joint in moving
-        if _stands_for_none(_NO_RANGE, *(_range(tree.model, joint.index) or ()))
-        or _stands_for_none(_NO_VELOCITY, _velocity_limit(tree.model, joint.index) or 0.0)
-    ]
-    if left_out:
-        yield f"Limits of 100, 1000 and so on stand for none: joint {', '.join(left_out)}."
+def _is_power_of_ten(number: float, least: float) -> bool:
+    return number >= least and math.log10(number).is_integer()
 
 
 def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
     where = tree.line("joint", joint.name)
+    lower, upper, velocity = _limits(tree.model, joint.index)[0]
     place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
-    ends, velocity = _range(tree.model, joint.index), _velocity_limit(tree.model, joint.index)
-    lower, upper = ends if ends and not _stands_for_none(_NO_RANGE, *ends) else (None, None)
     return Joint(
         joint.name,
         "revolute" if joint.kind == "revolute" else "prismatic",
@@ -147,7 +135,7 @@ def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
         joint.axis,
         lower,
         upper,
-        None if velocity is None or _stands_for_none(_NO_VELOCITY, velocity) else velocity,
+        velocity,
         source=where if isinstance(where, Location) else None,
     )
 

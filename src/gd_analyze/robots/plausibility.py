@@ -30,7 +30,7 @@ _LEAST_FAR = 0.1
 # Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986); rounding to 3
 # digits is good to 0.1 %.
 _MEASUREMENT_TOLERANCE, _ROUNDING_TOLERANCE = 0.1, 1e-3
-_UNITS = "check units (cm against m) and the point the inertia is about (com or origin)"
+_CHECK = "check the signs of its products, units (cm against m) and the point it is about (com or origin)"
 
 
 def implausible(arm: RobotArm) -> tuple[str, ...]:
@@ -52,16 +52,13 @@ def inconsistent_inertias(arm: RobotArm) -> tuple[str, ...]:
 
 def check_payload(body: Link, reach: float) -> Iterator[str]:
     """Suspicious numbers of a payload, of an arm with some reach (m)."""
+    of_arm, distance = f"an arm that reaches {reach:.3g} m", float(np.linalg.norm(body.com))
     if body.mass > _heaviest(reach):
-        yield f"a payload of {body.mass:g} kg is more than an arm of {reach:.3g} m reach carries; in grams?"
+        yield f"a payload of {body.mass:g} kg is more than {of_arm} carries; in grams?"
     if message := _inconsistency(body):
         yield f"payload: {message}"
-    distance = float(np.linalg.norm(body.com))
     if body.mass > 0 and distance > max(reach, _LEAST_FAR):
-        yield (
-            f"a payload {distance:.3g} m from the last link's frame is beyond the arm's reach "
-            f"({reach:.3g} m); are its units metres?"
-        )
+        yield f"a payload {distance:.3g} m from the last link's frame is far off {of_arm}; in metres?"
 
 
 def gravity_too_strong(arm: RobotArm) -> Findings:
@@ -131,12 +128,8 @@ def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
     """Radii of gyration: below 0.5 reaches; of an arm's longest link 3 and more in kg cm^2, 30 in kg mm^2."""
     for place, link in _stated(arm):
         if _is_wide(link, arm.reach):
-            yield (
-                place,
-                f"with a mass of {link.mass:g} kg the inertia is that of a body {2 * _gyration(link):.3g} m "
-                f"wide, of an arm that reaches {arm.reach:.3g} m; is it in kg cm^2, kg mm^2 or g mm^2? It is "
-                "read in kg m^2",
-            )
+            width = f"the inertia is that of a body {2 * _gyration(link):.3g} m wide, {_reaching(arm)}"
+            yield place, f"with {link.mass:g} kg {width}; is it in kg cm^2, kg mm^2 or g mm^2, not kg m^2?"
 
 
 def mass_too_large_for_reach(arm: RobotArm) -> Findings:
@@ -144,8 +137,7 @@ def mass_too_large_for_reach(arm: RobotArm) -> Findings:
     for place, link in _stated(arm):
         says_nothing = link.is_point or _is_wide(link, arm.reach)
         if says_nothing and _weighs(link) and link.mass > _heaviest(arm.reach):
-            reach = f"an arm that reaches {arm.reach:.3g} m"
-            yield place, f"a mass of {link.mass:g} kg is more than {reach} has; in grams?"
+            yield place, f"a mass of {link.mass:g} kg is too much {_reaching(arm)}; in grams?"
 
 
 def mass_too_dense(arm: RobotArm) -> Findings:
@@ -159,8 +151,7 @@ def mass_too_dense(arm: RobotArm) -> Findings:
         # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
         volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
         if link.mass > 1e8 * volume:
-            mass = f"with a mass of {link.mass:g} kg"
-            yield place, f"{mass} no material is dense enough for so small an inertia; in grams?"
+            yield place, f"no material is dense enough for {link.mass:g} kg of so small an inertia; in grams?"
 
 
 def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
@@ -168,25 +159,20 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
     for place, link in _stated(arm):
         distance = float(np.linalg.norm(link.com))
         if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
-            yield (
-                place,
-                f"the centre of mass of link {link.name} is {distance:.3g} m from the link frame, farther "
-                f"than the arm reaches ({arm.reach:.3g} m); are its units metres?",
-            )
+            where = f"{distance:.3g} m from the link frame, {_reaching(arm)}"
+            yield place, f"the centre of mass of link {link.name} is {where}; are its units metres?"
 
 
 def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
     """Negative principal moments, or one that is more than the other two together."""
-    for place, link in _stated(arm):
-        if message := _inconsistency(link):
-            yield place, message
+    yield from ((place, message) for place, link in _stated(arm) if (message := _inconsistency(link)))
 
 
 def point_mass_among_bodies(arm: RobotArm) -> Findings:
     """A link without inertia; an arm of point masses alone is drawn on paper."""
-    stated = _stated(arm)
-    for place, link in stated:
-        if link.is_point and _weighs(link) and not all(one.is_point for _, one in stated):
+    are_points = all(link.is_point for _, link in _stated(arm))
+    for place, link in _stated(arm):
+        if link.is_point and _weighs(link) and not are_points:
             mass = f"a mass of {number(link.mass)} kg"
             yield place, f"link {link.name} has {mass} and no inertia; other links have one"
 
@@ -199,11 +185,8 @@ def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
         centre, end = turn @ link.com + offset, turn @ beyond.placement.translation + offset
         distance = min(float(np.linalg.norm(centre)), float(np.linalg.norm(centre - end)))
         if link.mass > 0 and distance > farthest and float(np.linalg.norm(link.com)) <= arm.reach:
-            yield (
-                place,
-                f"the centre of mass of link {link.name} is {number(distance)} m from both of its joints, of "
-                f"an arm that reaches {number(arm.reach)} m; is it given in another frame?",
-            )
+            where = f"{number(distance)} m from both of its joints, {_reaching(arm)}"
+            yield place, f"the centre of mass of link {link.name} is {where}; is it given in another frame?"
 
 
 def heavier_than_links_before(arm: RobotArm) -> Findings:
@@ -216,11 +199,8 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
         (place, link), before = stated[index], sum(one.mass for _, one in stated[:index])
         share, than = (0.5, "half of all links") if index >= n - 2 else (1.0, "all links")
         if link.mass > max(share * before, _NO_MASS):
-            yield (
-                place,
-                f"link {link.name} has a mass of {number(link.mass)} kg, more than {than} before it together "
-                f"({number(before)} kg): real arms get lighter towards the end effector",
-            )
+            mass = f"{number(link.mass)} kg, more than {than} before it together ({number(before)} kg)"
+            yield place, f"link {link.name} has {mass}: real arms get lighter towards the end effector"
 
 
 CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
@@ -249,22 +229,22 @@ def _inconsistency(link: Link) -> str | None:
     negative, excess = -least, 0.0 if link.axial_only else most - least - middle
     if link.is_point or max(negative, excess) <= _ROUNDING_TOLERANCE * largest:
         return None
-    inertia = f"the inertia of link {link.name}"
+    moments, inertia = f"({link.moments_text})", f"the inertia of link {link.name}"
     if negative > _ROUNDING_TOLERANCE * largest:
-        return (
-            f"{inertia} is physically inconsistent: its smallest principal moment is negative, by "
-            f"{percent(negative / largest)} of the largest ({link.moments_text}); check the signs of the "
-            f"products of inertia, and {_UNITS}"
+        least_moment = (
+            f"its smallest principal moment is negative, by {percent(negative / largest)} of the largest"
         )
-    violated = (
-        f"{inertia} violates the triangle inequality by {percent(excess / largest)} of its largest "
-        f"principal moment ({link.moments_text})"
-    )
+        return f"{inertia} is physically inconsistent: {least_moment} {moments}; {_CHECK}"
+    share = f"{percent(excess / largest)} of its largest principal moment {moments}"
+    violated = f"{inertia} violates the triangle inequality by {share}"
     if excess > _MEASUREMENT_TOLERANCE * largest:
-        return f"{violated}: physically inconsistent; {_UNITS}"
-    if link.as_measured:
-        return None
-    return f"{violated}; if it is a measurement, as_measured = true in a TOML file says so"
+        return f"{violated}: physically inconsistent; {_CHECK}"
+    advice = "if it is a measurement, as_measured = true in a TOML file says so"
+    return None if link.as_measured else f"{violated}; {advice}"
+
+
+def _reaching(arm: RobotArm) -> str:
+    return f"for an arm that reaches {arm.reach:.3g} m"
 
 
 def _stated(arm: RobotArm) -> list[tuple[str, Link]]:
