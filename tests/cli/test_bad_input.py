@@ -67,7 +67,7 @@ ARMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "unknown key": (ARM.replace("mass = 2.0", "mas = 2.0"), ("links[1]",)),
     "missing key": (ARM.replace("mass = 2.0\n", ""), ("line 7", "links[1].mass")),
     "word for a number": (ARM.replace("2.0", '"heavy"', 1), ("line 8", "found: 'heavy'")),
-    "too large": (ARM.replace("mass = 2.0", "mass = 1e300"), ("line 8", "1000000000000")),
+    "too large": (ARM.replace("mass = 2.0", "mass = 1e300"), ("line 8", "1e+12")),
     "negative mass": (ARM.replace("mass = 2.0", "mass = -2.0"), ("line 7", "mass of link 1")),
     "a singular D": (MASSLESS, ("joint 2", "line 11")),
     "an indefinite D": (ARM.replace("zz = 0.1", "zz = -1.0"), ("link 2", "line 11")),

@@ -7,16 +7,15 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import ErrorDetails
 
-from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import CONVENTIONS, roll_pitch_yaw
 from gd_analyze.robots.parts import (
@@ -24,10 +23,10 @@ from gd_analyze.robots.parts import (
     DHRow,
     Drive,
     Joint,
-    JointKind,
     Link,
     LinkUncertainty,
     Placement,
+    checked,
     is_name,
     is_rotation,
     is_sentence,
@@ -36,219 +35,181 @@ from gd_analyze.robots.parts import (
 )
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, text_of
-from gd_analyze.text import LARGEST, in_python
+from gd_analyze.text import in_python
 
 # A thousand joints with their links and drives.
 _LARGEST_FILE = 1_000_000
-# Convention of an arm without a Denavit-Hartenberg table.
-_PLACEMENTS = "placements"
+_EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
 
-def _that(holds: Callable[[Any], bool], expected: str) -> AfterValidator:
-    def checked(value: Any) -> Any:
-        if not holds(value):
-            raise ValueError(expected)
-        return value
+@dataclass(frozen=True)
+class Place:
+    """A value's place in the file, such as links[1].mass."""
 
-    return AfterValidator(checked)
+    lines: TableLines
+    keys: tuple[str | int, ...] = ()
 
+    def __str__(self) -> str:
+        return "".join(f"[{key + 1}]" if isinstance(key, int) else f".{key}" for key in self.keys).lstrip(".")
 
-def _are_ends(ends: list[float]) -> bool:
-    return all(
-        abs(end) <= LARGEST or end == none for end, none in zip(ends, (-math.inf, math.inf), strict=True)
-    )
+    def at(self, *keys: str | int) -> Place:
+        """A place within."""
+        return Place(self.lines, (*self.keys, *keys))
 
+    @property
+    def where(self) -> Location:
+        """Its line, for messages."""
+        return self.lines.locate(self.keys)
 
-# NaN and infinity are refused by the tables.
-_Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-_Nonnegative = Annotated[float, Field(ge=0, le=LARGEST)]
-_Vector = Annotated[list[_Number], Field(min_length=3, max_length=3)]
-_Ends = Annotated[list[Annotated[float, Field(allow_inf_nan=True)]], Field(min_length=2, max_length=2)]
-_Range = Annotated[
-    _Ends, _that(_are_ends, f"lower and upper end up to {LARGEST:g}, or -inf and inf where unknown")
-]
-_Rows = Annotated[list[_Vector], Field(min_length=3, max_length=3)]
-_Rotation = Annotated[_Rows, _that(is_rotation, "a rotation: three orthonormal rows, right-handed")]
-_Direction = Annotated[
-    _Vector, _that(lambda axis: abs(math.hypot(*axis) - 1) <= ORTHONORMAL_TOLERANCE, "a unit vector")
-]
-_Name = Annotated[str, _that(is_name, "one short line of printable text")]
-_Sentences = list[Annotated[str, _that(is_sentence, "text without control characters")]]
-_About = Literal["com", "origin"]
-
-
-class Table(BaseModel):
-    """Keys of one table of the file; an unknown one is refused."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
-
-    # Unit suffix that each key may take; "" where it depends on the kind of joint.
-    SUFFIXES: ClassVar[dict[str, str]] = {}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _to_si(cls, data: Any) -> Any:
-        """Fold keys with a unit suffix into their SI key."""
-        if not isinstance(data, dict):
-            return data
-        of_kind = "_mm" if data.get("kind") == "prismatic" else "_deg"
-        bare = {f"{key}{suffix or of_kind}": key for key, suffix in cls.SUFFIXES.items()}
-        out: dict[str, Any] = {}
-        for given, value in data.items():
-            key = str(bare.get(given, given))
-            if key in out:
-                raise ValueError(f"{key} is given twice, once with a unit suffix")
-            out[key] = value if key == given else _scaled(value, UNIT_SUFFIXES[given[len(key) :]])
-        return out
-
-    @model_validator(mode="after")
-    def _one_rotation(self) -> Table:
-        for prefix in ("", "frame_"):
-            if getattr(self, f"{prefix}rpy", None) and getattr(self, f"{prefix}rotation", None):
-                raise ValueError(f"either {prefix}rpy or {prefix}rotation, which say the same")
-        return self
-
-
-def _scaled(value: Any, factor: float) -> Any:
-    if isinstance(value, list):
-        return [_scaled(item, factor) for item in value]
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return value
-    try:
-        return value * factor
-    except OverflowError:  # an integer that no float can hold: the schema refuses it
-        return value
-
-
-class JointTable(Table):
-    """What every joint may state."""
-
-    SUFFIXES = dict.fromkeys(("range", "velocity_limit", "acceleration_limit"), "")
-
-    name: _Name | None = None
-    kind: JointKind = "revolute"
-    range: _Range | None = None
-    velocity_limit: _Number | None = None
-    acceleration_limit: _Number | None = None
-
-
-class DHJointTable(JointTable):
-    """A joint by a row of a Denavit-Hartenberg table."""
-
-    SUFFIXES = JointTable.SUFFIXES | {"theta": "_deg", "alpha": "_deg", "a": "_mm", "d": "_mm"}
-
-    theta: _Number = 0.0
-    d: _Number = 0.0
-    a: _Number = 0.0
-    alpha: _Number = 0.0
-
-
-class PlacedJointTable(JointTable):
-    """A joint by its frame in the frame of the link before, and its axis in its own."""
-
-    SUFFIXES = JointTable.SUFFIXES | {"xyz": "_mm", "rpy": "_deg"}
-
-    xyz: _Vector = [0.0, 0.0, 0.0]
-    rpy: _Vector | None = None
-    rotation: _Rotation | None = None
-    axis: _Direction = [0.0, 0.0, 1.0]
-
-
-class InertiaTable(Table):
-    """Entries of an inertia tensor."""
-
-    xx: _Number
-    yy: _Number
-    zz: _Number
-    xy: _Number = 0.0
-    xz: _Number = 0.0
-    yz: _Number = 0.0
-
-
-_InertiaUncertainty = Annotated[
-    InertiaTable, _that(lambda table: min(dict(table).values()) >= 0, "entries of 0 or more")
-]
-
-
-class LinkTable(Table):
-    """What every link states."""
-
-    SUFFIXES = {"com": "_mm", "com_uncertainty": "_mm"}
-
-    name: _Name | None = None
-    mass: _Number
-    com: _Vector
-    inertia: InertiaTable
-    inertia_about: _About = "com"
-    as_measured: bool = False
-    axial_only: bool = False
-    mass_uncertainty: _Nonnegative | None = None
-    com_uncertainty: list[_Nonnegative] | None = Field(default=None, min_length=3, max_length=3)
-    inertia_uncertainty: _InertiaUncertainty | None = None
-    inertia_uncertainty_about: _About | None = None
-
-    def uncertainty(self) -> LinkUncertainty | None:
-        """Stated uncertainties; None where nothing is stated."""
-        mass, com, inertia = self.mass_uncertainty, self.com_uncertainty, self.inertia_uncertainty
-        if mass is None and com is None and inertia is None:
-            return None
-        return LinkUncertainty(
-            mass,
-            None if com is None else np.array(com),
-            None if inertia is None else symmetric_tensor(**dict(inertia)),
-            self.inertia_uncertainty_about or self.inertia_about,
+    def error(self, problem: str, expected: str | None, found: str | None = None, hint: str = "") -> ArmError:
+        """Refusal of what stands there."""
+        next_step = f"{hint} {_EXAMPLE}".strip()
+        return ArmError(
+            f"{self} {problem}", where=self.where, expected=expected, found=found, next_step=next_step
         )
 
-    def inertia_com(self) -> FloatArray:
-        """Inertia about the centre of mass, by the parallel-axis theorem where given elsewhere."""
-        tensor = symmetric_tensor(**dict(self.inertia))
-        about_com = self.inertia_about == "com"
-        return tensor if about_com else tensor - of_point_mass(self.mass, np.array(self.com))
+
+Reader = Callable[[Any, Place], Any]
+REQUIRED = object()
 
 
-class PlacedLinkTable(LinkTable):
-    """A link, and its frame in the frame of its joint."""
+@dataclass(frozen=True)
+class Key:
+    """How a key's value is read, what stands for one that is left out, and the suffix of its unit."""
 
-    SUFFIXES = LinkTable.SUFFIXES | {"frame_xyz": "_mm", "frame_rpy": "_deg"}
-
-    frame_xyz: _Vector = [0.0, 0.0, 0.0]
-    frame_rpy: _Vector | None = None
-    frame_rotation: _Rotation | None = None
-
-
-class DriveTable(Table):
-    """What a drive states."""
-
-    inertia: _Nonnegative = 0.0
-    inertia_uncertainty: _Nonnegative | None = None
-    gear_ratio: _Number = 1.0
-    viscous: _Nonnegative = 0.0
-    coulomb: list[_Number] = Field(default=[0.0, 0.0], min_length=2, max_length=2)
-    torque_limit: Annotated[float, Field(gt=0, le=LARGEST)] | None = None
+    read: Reader
+    default: Any = REQUIRED
+    suffix: str | None = None  # "_deg", "_mm", or "" where it depends on the kind of joint
 
 
-_Joints = TypeVar("_Joints", bound=JointTable)
-_Links = TypeVar("_Links", bound=LinkTable)
+def _numbers(*shape: int, nonnegative: bool = False) -> Reader:
+    def read(value: Any, place: Place) -> Any:
+        if _has_truth(value):
+            raise place.error("is not made of numbers", "numbers", in_python(value))
+        array = checked(value, shape, str(place), place.where, nonnegative=nonnegative)
+        return array if shape else float(array)
+
+    return read
 
 
-class ArmTables(Table, Generic[_Joints, _Links]):
-    """What every file states."""
-
-    format: Literal["gd-analyze arm 1"]
-    name: _Name = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
-    title: _Name = ""
-    convention: Literal["standard", "modified", "placement"] = "standard"
-    gravity: _Vector = [0.0, 0.0, -9.8062]
-    sources: _Sentences = []
-    assumptions: _Sentences = []
-    doubts: _Sentences = []
-    joints: Annotated[list[_Joints], Field(min_length=1)]
-    links: Annotated[list[_Links], Field(min_length=1)]
-    drives: list[DriveTable] = []
+def _has_truth(value: Any) -> bool:
+    return isinstance(value, bool) or (isinstance(value, list) and any(map(_has_truth, value)))
 
 
-DHFile = ArmTables[DHJointTable, LinkTable]
-PlacementFile = ArmTables[PlacedJointTable, PlacedLinkTable]
+def _that(holds: Callable[[Any], bool], expected: str, read: Reader = lambda value, _: value) -> Reader:
+    def read_checked(value: Any, place: Place) -> Any:
+        found = read(value, place)
+        if not holds(found):
+            raise place.error(f"is not {expected}", None, in_python(value))
+        return found
+
+    return read_checked
+
+
+def _one_of(*words: str) -> Reader:
+    return _that(lambda value: value in words, " or ".join(words))
+
+
+def _ends(value: Any, place: Place) -> Any:
+    """Lower and upper end, infinite where unknown."""
+    unknown = (-math.inf, math.inf)
+    is_pair = isinstance(value, list) and len(value) == 2
+    given = (
+        [0.0 if end == none else end for end, none in zip(value, unknown, strict=True)] if is_pair else value
+    )
+    ends = _numbers(2)(given, place)
+    return np.where([end == none for end, none in zip(value, unknown, strict=True)], unknown, ends)
+
+
+def _tensor(nonnegative: bool = False) -> Reader:
+    number = _numbers(nonnegative=nonnegative)
+    keys = {key: Key(number) for key in ("xx", "yy", "zz")} | {
+        key: Key(number, 0.0) for key in ("xy", "xz", "yz")
+    }
+
+    def read(value: Any, place: Place) -> Any:
+        if not isinstance(value, dict):
+            raise place.error("is not a table", "{ xx = ..., yy = ..., zz = ... }", in_python(value))
+        return symmetric_tensor(**_table(value, keys, place))
+
+    return read
+
+
+_NUMBER, _VECTOR, _NONNEGATIVE = _numbers(), _numbers(3), _numbers(nonnegative=True)
+_NAME = _that(is_name, "one short line of printable text")
+_IDENTIFIER = _that(
+    lambda name: re.match(r"[A-Za-z0-9][\w.-]*$", name, re.ASCII) is not None, "a word", _NAME
+)
+_SENTENCES = _that(
+    lambda texts: isinstance(texts, list) and all(map(is_sentence, texts)), "texts without control characters"
+)
+_TRUTH = _that(lambda value: isinstance(value, bool), "true or false")
+_TABLES = _that(
+    lambda tables: isinstance(tables, list) and all(isinstance(table, dict) for table in tables), "tables"
+)
+_ROTATION = _that(is_rotation, "a rotation: three orthonormal rows, right-handed", _numbers(3, 3))
+_DIRECTION = _that(lambda axis: abs(math.hypot(*axis) - 1) <= ORTHONORMAL_TOLERANCE, "a unit vector", _VECTOR)
+_POSITIVE = _that(lambda value: value > 0, "a number above 0", _NUMBER)
+_ABOUT = _one_of("com", "origin")
+
+FILE = {
+    "format": Key(_one_of("gd-analyze arm 1")),
+    "name": Key(_IDENTIFIER),
+    "title": Key(_NAME, ""),
+    "convention": Key(_one_of(*CONVENTIONS, "placement"), "standard"),
+    "gravity": Key(_VECTOR, [0.0, 0.0, -9.8062]),
+    "sources": Key(_SENTENCES, []),
+    "assumptions": Key(_SENTENCES, []),
+    "doubts": Key(_SENTENCES, []),
+    "joints": Key(_TABLES),
+    "links": Key(_TABLES),
+    "drives": Key(_TABLES, []),
+}
+JOINT = {
+    "name": Key(_NAME, ""),
+    "kind": Key(_one_of("revolute", "prismatic"), "revolute"),
+    "range": Key(_ends, (-math.inf, math.inf), ""),
+    "velocity_limit": Key(_NUMBER, None, ""),
+    "acceleration_limit": Key(_NUMBER, None, ""),
+}
+DH_JOINT = {
+    "theta": Key(_NUMBER, 0.0, "_deg"),
+    "d": Key(_NUMBER, 0.0, "_mm"),
+    "a": Key(_NUMBER, 0.0, "_mm"),
+    "alpha": Key(_NUMBER, 0.0, "_deg"),
+}
+PLACED_JOINT = {
+    "xyz": Key(_VECTOR, [0, 0, 0], "_mm"),
+    "rpy": Key(_VECTOR, None, "_deg"),
+    "rotation": Key(_ROTATION, None),
+    "axis": Key(_DIRECTION, [0, 0, 1]),
+}
+LINK = {
+    "name": Key(_NAME, ""),
+    "mass": Key(_NUMBER),
+    "com": Key(_VECTOR, suffix="_mm"),
+    "inertia": Key(_tensor()),
+    "inertia_about": Key(_ABOUT, "com"),
+    "as_measured": Key(_TRUTH, False),
+    "axial_only": Key(_TRUTH, False),
+    "mass_uncertainty": Key(_NONNEGATIVE, None),
+    "com_uncertainty": Key(_numbers(3, nonnegative=True), None, "_mm"),
+    "inertia_uncertainty": Key(_tensor(nonnegative=True), None),
+    "inertia_uncertainty_about": Key(_ABOUT, None),
+}
+PLACED_LINK = {
+    "frame_xyz": Key(_VECTOR, [0, 0, 0], "_mm"),
+    "frame_rpy": Key(_VECTOR, None, "_deg"),
+    "frame_rotation": Key(_ROTATION, None),
+}
+DRIVE = {
+    "inertia": Key(_NONNEGATIVE, 0.0),
+    "inertia_uncertainty": Key(_NONNEGATIVE, None),
+    "gear_ratio": Key(_NUMBER, 1.0),
+    "viscous": Key(_NONNEGATIVE, 0.0),
+    "coulomb": Key(_numbers(2), (0.0, 0.0)),
+    "torque_limit": Key(_POSITIVE, None),
+}
 
 
 def read_arm(path: str | Path) -> RobotArm:
@@ -256,13 +217,7 @@ def read_arm(path: str | Path) -> RobotArm:
     path = Path(path)
     content = text_of_arm_file(path)
     document = parsed_toml(path, content, "arm file")
-    schema: type[ArmTables[Any, Any]] = PlacementFile if document.get("convention") == "placement" else DHFile
-    lines = TableLines(path, content)
-    try:
-        parsed = schema.model_validate(document)
-    except ValidationError as error:
-        raise _misfit(error.errors(), lines) from None
-    arm = _build(parsed, lines)
+    arm = _arm(document, Place(TableLines(path, content)))
     warn_of_implausible(arm, stacklevel=3)
     return arm
 
@@ -272,80 +227,88 @@ def text_of_arm_file(path: Path) -> str:
     return text_of(path, "arm file", _LARGEST_FILE)
 
 
-def _misfit(errors: Sequence[ErrorDetails], lines: TableLines) -> ArmError:
-    """Refusal of what does not fit the schema; in the place of a missing key, a misspelt one beside it."""
-    unknown = [error for error in errors if error["type"] == "extra_forbidden"]
-    misspelt = (error for error in unknown if error["loc"][:-1] == errors[0]["loc"][:-1])
-    first = next(misspelt, errors[0]) if errors[0]["type"] == "missing" else errors[0]
-    keys = first["loc"]
-    likely = _likely(str(keys[-1])) if first in unknown else ""
-    dotted = "".join(f"[{key + 1}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")
-    return ArmError(
-        f"the arm file does not fit the schema: {dotted or 'top level'}",
-        where=lines.locate(keys),
-        expected=first["msg"].removeprefix("Value error, ").removeprefix("Input should be "),
-        found="nothing" if first["type"] == "missing" else in_python(first["input"]),
-        next_step=(f"did you mean {likely}? " if likely else "")
-        + "`gd-analyze arms puma560 --to toml` prints a complete example",
-    )
+def _table(given: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> dict[str, Any]:
+    """Values of a table by key, in SI units."""
+    of_kind = "_mm" if given.get("kind") == "prismatic" else "_deg"
+    suffixes = {key: entry.suffix or of_kind for key, entry in keys.items() if entry.suffix is not None}
+    suffixed = {key + suffix: key for key, suffix in suffixes.items()}
+    found: dict[str, Any] = {}
+    for word, value in given.items():
+        key = suffixed.get(word, word)
+        if key not in keys:
+            likely = _likely(word, keys)
+            hint = f"did you mean {likely}?" if likely else ""
+            raise place.at(word).error("is not a key of an arm file", ", ".join(keys), hint=hint)
+        if key in found:
+            raise place.at(key).error("is given twice", "it once, with a unit suffix or without")
+        read = keys[key].read(value, place.at(word))
+        found[key] = read if word == key else read * UNIT_SUFFIXES[suffixes[key]]
+    for key, entry in keys.items():
+        if found.setdefault(key, entry.default) is REQUIRED:
+            raise place.at(key).error("is missing", f"the key {key}")
+    for prefix in ("", "frame_"):
+        if found.get(f"{prefix}rpy") is not None and found.get(f"{prefix}rotation") is not None:
+            raise place.at(f"{prefix}rpy").error("and rotation say the same", "one of the two")
+    return found
 
 
-def _likely(key: str) -> str:
-    """Key that a misspelt one likely stands for; its unit suffix stays, unless that is what is wrong."""
-    tables: tuple[type[Table], ...] = (
-        PlacementFile,
-        DHJointTable,
-        PlacedJointTable,
-        PlacedLinkTable,
-        InertiaTable,
-        DriveTable,
-    )
-    known = {name for table in tables for name in table.model_fields}
-    suffix = next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
-    bare = key.removesuffix(suffix)
-    near = difflib.get_close_matches(bare, sorted(known), n=1)
-    return "" if not near else bare if bare in known else near[0] + suffix
+def _likely(word: str, known: Iterable[str]) -> str:
+    """Key that a misspelt one stands for; its unit suffix stays, unless that is what is wrong."""
+    suffix = next((suffix for suffix in UNIT_SUFFIXES if word.endswith(suffix)), "")
+    bare = word.removesuffix(suffix)
+    near = difflib.get_close_matches(bare, list(known), n=1)
+    return "" if not near else bare if near[0] == bare else near[0] + suffix
 
 
-def _build(parsed: ArmTables[Any, Any], lines: TableLines) -> RobotArm:
-    n = len(parsed.joints)
-    for what, count in (("links", len(parsed.links)), ("drives", len(parsed.drives))):
-        if count != n and (count or what == "links"):
-            problem, where = (
-                f"the arm file needs one [[{what}]] table per joint",
-                lines.locate((what, count - 1)),
-            )
-            raise ArmError(problem, where=where, expected=f"{n} [[{what}]] tables", found=str(count))
+def _arm(document: dict[str, Any], place: Place) -> RobotArm:
+    file = _table(document, FILE, place)
+    n, placed = len(file["joints"]), file["convention"] == "placement"
+    for what in ("joints", "links", "drives"):
+        count = len(file[what])
+        if (count != n and (count or what == "links")) or not n:
+            where, expected = place.at(what, max(0, count - 1)).where, f"{n or 'some'} [[{what}]] tables"
+            problem = f"the arm file needs one [[{what}]] table per joint"
+            raise ArmError(problem, where=where, expected=expected, found=str(count))
     joints, links, rows = [], [], []
-    for i, (joint, link) in enumerate(zip(parsed.joints, parsed.links, strict=True)):
-        axis = [0.0, 0.0, 1.0]
-        if isinstance(joint, PlacedJointTable) and isinstance(link, PlacedLinkTable):
-            before, axis = _placement(joint.xyz, joint.rpy, joint.rotation), joint.axis
-            behind = _placement(link.frame_xyz, link.frame_rpy, link.frame_rotation)
-        elif isinstance(joint, DHJointTable):
-            rows.append(DHRow(joint.theta, joint.d, joint.a, joint.alpha))
-            before, behind = CONVENTIONS[parsed.convention][1](joint.kind, rows[-1])
-        lower, upper = (end if math.isfinite(end) else None for end in joint.range or (-math.inf, math.inf))
-        limits = (lower, upper, joint.velocity_limit, joint.acceleration_limit)
-        name, where = joint.name or str(i + 1), lines.locate(("joints", i))
-        joints.append(Joint(name, joint.kind, before, np.array(axis), *limits, where))
-        known = (link.as_measured, link.axial_only, link.uncertainty(), lines.locate(("links", i)))
-        name, com = link.name or str(i + 1), np.array(link.com)
-        links.append(Link(name, link.mass, com, link.inertia_com(), behind, *known))
-    drives = (Drive(**{**dict(drive), "coulomb": tuple(drive.coulomb)}) for drive in parsed.drives)
+    for i, (joint_table, link_table) in enumerate(zip(file["joints"], file["links"], strict=True)):
+        joint_place, link_place, axis = place.at("joints", i), place.at("links", i), np.array([0.0, 0.0, 1.0])
+        joint = _table(joint_table, JOINT | (PLACED_JOINT if placed else DH_JOINT), joint_place)
+        link = _table(link_table, LINK | (PLACED_LINK if placed else {}), link_place)
+        if placed:
+            before, behind, axis = _placement(joint, ""), _placement(link, "frame_"), joint["axis"]
+        else:
+            rows.append(DHRow(**{key: joint[key] for key in DH_JOINT}))
+            before, behind = CONVENTIONS[file["convention"]][1](joint["kind"], rows[-1])
+        lower, upper = (float(end) if math.isfinite(end) else None for end in joint["range"])
+        limits = (lower, upper, joint["velocity_limit"], joint["acceleration_limit"])
+        name = joint["name"] or str(i + 1)
+        joints.append(Joint(name, joint["kind"], before, axis, *limits, joint_place.where))
+        links.append(_link(link, link["name"] or str(i + 1), behind, link_place.where))
+    drives = [_table(table, DRIVE, place.at("drives", i)) for i, table in enumerate(file["drives"])]
     return RobotArm(
-        name=parsed.name,
-        title=parsed.title or parsed.name,
-        gravity=np.array(parsed.gravity),
+        name=file["name"],
+        title=file["title"] or file["name"],
+        gravity=file["gravity"],
         joints=tuple(joints),
         links=tuple(links),
-        drives=tuple(drives),
+        drives=tuple(Drive(**drive) for drive in drives),
         dh_table=tuple(rows),
-        convention=CONVENTIONS[parsed.convention][0] if rows else _PLACEMENTS,
-        **{key: tuple(getattr(parsed, key)) for key in ("sources", "assumptions", "doubts")},
+        convention="placements" if placed else CONVENTIONS[file["convention"]][0],
+        **{key: tuple(file[key]) for key in ("sources", "assumptions", "doubts")},
     )
 
 
-def _placement(xyz: list[float], rpy: list[float] | None, rotation: list[list[float]] | None) -> Placement:
+def _link(link: Mapping[str, Any], name: str, behind: Placement, where: Location) -> Link:
+    mass, com, inertia = link["mass"], link["com"], link["inertia"]
+    if link["inertia_about"] == "origin":
+        inertia = inertia - of_point_mass(mass, com)
+    known = link["mass_uncertainty"], link["com_uncertainty"], link["inertia_uncertainty"]
+    about = link["inertia_uncertainty_about"] or link["inertia_about"]
+    stated = None if all(value is None for value in known) else LinkUncertainty(*known, about)
+    return Link(name, mass, com, inertia, behind, link["as_measured"], link["axial_only"], stated, where)
+
+
+def _placement(table: Mapping[str, Any], prefix: str) -> Placement:
+    rpy, rotation = table[f"{prefix}rpy"], table[f"{prefix}rotation"]
     turned = np.eye(3) if rpy is None else roll_pitch_yaw(*rpy)
-    return Placement(turned if rotation is None else np.array(rotation), np.array(xyz))
+    return Placement(turned if rotation is None else rotation, table[f"{prefix}xyz"])

@@ -30,7 +30,10 @@ def checked(
     values: ArrayLike, shape: tuple[int, ...], what: str, where: Location | str, *, nonnegative: bool = False
 ) -> FloatArray:
     """Read-only copy of numbers; ArmError unless all are finite, possible and of this shape."""
-    given = np.array(values)
+    try:
+        given = np.array(values)
+    except ValueError:  # rows of different lengths
+        given = np.array(None)
     if given.dtype.kind not in "fiu":
         problem, expected = "is not made of numbers", "numbers"
     elif given.shape != shape:
@@ -45,7 +48,7 @@ def checked(
         array = given.astype(float)
         array.flags.writeable = False
         return array
-    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=in_python(given.tolist()))
+    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=in_python(values))
 
 
 def _check(
