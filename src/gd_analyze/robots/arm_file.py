@@ -179,10 +179,10 @@ DH_JOINT = {
     "alpha": Key(_NUMBER, 0.0, "_deg"),
 }
 PLACED_JOINT = {
-    "xyz": Key(_VECTOR, [0, 0, 0], "_mm"),
+    "xyz": Key(_VECTOR, [0.0, 0.0, 0.0], "_mm"),
     "rpy": Key(_VECTOR, None, "_deg"),
     "rotation": Key(_ROTATION, None),
-    "axis": Key(_DIRECTION, [0, 0, 1]),
+    "axis": Key(_DIRECTION, [0.0, 0.0, 1.0]),
 }
 LINK = {
     "name": Key(_NAME, ""),
@@ -198,7 +198,7 @@ LINK = {
     "inertia_uncertainty_about": Key(_ABOUT, None),
 }
 PLACED_LINK = {
-    "frame_xyz": Key(_VECTOR, [0, 0, 0], "_mm"),
+    "frame_xyz": Key(_VECTOR, [0.0, 0.0, 0.0], "_mm"),
     "frame_rpy": Key(_VECTOR, None, "_deg"),
     "frame_rotation": Key(_ROTATION, None),
 }
