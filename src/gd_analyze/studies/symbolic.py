@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,15 +22,8 @@ if TYPE_CHECKING:
     import sympy
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedForms:
-    """D (2, 2), h (2, 1) and c (2, 1) of the two-link arm, as SymPy matrices.
-
-    Parameters
-    ----------
-    inertia, coriolis_centrifugal, gravity_loading
-        In the symbols m1, m2, l, g, theta1, theta2, thetad1, thetad2.
-    """
+class ClosedForms(NamedTuple):
+    """D (2, 2), h (2, 1) and c (2, 1) in the symbols m1, m2, l, g, theta1, theta2, thetad1, thetad2."""
 
     inertia: sympy.Matrix
     coriolis_centrifugal: sympy.Matrix
@@ -38,10 +31,9 @@ class ClosedForms:
 
     def entries(self) -> dict[str, str]:
         """Entries as text by their names: D12, h1, c2."""
-        parts = {"D": self.inertia, "h": self.coriolis_centrifugal, "c": self.gravity_loading}
         return {
             f"{symbol}{i + 1}{j + 1 if symbol == 'D' else ''}": str(matrix[i, j])
-            for symbol, matrix in parts.items()
+            for symbol, matrix in zip("Dhc", self, strict=True)
             for i in range(matrix.rows)
             for j in range(matrix.cols)
         }
@@ -49,21 +41,6 @@ class ClosedForms:
 
 def two_link_closed_forms(method: str) -> ClosedForms:
     """Run one formulation on the founding text's two rods, masses, length and angles left as symbols.
-
-    Parameters
-    ----------
-    method
-        Name in `METHODS`.
-
-    Returns
-    -------
-    ClosedForms
-        Simplified. [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 have the same.
-
-    Raises
-    ------
-    UsageError
-        If there is no such method, or SymPy is not installed.
 
     Examples
     --------
@@ -83,12 +60,9 @@ def two_link_closed_forms(method: str) -> ClosedForms:
         # Sums of angles stay in the founding text's form: cos(theta1 + theta2), not its expansion.
         return sp.trigsimp(sp.expand(rational.subs(rods)))
 
-    return ClosedForms(
-        *(
-            sp.Matrix(np.reshape(np.vectorize(exact, otypes=[object])(part), (2, -1)).tolist())
-            for part in (given.inertia, given.coriolis_centrifugal, given.gravity_loading)
-        )
-    )
+    parts = (given.inertia, given.coriolis_centrifugal, given.gravity_loading)
+    every = (np.vectorize(exact, otypes=[object])(part).reshape(2, -1).tolist() for part in parts)
+    return ClosedForms(*map(sp.Matrix, every))
 
 
 def text_closed_forms() -> ClosedForms:
@@ -110,13 +84,7 @@ def text_closed_forms() -> ClosedForms:
 
 
 def symbolic_result(robot: str) -> Result:
-    """D, h and c of the two-link arm by every formulation, and whether they are the founding text's.
-
-    Raises
-    ------
-    UsageError
-        If another robot is named, or SymPy is not installed.
-    """
+    """D, h and c of the two-link arm by every formulation, and whether they are the founding text's."""
     if robot != "two_link":
         raise UsageError(
             "only the founding text's two-link arm has closed forms here",
@@ -131,25 +99,20 @@ def symbolic_result(robot: str) -> Result:
     alike: dict[tuple[tuple[str, object], ...], list[str]] = {}
     for name, entries in methods.items():
         alike.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
-    sections = tuple(
-        Section(
-            "",
-            "; ".join(titles),
-            (Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in entries)),),
-            note="As in FGL87." if is_text else "NOT as in FGL87.",
-        )
-        for (*entries, (_, is_text)), titles in alike.items()
-    )
+    sections = []
+    for (*entries, (_, is_text)), titles in alike.items():
+        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in entries))
+        note = "As in FGL87." if is_text else "NOT as in FGL87."
+        sections.append(Section("", "; ".join(titles), (equations,), note=note))
     facts = (Fact("text", "", text.entries()), Fact("methods", "", methods))
-    return Result("Two-link planar arm", "in symbols, by every formulation", facts=facts, parts=sections)
+    subtitle = "in symbols, by every formulation"
+    return Result("Two-link planar arm", subtitle, facts=facts, parts=tuple(sections))
 
 
 def same(one: ClosedForms, other: ClosedForms) -> bool:
     """Whether D, h and c are equal, whatever their form."""
-    sp = _sympy()
-    parts = ("inertia", "coriolis_centrifugal", "gravity_loading")
-    differences = (getattr(one, part) - getattr(other, part) for part in parts)
-    return all(sp.simplify(difference) == sp.zeros(*difference.shape) for difference in differences)
+    pairs = zip(one, other, strict=True)
+    return all(_sympy().simplify(a - b).is_zero_matrix for a, b in pairs)
 
 
 @dataclass(frozen=True)
@@ -198,9 +161,8 @@ def _symbolic_arm(s: dict[str, Any]) -> Any:
 def _symbols() -> dict[str, Any]:
     sp = _sympy()
     positive = {name: sp.Symbol(name, positive=True) for name in ("m1", "m2", "l", "g", "I1", "I2")}
-    return positive | {
-        name: sp.Symbol(name, real=True) for name in ("theta1", "theta2", "thetad1", "thetad2")
-    }
+    real = ("theta1", "theta2", "thetad1", "thetad2")
+    return positive | {name: sp.Symbol(name, real=True) for name in real}
 
 
 def _sympy() -> Any:

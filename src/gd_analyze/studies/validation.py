@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -28,82 +27,54 @@ from gd_analyze.simplification.exact import allowed_by
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import amount, html_of, joint_name, percent
 
-# In the place of an error that joints may have: what the model promises itself.
-PROMISE = "promise"
-_OPTION = "--fail-over"
-
 
 @dataclass(frozen=True)
 class BoxExit:
-    """One limit of a box that set points of one joint lie beyond; SI and radians.
+    """One limit of a box that set points of one joint lie beyond; SI and radians."""
 
-    Parameters
-    ----------
-    farthest
-        The set point farthest beyond it: joint, quantity, value, limit and instant.
-    set_points
-        How many lie beyond it.
-    first
-        Instant of the first of them, s.
-    begin, end
-        The longest stretch of them, s: its first and its last set point, with none within the box and no gap
-        between.
-    """
-
-    farthest: Violation
-    set_points: int
-    first: float
-    begin: float
-    end: float
+    farthest: Violation  # of the set point farthest beyond it
+    set_points: int  # that lie beyond it
+    first: float  # instant of the first of them, s
+    begin: float  # first set point of the longest stretch without one inside or a gap, s
+    end: float  # its last one
 
 
 def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[BoxExit, ...], Array]:
-    """Find the set points of a motion that lie outside a box.
+    """Find where a motion lies outside a box, by joint and limit, and whether each set point does, (N,).
 
     Less than a rounded digit beyond a limit is no exit, as for the limits of the arm.
-
-    Returns
-    -------
-    exits, outside
-        One per joint and limit that is exceeded, in this order; and whether each set point lies outside,
-        shape (N,).
     """
-    found, outside = [], np.zeros(trajectory.n_set_points, dtype=bool)
-    for joint in range(arm.n_joints):
-        for quantity, values, limit, side in _sides(trajectory, box, joint):
+    found, time, outside = [], trajectory.time, np.zeros(trajectory.n_set_points, dtype=bool)
+    for i, joint in enumerate(arm.joints):
+        q, qd, qdd = trajectory.q[:, i], trajectory.qd[:, i], trajectory.qdd[:, i]
+        # Values, the limit, on which side of it outside is, and what the joint's unit is divided by.
+        sides: tuple[tuple[Quantity, FloatArray, float, int, str], ...] = (
+            ("position", q, float(box.lower[i]), -1, ""),
+            ("position", q, float(box.upper[i]), 1, ""),
+            ("velocity", np.abs(qd), float(box.velocity[i]), 1, "/s"),
+            ("acceleration", np.abs(qdd), float(box.acceleration[i]), 1, "/s^2"),
+        )
+        for quantity, values, limit, side, per in sides:
             excess = side * (values - limit)
             beyond = excess > ROUNDING * max(1.0, abs(limit))
             if not beyond.any():
                 continue
             outside |= beyond
-            most, about = int(excess.argmax()), arm.joints[joint]
-            unit = about.unit + {"position": "", "velocity": "/s", "acceleration": "/s^2"}[quantity]
-            value, instant = float(values[most]), float(trajectory.time[most])
-            farthest = Violation(joint + 1, about.name, quantity, value, limit, instant, unit)
-            first, last = _longest(beyond, trajectory.time, trajectory.stretches)
-            at = np.flatnonzero(beyond)
-            found.append(
-                BoxExit(farthest, len(at), *(float(trajectory.time[k]) for k in (at[0], first, last)))
-            )
+            most, unit = int(excess.argmax()), joint.unit + per
+            value, instant = float(values[most]), float(time[most])
+            farthest = Violation(i + 1, joint.name, quantity, value, limit, instant, unit)
+            at, longest = np.flatnonzero(beyond), _longest(beyond, time, trajectory.stretches)
+            first, begin, end = (float(time[k]) for k in (at[0], *longest))
+            found.append(BoxExit(farthest, len(at), first, begin, end))
     return tuple(found), outside
-
-
-def _sides(trajectory: Trajectory, box: Box, joint: int) -> Iterator[tuple[Quantity, FloatArray, float, int]]:
-    """Values of one joint, the limit of each kind, and on which side of it outside is."""
-    q, qd, qdd = trajectory.q[:, joint], trajectory.qd[:, joint], trajectory.qdd[:, joint]
-    yield "position", q, float(box.lower[joint]), -1
-    yield "position", q, float(box.upper[joint]), 1
-    yield "velocity", np.abs(qd), float(box.velocity[joint]), 1
-    yield "acceleration", np.abs(qdd), float(box.acceleration[joint]), 1
 
 
 def _longest(beyond: Array, time: FloatArray, stretches: Sequence[slice]) -> tuple[int, int]:
     """First and last set point of the longest run; the first one where several last as long."""
     runs = []
     for stretch in stretches:
-        padded = np.concatenate([[False], beyond[stretch], [False]])
-        edges = np.flatnonzero(padded[1:] != padded[:-1]) + stretch.start
-        runs += [(first, end - 1) for first, end in list(pairwise(edges.tolist()))[::2]]
+        edges = np.flatnonzero(np.diff(beyond[stretch], prepend=False, append=False)) + stretch.start
+        runs += [(first, end - 1) for first, end in edges.reshape(-1, 2).tolist()]
     return max(runs, key=lambda run: time[run[1]] - time[run[0]])
 
 
@@ -116,29 +87,15 @@ class BesideMeasured(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ValidatedMotion:
-    """A model along one motion; torques are N m (N of prismatic joints), shape (n,).
-
-    Parameters
-    ----------
-    trajectory, evaluation
-        The motion, and the model's torque and error along it.
-    accuracy
-        What the model promises, along this motion if it is one of several it was fitted on.
-    most
-        The error above which a joint fails; None without a verdict.
-    exits, outside
-        Where it leaves the box, see `box_exits`.
-    measured
-        Exact and simplified torque against measured ones; None where none were recorded.
-    """
+    """A model along one motion; torques are N m (N of prismatic joints)."""
 
     trajectory: Trajectory
-    evaluation: Evaluation
-    accuracy: Accuracy
-    most: FloatArray | None
-    exits: tuple[BoxExit, ...]
-    outside: Array
-    measured: BesideMeasured | None
+    evaluation: Evaluation  # torque and error along it
+    accuracy: Accuracy  # what the model promises, along this motion if it was fitted on several
+    most: FloatArray | None  # error above which a joint fails, (n,); None without a verdict
+    exits: tuple[BoxExit, ...]  # where it leaves the box
+    outside: Array  # whether each set point does, (N,)
+    measured: BesideMeasured | None  # None where no torques were recorded
 
     def __repr__(self) -> str:
         failed = int(self.fails.sum())
@@ -162,10 +119,7 @@ class ValidatedMotion:
 
     @property
     def keeps_promise(self) -> NDArray[np.bool_]:
-        """Whether each joint keeps what the model promises, shape (n,).
-
-        A promise of the norm is one of all joints together: then they all do, or none.
-        """
+        """Whether each joint keeps what the model promises, shape (n,); all or none a promise of the norm."""
         asked, evaluation = self.accuracy.asked.norm, self.evaluation
         if asked is None:
             return np.asarray(evaluation.within(self.accuracy.allowed))
@@ -303,21 +257,21 @@ def validate(
         Of limits of the box that are assumed, as the arm states none.
     """
     arm = model.arm
-    asked = _asked(model, fail_over)
-    box = box_of(box, arm)
-    given = motions_of(motions, arm)
+    asked, box, given = _asked(model, fail_over), box_of(box, arm), motions_of(motions, arm)
     for one in given:
         require_joints(one, arm)
     tried = [(one, evaluate(model, one)) for one in given]
-    promises = [model.accuracy.along(one.fingerprint) for one, _ in tried]
-    most = _most([evaluation for _, evaluation in tried], promises, asked)
+    peaks = np.max([evaluation.errors.peak_torque for _, evaluation in tried], axis=0)
     found = []
-    for (one, evaluation), accuracy, each in zip(tried, promises, most, strict=True):
-        measured = None
+    for one, evaluation in tried:
+        accuracy, measured = model.accuracy.along(one.fingerprint), None
+        most = accuracy.allowed if asked == "promise" else None
+        if isinstance(asked, Budget):
+            most = _most(evaluation, asked, peaks)
         if one.recording is not None and one.recording.torque is not None:
             torques = evaluation.dynamics.torque, evaluation.torque
             measured = BesideMeasured(*(compared(arm, one, torque) for torque in torques))
-        found.append(ValidatedMotion(one, evaluation, accuracy, each, *box_exits(arm, one, box), measured))
+        found.append(ValidatedMotion(one, evaluation, accuracy, most, *box_exits(arm, one, box), measured))
         if progress is not None:
             progress(1)
     return Validation(model, box, asked, tuple(found))
@@ -327,33 +281,24 @@ def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | L
     """The limit asked for; one that is of no joint alone is refused."""
     if fail_over is None:
         return None
-    if isinstance(fail_over, str) and fail_over.strip().lower() == PROMISE:
+    if isinstance(fail_over, str) and fail_over.strip().lower() == "promise":
         if model.accuracy.asked.norm is not None:
             raise UsageError(
                 "this model promises no joint an error of its own",
-                where=_OPTION,
+                where="--fail-over",
                 expected='a budget per joint, such as "1%"',
-                found=f'"{PROMISE}", and a model with a budget of {model.accuracy.budget}',
+                found=f'"promise", and a model with a budget of {model.accuracy.budget}',
             )
         return "promise"
-    budget = Budget.parse(fail_over, _OPTION) if isinstance(fail_over, str) else Budget.of(fail_over)
+    budget = Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)
     return budget.require_per_joint("a verdict on every joint")
 
 
-def _most(
-    tried: Sequence[Evaluation], promises: Sequence[Accuracy], asked: Budget | Literal["promise"] | None
-) -> list[FloatArray | None]:
-    """Limit of each joint's error along each motion, N m (N), shape (n,) each."""
-    if asked is None:
-        return [None] * len(tried)
-    if isinstance(asked, str):
-        return [accuracy.allowed for accuracy in promises]
-    peaks = np.max([one.errors.peak_torque for one in tried], axis=0)
-    most: list[FloatArray | None] = []
-    for one in tried:
-        exact = one.dynamics
-        alone, over_all = exact.allowed(asked), ReferenceTorques(exact.arm, peaks, exact.uncertainty)
-        # A share of a torque that a joint does not need along this motion would be one of nothing.
-        needs = one.errors.peak_torque > 0.0
-        most.append(alone if needs.all() else np.where(needs, alone, allowed_by(asked, over_all)))
-    return most
+def _most(one: Evaluation, asked: Budget, peaks: FloatArray) -> FloatArray:
+    """Limit of each joint's error along a motion, N m (N), shape (n,), given `peaks` over all motions.
+
+    A share of a torque that a joint does not need along this motion would be one of nothing.
+    """
+    exact, needs = one.dynamics, one.errors.peak_torque > 0.0
+    over_all = ReferenceTorques(exact.arm, peaks, exact.uncertainty)
+    return np.where(needs, exact.allowed(asked), allowed_by(asked, over_all))

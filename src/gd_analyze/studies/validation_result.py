@@ -17,31 +17,24 @@ from gd_analyze.results.motion_result import friction_tables, measured_table
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.results.rows import rows_of
 from gd_analyze.simplification.accuracy import share_of
-from gd_analyze.studies.validation import ValidatedMotion, Validation
+from gd_analyze.studies.validation import BesideMeasured, ValidatedMotion, Validation
 from gd_analyze.text import joint_name, visible
 
 
 def validation_result(found: Validation, *, fit_friction: bool = False) -> Result:
-    """The verdict, a row per motion, and each motion.
-
-    Parameters
-    ----------
-    found
-        The validation.
-    fit_friction
-        Whether friction fitted to measured torques is shown.
-    """
+    """The verdict, a row per motion, and each motion; also friction fitted to measured torques if told to."""
     model, box, failures = found.model, found.box, found.failures
     fitted_on = in_words(model.accuracy.fitted_on) if model.accuracy.fitted_on else "states not named"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     asked = "" if found.fail_over is None else str(found.fail_over)
+    verdict = f"{'Passed' if found.passed else 'Failed'}: --fail-over {asked}."
     one, joint = found.worst
     name = joint_name(joint + 1, model.arm.joints[joint].name)
     tried = len(found.motions) * model.arm.n_joints
     return Result(
         title=model.arm.title or model.arm.name,
         subtitle=", ".join(filter(None, [drives_text(model.arm, model.drives), "model validated"])),
-        headline=_headline(found),
+        headline=verdict if asked else "Not judged: no --fail-over given.",
         facts=(
             Fact("arm", "", model.arm.name),
             Fact("drives", "", model.drives),
@@ -62,27 +55,14 @@ def validation_result(found: Validation, *, fit_friction: bool = False) -> Resul
     )
 
 
-def _headline(found: Validation) -> str:
-    if found.fail_over is None:
-        return "Not judged: no --fail-over given."
-    return f"{'Passed' if found.passed else 'Failed'}: --fail-over {found.fail_over}."
-
-
 def _motion(one: ValidatedMotion, found: Validation, fit_friction: bool) -> dict[str, Any]:
     """One motion for JSON."""
-    columns = {
-        "largest_error_at": one.at,
-        "fail_over": one.most,
-        "passed": None if one.most is None else ~one.fails,
-    }
-    nothing = [None] * found.model.arm.n_joints
-    joints = replace(
-        _joint_table(one),
-        columns=(
-            *_joint_table(one).columns,
-            *(Column(key, "", nothing if values is None else values) for key, values in columns.items()),
-        ),
-    )
+
+    def beside(comparison: TorqueComparison) -> list[dict[str, Any]]:
+        table = measured_torque_table(comparison, one.trajectory, fit_friction=fit_friction)
+        return [dict(row) for row in rows_of(table, "joint")]
+
+    measured = one.measured
     return {
         "trajectory": one.name,
         "set_points": one.trajectory.n_set_points,
@@ -90,32 +70,23 @@ def _motion(one: ValidatedMotion, found: Validation, fit_friction: bool) -> dict
         "end": float(one.trajectory.time[-1]),
         "passed": None if one.most is None else not one.fails.any(),
         "keeps_promise": bool(one.keeps_promise.all()),
-        "joints": joints.rows(),
+        "joints": _joint_table(one).rows(),
         "norms": [norm._asdict() for norm in one.evaluation.norms],
         "set_points_outside_box": int(one.outside.sum()),
         "box_exits": _exits_table(one, found).rows(),
-        "measured_torque": one.measured
-        and {
-            "exact": _compared(one, one.measured.exact, fit_friction),
-            "simplified": _compared(one, one.measured.simplified, fit_friction),
-        },
+        "measured_torque": measured
+        and {"exact": beside(measured.exact), "simplified": beside(measured.simplified)},
     }
-
-
-def _compared(one: ValidatedMotion, comparison: TorqueComparison, fit_friction: bool) -> list[dict[str, Any]]:
-    table = measured_torque_table(comparison, one.trajectory, fit_friction=fit_friction)
-    return [dict(row) for row in rows_of(table, "joint")]
 
 
 def _motions_table(found: Validation) -> Table:
     motions = found.motions
+    errors = [one.evaluation.errors for one in motions]
     columns = [
         Column("", "motion", [one.name for one in motions], shown="name"),
         Column("", "set points", [one.trajectory.n_set_points for one in motions], shown="count"),
-        Column(
-            "", "of peak", [one.evaluation.errors.largest_share.max() for one in motions], shown="percent"
-        ),
-        Column("", "joint", [one.evaluation.errors.worst + 1 for one in motions], shown="count"),
+        Column("", "of peak", [each.largest_share.max() for each in errors], shown="percent"),
+        Column("", "joint", [each.worst + 1 for each in errors], shown="count"),
         Column("", "promise broken", [int((~one.keeps_promise).sum()) for one in motions], shown="count"),
         Column("", "outside box", [int(one.outside.sum()) for one in motions], shown="count"),
     ]
@@ -137,25 +108,24 @@ def _section(one: ValidatedMotion, found: Validation, fit_friction: bool) -> Sec
         parts.append(Fact("", label, f"{int(one.outside.sum())} of {count}", note=note))
         parts.append(_exits_table(one, found))
     if one.measured is not None:
-        parts += _measured(one, fit_friction)
+        parts += _measured(one, one.measured, fit_friction)
     return Section("", f"{one.name}, {count} set points", tuple(parts))
 
 
 def _joint_table(one: ValidatedMotion) -> Table:
     errors, arm = one.evaluation.errors, one.evaluation.dynamics.arm
     units, nothing = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-    judged = one.most is not None
-    per_joint = one.allowed is not None
-    allowed = one.allowed if one.allowed is not None else np.full(arm.n_joints, np.nan)
+    judged, per_joint = one.most is not None, one.allowed is not None
+    allowed = np.full(arm.n_joints, np.nan) if one.allowed is None else one.allowed
     columns = [
         *joint_columns(arm.joints),
         Column("peak_torque", "peak", errors.peak_torque, units),
         Column("largest_error", "error", errors.largest, units),
         Column("largest_share_of_peak_here", "of peak", errors.largest_share, shown="percent"),
         Column("rms_error", "", errors.rms),
-        Column("", "" if judged else "at", one.at, "s"),
-        Column("", "limit" if judged else "", nothing if one.most is None else one.most, units),
-        Column("", "passed" if judged else "", ~one.fails, shown="flag"),
+        Column("largest_error_at", "" if judged else "at", one.at, "s"),
+        Column("fail_over", "limit" if judged else "", nothing if one.most is None else one.most, units),
+        Column("passed", "passed" if judged else "", ~one.fails if judged else nothing, shown="flag"),
         Column("allowed_error", "promised" if per_joint and not judged else "", allowed, units),
         Column("", "promise kept" if per_joint else "", one.keeps_promise, shown="flag"),
         Column("within_allowed", "", errors.largest <= allowed if per_joint else nothing),
@@ -185,10 +155,9 @@ def _exits_table(one: ValidatedMotion, found: Validation) -> Table:
     return Table("", f"Limits of {found.box.where} exceeded", columns)
 
 
-def _measured(one: ValidatedMotion, fit_friction: bool) -> list[Part]:
+def _measured(one: ValidatedMotion, measured: BesideMeasured, fit_friction: bool) -> list[Part]:
     """Exact and simplified torque side by side, each against what was measured."""
-    assert one.measured is not None
-    exact, simplified = one.measured.exact, one.measured.simplified
+    exact, simplified = measured
     units = [joint.effort_unit for joint in exact.arm.joints]
     columns = [*joint_columns(exact.arm.joints), Column("", "measured peak", exact.peak_measured, units)]
     for heading, of in (("exact", exact), ("simplified", simplified)):
