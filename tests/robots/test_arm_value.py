@@ -1,51 +1,26 @@
-"""The arm as a value: valid once it exists, immutable, and the numbers of the shipped ones."""
+"""The arm as a value: valid once it exists, immutable, placed by its table, and identified by its numbers."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
+import math
 
 import numpy as np
 import pytest
 from arm_files import link
 from hypothesis import given
+from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.frames import exact_cos_sin, modified_placements, standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, LinkUncertainty, Placement
 from strategies import arms, examples
-
-
-def test_built_in_arms():
-    assert list(gd.builtin_arms()) == ["puma560", "stanford", "two_link"]
-    assert all(gd.load_arm(name).name == name for name in gd.builtin_arms())
-
-
-def test_puma_numbers(puma):
-    """Armstrong, Khatib, Burdick 1986 and [FGL87] Fig. 2.11."""
-    assert puma.mass.tolist() == [0.0, 17.4, 4.8, 0.82, 0.34, 0.09]
-    assert puma.inertia_com[1].diagonal().tolist() == [0.13, 0.524, 0.539]
-    assert puma.com[1].tolist() == [-0.3638, 0.006, 0.07745]
-    assert puma.com[3].tolist() == [0.0, 0.019, 0.0]
-    assert puma.drive_inertia.tolist() == [1.14, 4.71, 0.827, 0.2, 0.179, 0.193]
-    uncertain = [drive.inertia_uncertainty for drive in puma.drives]
-    assert uncertain == [0.27, 0.54, 0.093, 0.016, 0.014, 0.016]
-    assert [drive.torque_limit for drive in puma.drives] == [97.6, 186.4, 89.4, 24.2, 20.1, 21.3]
-    lower, upper = [-160, -225, -45, -110, -100, -266], [160, 45, 225, 170, 100, 266]
-    np.testing.assert_allclose(np.degrees(puma.limits("lower")), lower, rtol=4e-16)
-    np.testing.assert_allclose(np.degrees(puma.limits("upper")), upper, rtol=4e-16)
-    assert puma.gravity.tolist() == [0.0, 0.0, -9.8062]
-    assert [row.a for row in puma.dh_table] == [0.0, 0.4318, -0.02032, 0.0, 0.0, 0.0]
-
-
-def test_two_link_numbers(two_link):
-    """[FGL87] section 3.2.6: slender rods of length l, m l^2 / 12 across and nothing along them."""
-    assert [row.a for row in two_link.dh_table] == [1.0, 1.0]
-    assert two_link.mass.tolist() == [2.0, 1.0]
-    for rod in two_link.links:
-        assert rod.com.tolist() == [-0.5, 0.0, 0.0]
-        assert rod.inertia_com.tolist() == np.diag([0.0, rod.mass / 12, rod.mass / 12]).tolist()
-    assert two_link.gravity.tolist() == [0.0, -9.8062, 0.0]
+from transforms import link_frames
 
 
 def one(**changes) -> gd.RobotArm:
@@ -110,3 +85,97 @@ def test_reach_bounds_every_pose(arm):
     kinematics = solve_kinematics(arm, q)
     distance = np.linalg.norm(kinematics.link_origins - kinematics.joint_origins[0], axis=1).max()
     assert distance <= arm.reach * (1 + 1e-13)  # some 20 roundings per joint
+
+
+@examples(20)
+@given(arms())
+def test_description_round_trip(arm):
+    again = arm_from_description(json.loads(json.dumps(describe(arm), allow_nan=False)))
+    assert fingerprint(again) == fingerprint(arm)
+    assert describe(again) == describe(arm)
+
+
+def test_uncertainties_are_no_part_of_the_fingerprint():
+    """What acts on torque is; how well it is known changes no result that was made for the arm."""
+    plain = RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(1.0),))
+    known = link(name="x", mass=np.float32(1), uncertainty=LinkUncertainty(0.1))
+    stated = RobotArm("b", (Joint("2"),), (known,), drives=(Drive(1.0, 0.1),))
+    assert fingerprint(stated, drives=True) == fingerprint(plain, drives=True)
+    # Stored models name their arms by it.
+    assert fingerprint(plain) == "e2d53fe166ba8618a5c5d9d0ef23435d8285b50c9e8f86a907855992e3ab1eb6"
+    assert fingerprint(plain, drives=True) != fingerprint(
+        dataclasses.replace(plain, drives=(Drive(2.0),)), True
+    )
+
+
+def leaves(value, keys=()):
+    """Places of all numbers and words in nested JSON values."""
+    if isinstance(value, dict | list):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from leaves(inner, (*keys, key))
+    else:
+        yield keys, value
+
+
+ACTING = {"gravity", "kind", "placement", "axis", "mass", "com", "inertia_com", "frame"}
+
+
+def test_fingerprint_changes_with_every_number_that_acts_and_with_nothing_else(puma):
+    """Through the fingerprint of an edited description, where that still describes a possible arm."""
+    before, counts = fingerprint(puma), {True: 0, False: 0}
+    for keys, value in leaves(describe(puma)):
+        if isinstance(value, bool) or value is None:
+            continue
+        edited = inner = json.loads(json.dumps(describe(puma)))
+        for key in keys[:-1]:
+            inner = inner[key]
+        # The smallest change there is; numbers of rotations and inertias stay within what is possible.
+        inner[keys[-1]] = value + "x" if isinstance(value, str) else float(np.nextafter(value, 2.0))
+        if keys[-1] == "kind":
+            inner[keys[-1]] = "prismatic"
+        try:
+            after = fingerprint(arm_from_description(edited))
+        except ArmError:
+            continue  # e.g. an inertia edited on one side of its diagonal
+        acts = bool(ACTING & set(keys)) and "uncertainty" not in keys
+        assert (after != before) == acts, keys
+        counts[acts] += 1
+    assert counts[True] > 150
+    assert counts[False] > 30
+
+
+EPS = float(np.finfo(float).eps)
+angles = st.one_of(st.floats(-3.2, 3.2), st.sampled_from([0.0, math.pi / 2, -math.pi / 2, math.pi]))
+rows = st.builds(DHRow, angles, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), angles)
+
+
+def screw(axis: int, angle: float, along: float) -> np.ndarray:
+    """Turn about and slide along x (0) or z (2)."""
+    matrix = np.eye(4)
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    c, s = math.cos(angle), math.sin(angle)
+    matrix[j, j] = matrix[k, k] = c
+    matrix[k, j], matrix[j, k] = s, -s
+    matrix[axis, 3] = along
+    return matrix
+
+
+@pytest.mark.parametrize("placements", [standard_placements, modified_placements])
+@examples(60)
+@given(st.sampled_from(["revolute", "prismatic"]), rows, st.floats(-3, 3))
+def test_link_transform(placements, kind, row, q):
+    """[FGL87] Eq. (3.2-5), the joint variable added to theta or d; for Craig alpha and a come first."""
+    before, behind = placements(kind, row)
+    arm = RobotArm("dh", (Joint("1", kind, before),), (link(frame=behind),))
+    theta, d = (row.theta + q, row.d) if kind == "revolute" else (row.theta, row.d + q)
+    about_z, about_x = screw(2, theta, d), screw(0, row.alpha, row.a)
+    expected = about_z @ about_x if placements is standard_placements else about_x @ about_z
+    # cos(theta + q) against the product of two rotations: an angle up to 6.2 rounds by 4 eps.
+    np.testing.assert_allclose(link_frames(arm, np.array([[q]]))[0, 0], expected, atol=20 * EPS)
+
+
+def test_right_angles_are_exact_and_near_ones_are_not_snapped():
+    for turns in range(-9, 10):
+        assert exact_cos_sin(math.radians(90.0 * turns)) == [(1, 0), (0, 1), (-1, 0), (0, -1)][turns % 4]
+    near = math.pi / 2 + 1e-12
+    assert exact_cos_sin(near) == (math.cos(near), math.sin(near))

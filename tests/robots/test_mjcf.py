@@ -49,13 +49,6 @@ def test_what_pinocchio_passes_over(written):
     assert [drive.torque_limit for drive in arm.drives] == [None, 25.0]
 
 
-def test_several_joints_of_a_body_are_a_chain(written):
-    joints = '<joint name="lift" type="slide" axis="0 0 1"/><joint name="turn" axis="0 1 0"/>'
-    arm = gd.load_arm(written(mjcf(f'<body name="wrist" pos="0.1 0.2 0.3">{joints}{INERTIAL}</body>')))
-    assert [(joint.name, joint.kind) for joint in arm.joints] == [("lift", "prismatic"), ("turn", "revolute")]
-    assert [link.name for link in arm.links] == ["wrist:lift", "wrist"]
-
-
 def test_shapes_weigh_where_nothing_is_stated_and_meshes_are_doubted(written):
     box, joint = '<geom type="box" size="0.1 0.2 0.3" mass="3"/>', '<joint name="j" axis="0 1 0"/>'
     arm = gd.load_arm(written(mjcf(f'<body name="arm">{joint}{box}</body>')))

@@ -20,7 +20,6 @@ from gd_analyze.robots.plausibility import CHECKS, implausible
 from gd_analyze.text import LARGEST
 from strategies import examples, random_rotation
 
-PUMA = gd.builtin_arms()["puma560"].read_text(encoding="utf-8")
 SHELF = Placement(np.eye(3), np.array([0.5, 0, 0]))
 
 
@@ -116,16 +115,6 @@ FINE = [
 @pytest.mark.parametrize("arm", FINE, ids=lambda arm: arm.name)
 def test_what_is_fine(arm):
     assert implausible(arm) == ()
-
-
-def test_a_slip_in_a_file_is_named_with_its_line(tmp_path):
-    path = tmp_path / "own.toml"
-    path.write_text(PUMA.replace("alpha_deg", "alpha").replace("range_deg", "range"), encoding="utf-8")
-    with pytest.warns(GdAnalyzeWarning) as caught:
-        gd.load_arm(path)
-    texts = [str(item.message) for item in caught]
-    for said in ("alpha is -90 rad", "which is 25.5 turns"):
-        assert any(said in text and "own.toml, line " in text for text in texts), texts
 
 
 def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float = 1.0) -> RobotArm:

@@ -62,6 +62,7 @@ class TableLines:
                 index = counts[header[1]] = counts.get(header[1], -1) + 1
                 table = (header[1], index)
                 self._lines[table] = number
+                self._lines.setdefault(table[:1], number)
             elif key := re.match(r"\s*([\w-]+)\s*=", line):
                 self._lines[(*table, key[1])] = number
 

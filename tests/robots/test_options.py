@@ -1,6 +1,8 @@
-"""Which chain of a tree is the arm: found, picked, or refused with the options that settle it."""
+"""Options of a robot's file: which chain is the arm, locked joints, and limits beside the file."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 
@@ -45,6 +47,8 @@ FINGERS = two_joints(*fingers())
 TWO_ARMS = urdf(link("torso"), *chain("torso", "left", 3), *chain("torso", "right", 3))
 HAND = [part for side in "xyz" for part in chain("a5", side, 5)]
 LONG_FINGERS = urdf(link("base"), *chain("base", "a", 5), *chain("base", "rim", 1), *HAND)
+# Some makers call a link and its joint the same.
+SAME_NAMES = (link("elbow"), joint("left", "lower", "elbow", "prismatic"))
 FLOATING = two_joints(link("world"), joint("root", "world", "base", "floating"))
 PLANAR = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
 
@@ -89,22 +93,16 @@ def test_refused_with_the_way_out(read, text, picked, facts):
         (FLOATING, {"base": "base"}, ["shoulder", "elbow"]),
         (PLANAR, {"lock": ["slip=0"]}, ["shoulder", "elbow"]),
         (PLANAR, {"tip": "lower"}, ["shoulder", "elbow"]),
-        # Some makers call a link and its joint the same.
         (urdf(link("base"), link("gripper"), joint("gripper", "base", "gripper")), {}, ["gripper"]),
-        (
-            two_joints(link("elbow"), joint("left", "lower", "elbow", "prismatic")),
-            {"lock": ["left=0"]},
-            ["shoulder", "elbow"],
-        ),
+        (two_joints(*SAME_NAMES), {"lock": ["left=0"]}, ["shoulder", "elbow"]),
     ],
 )
 def test_settled_by_options(read, text, picked, joints):
     arm = read(text, **picked)
     assert [joint.name for joint in arm.joints] == joints
     held = " ".join(arm.assumptions)
-    assert ("Held" in held) == (
-        text is not TWO_ARMS and "gripper" not in joints
-    )  # that arm hangs on the ground
+    # An arm beside this one hangs on the ground.
+    assert ("Held" in held) == (text is not TWO_ARMS and "gripper" not in joints)
     assert ("elbow at 0.5 rad, follows at -0.9 rad" in held) == (picked == {"lock": ["elbow=0.5"]})
 
 
@@ -116,6 +114,106 @@ def test_a_lock_that_is_none(read, lock):
         read(two_joints(), lock=lock)
 
 
-def test_a_chain_of_toml_has_nothing_to_choose():
+def test_an_arm_of_toml_takes_limits_and_has_no_chain_to_choose():
+    assert accelerations(gd.load_arm("two_link", limits=["9,8"])) == [9.0, 8.0]
     with pytest.raises(ArmError, match="has no other links or joints to choose from"):
         gd.load_arm("two_link", tip="2")
+
+
+MOVEIT = """
+joint_limits:
+  shoulder: {has_velocity_limits: true, max_velocity: 2.5, has_acceleration_limits: true, max_acceleration: 7}
+  elbow: {has_velocity_limits: true, max_velocity: 1, has_acceleration_limits: false, max_acceleration: 0}
+  finger: {max_acceleration: 1}
+"""
+
+
+@pytest.fixture
+def robot(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_text(two_joints())
+    return path
+
+
+def accelerations(arm) -> list[float | None]:
+    return [joint.acceleration_limit for joint in arm.joints]
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (["shoulder=3", "elbow=180deg"], [3.0, math.pi]),
+        (["all=4", "elbow=5"], [4.0, 5.0]),
+        (["3, 360deg"], [3.0, 2 * math.pi]),
+        ("all=2", [2.0, 2.0]),
+        ({"elbow": 6.0}, [None, 6.0]),
+        ((), [None, None]),
+    ],
+)
+def test_words_and_numbers(robot, given, expected):
+    arm = gd.load_arm(robot, limits=given)
+    assert accelerations(arm) == expected
+    assert len(arm.assumptions) == 1 + (len(given) if isinstance(given, list) else bool(given))
+
+
+def test_the_file_of_moveit(robot, tmp_path):
+    path = tmp_path / "joint_limits.yaml"
+    path.write_text(MOVEIT)
+    arm = gd.load_arm(robot, limits=path)
+    assert accelerations(arm) == [7.0, None]
+    assert [joint.velocity_limit for joint in arm.joints] == [2.5, 1.0]
+    assert [joint.lower for joint in arm.joints] == [-2.0, -2.0]
+    assert arm.assumptions[-1] == "Limits of shoulder, elbow from joint_limits.yaml."
+    assert accelerations(gd.load_arm(robot, limits=[str(path), "elbow=2"])) == [7.0, 2.0]
+
+
+def test_degrees_headings_and_toml(robot, tmp_path):
+    path, other = tmp_path / "limits.yml", tmp_path / "limits.toml"
+    path.write_text(
+        "robot_description_planning:\n  joint_limits:\n    elbow: {has_position_limits: true,"
+        " min_position: !degrees -90, max_position: !radians 1, max_acceleration: !degrees 180}\n"
+    )
+    elbow = gd.load_arm(robot, limits=path).joints[1]
+    assert (elbow.lower, elbow.upper, elbow.acceleration_limit) == (-math.pi / 2, 1.0, math.pi)
+    other.write_text("[joint_limits.elbow]\nmax_acceleration = 3\nmax_velocity = 2.0\n")
+    elbow = gd.load_arm(robot, limits=other).joints[1]
+    assert (elbow.acceleration_limit, elbow.velocity_limit) == (3.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "fact"),
+    [
+        (["elbow"], "2 values with commas"),
+        (["1,2,3"], "1,2,3"),
+        (["elbow=0"], "elbow=0"),
+        (["elbow=fast"], "elbow=fast"),
+        (["wrist=1"], "there is no joint 'wrist' to limit"),
+        ({"elbow": math.inf}, "elbow=inf"),
+        ([3], "found: 3"),
+    ],
+)
+def test_words_that_are_no_limits(robot, given, fact):
+    with pytest.raises(UsageError, match=fact):
+        gd.load_arm(robot, limits=given)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "fact"),
+    [
+        ("l.yaml", "joint_limits: [1, 2", "l.yaml, line 1, column "),
+        ("l.toml", "joint_limits = [\n]]", "l.toml, line 2, column "),
+        ("l.yaml", "joints: 3", "the file states no limits"),
+        ("l.yaml", "joint_limits: {wrist: {max_acceleration: 1}}", "the file limits no joint of"),
+        ("l.yaml", "joint_limits: {elbow: {has_acceleration_limits: true}}", "max_acceleration of joint"),
+        ("l.yaml", "joint_limits: {elbow: {max_acceleration: -1}}", "found: -1"),
+        ("l.yaml", "joint_limits: {elbow: !!python/object/apply:os.system [id]}", "could not determine"),
+        ("l.yaml", "[" * 5_000, "nest too deep"),
+        ("l.yaml", None, "cannot read the file of limits"),
+    ],
+)  # fmt: skip
+def test_files_that_are_no_limits(robot, tmp_path, name, text, fact):
+    path = tmp_path / name
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ArmError, match=fact):
+        gd.load_arm(robot, limits=path)
