@@ -167,13 +167,14 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     rewritten = regrouped(arm)
     frames = _frames(arm, rewritten)
     kept, matrix = _combined(rewritten, regroupings(rewritten))
-    effects = _by_effect(arm, frames, drives)
-    found: list[BaseParameter] = []
+    effects = _by_effect(arm, frames)
+    if not drives:
+        matrix, effects = matrix[[KINDS[kind] != "J" for _, kind in kept], :, :10], effects[..., :10]
+        kept = [(link, kind) for link, kind in kept if KINDS[kind] != "J"]
+    parameters = []
     for (link, kind), row in zip(kept, matrix, strict=True):
-        if KINDS[kind] == "J" and not drives:
-            continue
         translation, rotation, drive = (_added(row * effect) for effect in effects)
-        found.append(
+        parameters.append(
             BaseParameter(
                 symbol=f"{KINDS[kind].upper()}{joined((link,))}",
                 link=link + 1,
@@ -183,17 +184,14 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
                 translation=translation,
                 rotation=rotation,
                 drive=drive,
-                combination=_shares(row, link, kind, drives),
+                combination=_shares(row, link, kind),
             )
         )
-    rows = [row for (_, kind), row in zip(kept, matrix, strict=True) if drives or KINDS[kind] != "J"]
     into = np.array(
         [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
     )
-    in_links = np.einsum(
-        "ksp,spo->kso", np.array(rows).reshape(-1, arm.n_joints, len(KINDS))[:, :, :10], into
-    )
-    return BaseParameters(arm, drives, tuple(found), frames, in_links)
+    in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], into)
+    return BaseParameters(arm, drives, tuple(parameters), frames, in_links)
 
 
 def _of_inertias() -> FloatArray:
@@ -248,7 +246,7 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
     return kept, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
 
 
-def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> FloatArray:
+def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
     """Parameters of links in these frames by what makes them, (3, n, 11): masses, inertias, drives."""
     out = np.zeros((3, arm.n_joints, len(KINDS)))
     for i, frame in enumerate(frames):
@@ -258,18 +256,15 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...], drives: bool) -> Fl
         seen = np.append(com, 1.0)
         out[0, i, :10] = moments_of(mass * np.outer(seen, seen))
         out[1, i, :10] = moments_of(np.pad(second_moment(inertia), (0, 1)))
-    if drives:
+    if arm.drives:
         out[2, :, 10] = arm.drive_inertia
     return out
 
 
-def _shares(row: FloatArray, link: int, first: int, drives: bool) -> tuple[Share, ...]:
+def _shares(row: FloatArray, link: int, first: int) -> tuple[Share, ...]:
     """What of a row is not zero: what it is called by, then link by link."""
-    kinds = range(len(KINDS) if drives else len(KINDS) - 1)
-    order = sorted(
-        ((s, kind) for s in range(len(row)) for kind in kinds), key=lambda at: (at != (link, first), at)
-    )
-    return tuple(Share(float(row[at]), KINDS[at[1]], at[0] + 1) for at in order if row[at])
+    order = sorted(zip(*np.nonzero(row), strict=True), key=lambda at: (at != (link, first), at))
+    return tuple(Share(float(row[s, kind]), KINDS[kind], int(s) + 1) for s, kind in order)
 
 
 def _added(values: FloatArray) -> float:

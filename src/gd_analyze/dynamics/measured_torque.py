@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -185,22 +185,22 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
     """Do `compare_torque` with the exact model's torque at hand, shape (N, n)."""
     measured, inside = torque_measured(trajectory), _settled(trajectory)
     joints = [_of_joint(trajectory, i, model, measured[:, i], inside) for i in range(arm.n_joints)]
-
-    def each(name: str) -> FloatArray:
-        return np.array([getattr(joint, name) for joint in joints])
-
+    fits = [joint.get("fit") for joint in joints]
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
-        compared=max(joint.compared for joint in joints),
-        **{name: each(name) for name in _NUMBERS},
-        slope_beside_friction=np.array([np.nan if one.fit is None else one.fit.slope for one in joints]),
-        slope_error=np.array([np.nan if one.fit is None else one.fit.slope_error for one in joints]),
-        friction=Friction.of([joint.fit for joint in joints]),
-        verdicts=tuple(joint.verdict for joint in joints),
-        resembles=tuple(joint.resembles for joint in joints),
+        compared=max(joint.get("compared", 0) for joint in joints),
+        **{name: np.array([joint.get(name, np.nan) for joint in joints]) for name in _NUMBERS},
+        slope_beside_friction=np.array([np.nan if fit is None else fit.slope for fit in fits]),
+        slope_error=np.array([np.nan if fit is None else fit.slope_error for fit in fits]),
+        friction=Friction.of(fits),
+        verdicts=tuple(joint.get("verdict", "not measured") for joint in joints),
+        resembles=tuple(joint.get("resembles", 0) for joint in joints),
     )
+
+
+_NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
 
 
 def torque_measured(trajectory: Trajectory) -> FloatArray:
@@ -211,35 +211,18 @@ def torque_measured(trajectory: Trajectory) -> FloatArray:
     return recording.torque if recording.torque_filtered is None else recording.torque_filtered
 
 
-@dataclass(frozen=True, eq=False)
-class _Joint:
-    """One joint's part of a `TorqueComparison`; None in place of a fit where nothing was measured."""
-
-    peak_model: float
-    compared: int = 0
-    correlation: float = np.nan
-    slope: float = np.nan
-    bias: float = np.nan
-    rms: float = np.nan
-    peak_measured: float = np.nan
-    explained: float = np.nan
-    fit: JointFit | None = None
-    verdict: Verdict = "not measured"
-    resembles: int = 0
-
-
-_NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
-
-
 def _of_joint(
     trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, inside: Array
-) -> _Joint:
-    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all."""
+) -> dict[str, Any]:
+    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all.
+
+    Where nothing was measured there is no more than the peak of the model's torque.
+    """
     rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
-    peak = _peak(model[:, joint], inside)
+    found: dict[str, Any] = {"peak_model": _peak(model[:, joint], inside)}
     if count < _FEWEST or not measured[rows].any():
-        return _Joint(peak)
+        return found
 
     def columns(at: slice) -> FloatArray:
         used = rows[at]
@@ -253,19 +236,18 @@ def _of_joint(
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
     fit = _fit(trajectory, joint, model[:, joint], measured, rows)
     verdict, resembles = _verdict(fit, float(explained_by[joint]), explained_by, joint)
-    return _Joint(
-        peak,
-        count,
-        correlation=along / (wide * spread_measured),
-        slope=along / wide**2,
-        bias=float(apart[0, joint] / r[0, 0]),
-        rms=float(np.linalg.norm(apart[:, joint])) / np.sqrt(count),
-        peak_measured=_peak(measured, rows),
-        explained=float(explained_by[joint]),
-        fit=fit,
-        verdict=verdict,
-        resembles=resembles,
-    )
+    return found | {
+        "compared": count,
+        "correlation": along / (wide * spread_measured),
+        "slope": along / wide**2,
+        "bias": float(apart[0, joint] / r[0, 0]),
+        "rms": float(np.linalg.norm(apart[:, joint])) / np.sqrt(count),
+        "peak_measured": _peak(measured, rows),
+        "explained": float(explained_by[joint]),
+        "fit": fit,
+        "verdict": verdict,
+        "resembles": resembles,
+    }
 
 
 def _peak(torque: FloatArray, rows: Array) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -75,11 +75,6 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
                 next_step="please report this with the arm file and the trajectory",
             )
     return residuals
-
-
-def largest_differences(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray]) -> dict[str, float]:
-    """Largest difference of each quantity, in the order of the second."""
-    return {name: float(np.abs(ours[name] - value).max()) for name, value in theirs.items()}
 
 
 def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:

@@ -13,7 +13,6 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.methods import METHODS, Method, torque_of_states
 from gd_analyze.dynamics.pinocchio_check import (
-    largest_differences,
     pinocchio_dynamics,
     pinocchio_torques,
     round_off_bounds,
@@ -67,7 +66,7 @@ def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = 
             "gravity_loading": given.gravity_loading.T,
             "torque": torques[-1],
         }
-        from_pinocchio[name] = largest_differences(ours, theirs)
+        from_pinocchio[name] = {of: float(np.abs(ours[of] - value).max()) for of, value in theirs.items()}
     torques.append(theirs["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, *states.arrays).items()}
