@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.robots.right_angles import RightAngles
+from gd_analyze.robots.frames import RightAngles
 from gd_analyze.simplification.exact_form import ExactForm
 from robot_files import assert_same_torque, fingers, joint, link, two_joints, urdf
 from strategies import examples, random_inertia, random_states
@@ -184,10 +184,10 @@ def test_limits_that_are_unknown(tmp_path):
             joint(*ends[3], "continuous", limit='lower="-1" upper="1" velocity="2"'),
         )
     )
-    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 7, .*one, two") as caught:
+    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 7, .*joint one") as caught:
         arm = gd.load_arm(path)
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
-    assert len(arm.doubts) == 1
+    assert len(arm.doubts) == 2
     assert [(j.lower, j.upper) for j in arm.joints] == [(None, None)] * 4
     assert [j.velocity_limit for j in arm.joints] == [None, None, None, 2.0]
     assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None, None]

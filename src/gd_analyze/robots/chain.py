@@ -6,9 +6,8 @@ import difflib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.tree import Tree, TreeJoint
+from gd_analyze.robots.tree import MOST_NAMED, Tree, TreeJoint, named
 
-_MOST_NAMED = 12
 # Of more joints than these --tip says it shorter.
 _FEW = 6
 
@@ -33,7 +32,7 @@ def chain_of(
                 f"link {tip} is not beyond link {base}",
                 where=f"--base {base} --tip {tip}",
                 expected="a tip that the base carries",
-                found=f"the way to {tip} passes {_named(joint.link for joint in path) or 'no joint'}",
+                found=f"the way to {tip} passes {named(joint.link for joint in path) or 'no joint'}",
                 next_step="name a base on that way, or none",
             )
         free = path[before.index(start) :]
@@ -89,16 +88,9 @@ def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]
         f"there is no {what} {name!r}",
         where=f"{option} {name}",
         expected=f"a {what} of {tree.where}",
-        found=_named(known),
+        found=named(known),
         next_step=f"did you mean {' or '.join(near)}?" if near else "take a name of the file",
     )
-
-
-def _named(names: Iterable[str]) -> str:
-    """Names; of many only the first."""
-    listed = list(names)
-    rest = len(listed) - _MOST_NAMED
-    return ", ".join(listed[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
@@ -131,7 +123,7 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
                 f"links {links[0]} and {links[1]} close a loop",
                 where=where,
                 expected="an arm whose joints are a chain without loops",
-                found=f"joints that move in the loop: {_named(joint.name for joint in between)}",
+                found=f"joints that move in the loop: {named(joint.name for joint in between)}",
                 next_step=f"{_locks(between)} holds them; or --tip takes an arm without the loop",
             )
 
@@ -178,12 +170,12 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         ends = [joint for joint in beyond if len(after[joint.index]) != 1]
         ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
         tips = [joint.link for joint in (*stem[-1:], *ends)]
-        way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
+        way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     raise ArmError(
         f"the robot branches at link {fork}" if stem else "the robot branches at its base",
         where=tree.line("link", fork) if stem else tree.where,
         expected="one chain of moving joints",
-        found=f"{len(at)} branches: {_named(names)}",
+        found=f"{len(at)} branches: {named(names)}",
         next_step=way,
     )

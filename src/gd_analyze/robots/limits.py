@@ -54,13 +54,10 @@ def value_in(given: object) -> float | None:
 
 def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
     """Values of joints to lock, rad or m, of a mapping or of texts such as elbow=90deg; or UsageError."""
-    texts = () if given is None or isinstance(given, Mapping) else given
-    pairs = (
-        given.items() if isinstance(given, Mapping) else [str(text).rpartition("=")[::2] for text in texts]
-    )
+    pairs = given.items() if isinstance(given, Mapping) else map(_pair, given or ())
     values: dict[str, float] = {}
-    for name, value in pairs:
-        joint, number = name.strip(), value_in(value)
+    for joint, value in pairs:
+        number = value_in(value)
         if not joint or number is None:
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             found = f"{joint}={value}" if joint else str(value)
@@ -69,6 +66,11 @@ def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, flo
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number
     return values
+
+
+def _pair(text: object) -> tuple[str, str]:
+    name, _, value = str(text).rpartition("=")
+    return name.strip(), value
 
 
 def with_limits(arm: RobotArm, given: Given) -> RobotArm:
@@ -98,8 +100,7 @@ def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
     if isinstance(given, Mapping):
         stated = dict(given)
     elif "=" in str(given):
-        name, _, value = str(given).rpartition("=")
-        stated = {name.strip(): value}
+        stated = dict([_pair(given)])
     else:
         values = str(given).split(",")
         stated = dict(zip(known, values, strict=False)) if len(values) == len(known) else {"": given}
@@ -126,24 +127,18 @@ def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     text = text_of(path, "file of limits", _LARGEST_FILE)
     is_toml = path.suffix.lower() == ".toml"
     table = _joint_limits(parsed_toml(path, text, "file of limits") if is_toml else _yaml(path, text))
-    if table is None:
-        raise ArmError(
-            "the file states no limits",
-            where=Location(path),
-            expected="a table joint_limits with one of each joint, as MoveIt's joint_limits.yaml has",
-            next_step="add it: joint_limits: {elbow: {has_acceleration_limits: true, max_acceleration: 10}}",
-        )
     names = [joint.name for joint in arm.joints]
-    found = {name: limits for name in names if (limits := _limits(name, table.get(name), path))}
-    if not found:
-        raise ArmError(
-            f"the file limits no joint of arm {arm.name}",
-            where=Location(path),
-            expected=f"limits of {', '.join(names)}",
-            found=", ".join(str(name) for name in list(table)[:12]) or "no joint",
-            next_step="name the joints as the robot's file does, and set has_acceleration_limits: true",
-        )
-    return found
+    found = {name: limits for name in names if (limits := _limits(name, (table or {}).get(name), path))}
+    if found:
+        return found
+    listed = ", ".join(str(name) for name in list(table or {})[:12])
+    raise ArmError(
+        f"the file limits no joint of arm {arm.name}",
+        where=Location(path),
+        expected=f"a table joint_limits, as MoveIt's joint_limits.yaml has, of {', '.join(names)}",
+        found="no table joint_limits" if table is None else listed or "no joint",
+        next_step="add it: joint_limits: {elbow: {has_acceleration_limits: true, max_acceleration: 10}}",
+    )
 
 
 def _limits(name: str, table: object, path: Path) -> dict[str, float]:

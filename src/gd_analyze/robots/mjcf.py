@@ -17,8 +17,8 @@ import pinocchio as pin
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.right_angles import straight
-from gd_analyze.robots.tree import Mimic, Notes, Tree
+from gd_analyze.robots.frames import straight
+from gd_analyze.robots.tree import Mimic, Notes, Tree, named
 from gd_analyze.robots.xml import Node, pinocchio_model
 
 _EXPANDED_BY_MUJOCO = ("include", "frame", "replicate", "attach", "composite", "flexcomp")
@@ -30,7 +30,6 @@ _OF_JOINT = ("type", "pos", "range", "limited", "armature", "damping", "friction
              "actuatorfrcrange")  # fmt: skip
 _OF_GEOM = ("class", "type", "size", "mass", "density", "fromto", "shellinertia", *_POSE)
 _WITHOUT_SHAPE = ("mesh", "hfield", "plane", "sdf")
-_MOST_NAMED = 8
 
 
 def read_mjcf(path: Path, root: Node) -> Tree:
@@ -75,9 +74,8 @@ def read_mjcf(path: Path, root: Node) -> Tree:
                 notes.doubts.append(("", doubt))
     _limit_efforts(root, model)
     if bodies.shaped:
-        more = f" and {len(bodies.shaped) - _MOST_NAMED} more" if len(bodies.shaped) > _MOST_NAMED else ""
-        names = ", ".join(bodies.shaped[:_MOST_NAMED]) + more
-        notes.assumptions.append(f"Mass and inertia from primitive shapes, as none are stated: {names}.")
+        sentence = f"Mass and inertia from primitive shapes, as none are stated: {named(bodies.shaped)}."
+        notes.assumptions.append(sentence)
     return tree
 
 

@@ -14,10 +14,10 @@ import pinocchio as pin
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.chain import chain_of
+from gd_analyze.robots.frames import straight, without_round_off
 from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
-from gd_analyze.robots.right_angles import straight, without_round_off
-from gd_analyze.robots.tree import Notes, Tree, TreeJoint
+from gd_analyze.robots.tree import Notes, Tree, TreeJoint, named
 from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.robots.xml import read_xml
 from gd_analyze.text import LARGEST, shortened, visible
@@ -27,7 +27,6 @@ _MOST_LINKS = 2000
 # From here on 100, 1000 and so on stand for no limit: joints of arms do 40 rad/s and end within some turns,
 # or 100 m on a gantry.
 _NO_VELOCITY, _NO_RANGE = 100.0, 1000.0
-_MOST_NAMED = 8
 
 
 def arm_of_robot(
@@ -98,9 +97,6 @@ def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, fl
 def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: set[str]) -> Iterator[str]:
     """Doubts about the arm's joints and links, and about angles that place them."""
     notes = tree.notes
-    unranged = [joint.name for joint in moving if joint.name in notes.unranged]
-    if unranged:
-        yield f"{tree.line('joint', unranged[0])}: no range stated for {', '.join(unranged)}"
     about = {"", *links, *(joint.name for joint in moving)}
     yield from (text for name, text in notes.doubts if name in about)
     yield from (text for link, text in notes.right_angles.suspects if link in links | inboard)
@@ -179,8 +175,7 @@ def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, f
         if joint.index in held and joint.index in near
     ]
     if values:
-        more = f" and {len(values) - _MOST_NAMED} more" if len(values) > _MOST_NAMED else ""
-        yield f"Held, with what they carry: {', '.join(values[:_MOST_NAMED])}{more}."
+        yield f"Held, with what they carry: {named(values)}."
 
 
 def _identifier(name: str, stem: str) -> str:

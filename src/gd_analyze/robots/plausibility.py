@@ -204,22 +204,12 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
 
 
 CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
-    gravity_too_strong,
-    angle_beyond_a_turn,
-    angle_of_pi_degrees,
-    length_in_millimetres,
-    prismatic_range_in_millimetres,
-    revolute_range_in_degrees,
-    velocity_in_degrees,
-    inertia_wider_than_the_arm,
-    mass_too_large_for_reach,
-    mass_too_dense,
-    centre_of_mass_beyond_reach,
-    inertia_physically_inconsistent,
-    point_mass_among_bodies,
-    centre_of_mass_outside_link,
+    gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
+    prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,
+    inertia_wider_than_the_arm, mass_too_large_for_reach, mass_too_dense, centre_of_mass_beyond_reach,
+    inertia_physically_inconsistent, point_mass_among_bodies, centre_of_mass_outside_link,
     heavier_than_links_before,
-)
+)  # fmt: skip
 
 
 def _inconsistency(link: Link) -> str | None:

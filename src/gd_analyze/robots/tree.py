@@ -14,10 +14,11 @@ import pinocchio as pin
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
-from gd_analyze.robots.right_angles import RightAngles
+from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.xml import Node
 from gd_analyze.text import visible
 
+MOST_NAMED = 10
 # Pinocchio's kinds of joints that no arm has, by what their names begin with.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
@@ -28,6 +29,13 @@ _KINDS = {
     "JointModelTranslation": "translating",
     "JointModelUniversal": "universal",
 }
+
+
+def named(names: Iterable[str]) -> str:
+    """Names; of many only the first."""
+    listed = list(names)
+    rest = len(listed) - MOST_NAMED
+    return ", ".join(listed[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,6 @@ class Notes:
     above: dict[str, str] = field(default_factory=dict)  # the link that each link hangs on
     mimics: dict[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     loops: list[tuple[str, str, Location]] = field(default_factory=list)  # two links held together
-    unranged: list[str] = field(default_factory=list)  # joints that should state a range and do not
     assumptions: list[str] = field(default_factory=list)
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
