@@ -97,8 +97,11 @@ def refused(tmp_path, capfd):
     def error(text: str | bytes) -> ArmError:
         path = tmp_path / "robot.urdf"
         path.write_bytes(text.encode() if isinstance(text, str) else text)
+        start = time.process_time()
         with pytest.raises(ArmError) as caught:
             gd.load_arm(path)
+        # Reading 10 MB of blanks takes 0.1 s; expanding the entities would take gigabytes and minutes.
+        assert time.process_time() - start < 5.0
         assert capfd.readouterr() == ("", "")  # parsers of others print to the terminal
         return caught.value
 
@@ -108,6 +111,11 @@ def refused(tmp_path, capfd):
 BASE, UPPER, SHOULDER = link("base"), link("upper"), joint("shoulder", "base", "upper")
 MASS_ONLY = '<link name="upper"><inertial><mass value="1"/></inertial></link>'
 CIRCLE = (link("a"), link("b"), joint("ab", "a", "b"), joint("ba", "b", "a"))
+
+
+LAUGHS = '<!DOCTYPE r [<!ENTITY a "ha">' + "".join(
+    f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in zip("abcdefghi", "bcdefghij", strict=True)
+)
 
 
 def limited(limit: str) -> str:
@@ -137,6 +145,12 @@ def limited(limit: str) -> str:
         (urdf(BASE, UPPER, joint("shoulder", "base", "upper", axis="0 0 0")), 4, "shoulder has no axis"),
         (limited('lower="2" upper="1"'), 4, "2 .. 1"),
         (urdf(BASE, link("up\u202eper"), joint("shoulder", "base", "up\u202eper")), 3, "\\u202e"),
+        (f"{LAUGHS}]><robot name='&j;'/>", 1, "declares a document type"),
+        ("<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>", 1, "declares a document type"),
+        ("<robot>" * 100_000, 1, "nests elements beyond any robot"),
+        (b"<robot>" + b" " * 10_000_001, None, "too large"),
+        (b"<?xml version='1.0' encoding='no-such'?><robot/>", None, "not "),
+        ("<robot>" + "<link/>" * 2001 + "</robot>", 1, "more links than any"),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
@@ -146,29 +160,6 @@ def test_refused_with_the_place_and_the_fact(refused, text, line, fact):
     assert "robot.urdf" in error.details["where"]
     if line is not None:
         assert f"robot.urdf, line {line}, column " in error.details["where"]
-
-
-LAUGHS = '<!DOCTYPE r [<!ENTITY a "ha">' + "".join(
-    f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in zip("abcdefghi", "bcdefghij", strict=True)
-)
-
-
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        (f"{LAUGHS}]><robot name='&j;'/>", "declares a document type"),
-        ("<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>", "declares a document type"),
-        ("<robot>" * 100_000, "nests elements beyond any robot"),
-        (b"<robot>" + b" " * 10_000_001, "too large"),
-        (b"<?xml version='1.0' encoding='no-such'?><robot/>", "not "),
-        ("<robot>" + "<link/>" * 2001 + "</robot>", "more links than any"),
-    ],
-)
-def test_hostile_xml_is_refused_at_once(refused, text, what):
-    start = time.process_time()
-    assert what in refused(text).what
-    # Reading 10 MB of blanks takes 0.1 s; expanding the entities would take gigabytes and minutes.
-    assert time.process_time() - start < 5.0
 
 
 def test_limits_that_are_unknown(tmp_path):
@@ -184,10 +175,11 @@ def test_limits_that_are_unknown(tmp_path):
             joint(*ends[3], "continuous", limit='lower="-1" upper="1" velocity="2"'),
         )
     )
-    with pytest.warns(GdAnalyzeWarning, match="robot.urdf, line 7, .*joint one") as caught:
+    with pytest.warns(GdAnalyzeWarning) as caught:
         arm = gd.load_arm(path)
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
-    assert len(arm.doubts) == 2
+    for line, doubt in zip((7, 8), arm.doubts, strict=True):
+        assert f"robot.urdf, line {line}, " in doubt
     assert [(j.lower, j.upper) for j in arm.joints] == [(None, None)] * 4
     assert [j.velocity_limit for j in arm.joints] == [None, None, None, 2.0]
     assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None, None]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from gd_analyze.errors import ArmError, Location
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.chain import chain_of
 from gd_analyze.robots.frames import straight, without_round_off
@@ -121,9 +121,8 @@ def _is_power_of_ten(number: float, least: float) -> bool:
 
 
 def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
-    where = tree.line("joint", joint.name)
     lower, upper, velocity = _limits(tree.model, joint.index)[0]
-    place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
+    place = checked(moved.translation, (3,), f"the place of joint {joint.name}", tree.where)
     return Joint(
         joint.name,
         "revolute" if joint.kind == "revolute" else "prismatic",
@@ -132,19 +131,19 @@ def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
         lower,
         upper,
         velocity,
-        source=where if isinstance(where, Location) else None,
+        source=tree.line("joint", joint.name),
     )
 
 
 def _link(tree: Tree, joint: TreeJoint, body: Any) -> Link:
     """Link of a joint with all that is fixed to it, in the joint's frame, which is the link's."""
-    mass, inertia, where = float(body.mass), np.array(body.inertia), tree.line("link", joint.link)
+    mass, inertia = float(body.mass), np.array(body.inertia)
     return Link(
         joint.link,
         mass,
         without_round_off(np.array(body.lever)) if mass else np.zeros(3),
         without_round_off((inertia + inertia.T) / 2, float(np.abs(inertia).max())),
-        source=where if isinstance(where, Location) else None,
+        source=tree.line("link", joint.link),
     )
 
 
@@ -153,7 +152,7 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     model, drives = tree.model, []
     stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
     for joint in moving:
-        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name)
+        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name) or tree.where
         inertia, viscous, friction = (
             float(checked(values[at], (), f"the {what} of joint {joint.name}", where, nonnegative=True))
             for what, values in stated.items()

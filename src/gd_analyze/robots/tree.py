@@ -147,9 +147,9 @@ class Tree:
         """Whether a joint moves anything that has mass."""
         return any(self.model.inertias[one].mass > 0 for one in self.beyond({index}))
 
-    def line(self, what: str, name: str) -> Location | str:
-        """Where a joint or link is described, for messages."""
-        return self.notes.lines.get((what, name), f"{self.where}, {what} {name}")
+    def line(self, what: str, name: str) -> Location | None:
+        """Where a joint or link is described; None in a model from memory."""
+        return self.notes.lines.get((what, name))
 
     def configuration(self, held: Mapping[int, float]) -> FloatArray:
         """Pinocchio's configuration with the given joints at their values and all others at rest."""
