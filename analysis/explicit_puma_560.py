@@ -27,13 +27,12 @@ from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.effort import ROUGH, THOROUGH, Effort
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import KINDS, trade_off
 
 SHARE = 0.01

@@ -32,8 +32,8 @@ from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
 # States, and how much of the usual effort every search takes.

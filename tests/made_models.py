@@ -18,13 +18,13 @@ from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, Effort
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in

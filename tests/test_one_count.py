@@ -11,10 +11,9 @@ from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.levels import LEVELS
-from gd_analyze.simplification.search_options import SearchOptions
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.studies.comparison import compare
 from gd_analyze.studies.main_job import Settings, find

@@ -319,8 +319,8 @@ def html_of(
     return table + below + folded
 
 
-# Levels of simplification, here so that the command line offers them without loading NumPy; a new one is a
-# file in `simplification/` and a line here.
+# Levels of simplification, here so that the command line offers them without loading NumPy; the levels are
+# those of `simplification/levels.py`, in this order.
 LEVEL_NAMES = {
     "element": "parts of D and h as a whole, the founding text's method",
     "term": "torque terms one by one: the fewest operations for arms of few terms",

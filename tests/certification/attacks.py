@@ -12,8 +12,8 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.term import TERM
 from made_models import model_of
 
 

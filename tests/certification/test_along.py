@@ -22,10 +22,10 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from made_models import exact_model
 from strategies import arms, examples
 

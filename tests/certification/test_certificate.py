@@ -22,11 +22,11 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import ENERGY
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from made_models import exact_model
 from strategies import arms, examples, two_link_of

@@ -22,14 +22,13 @@ from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.simplification.accuracy import Accuracy
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import NUMBER, Change
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify
-from gd_analyze.simplification.term import TERM
 from pruned_recursions import errors_at as errors_of_program
 from pruned_recursions import general_arm, searched
 from strategies import arms, arms_with_states, examples

@@ -11,9 +11,8 @@ import gd_analyze as gd
 from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.term import TERM
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from made_models import exact_model, model_of
 from strategies import arms, examples
 

@@ -10,8 +10,8 @@ from bad_files import ARM, csv
 
 from gd_analyze.certification.certificate import EFFORT
 from gd_analyze.cli.certify import certify
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.model_file import _digest, save_model
 from gd_analyze.text import rounded_up
 from made_models import exact_model, model_of

@@ -17,8 +17,8 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies import main_job
 from gd_analyze.studies.main_job import Settings, analyze, default_folder, find

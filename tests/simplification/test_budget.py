@@ -20,16 +20,21 @@ from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import budget_notice
-from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from gd_analyze.simplification.budget import (
+    Allowance,
+    Budget,
+    NormMeasure,
+    NormShare,
+    ReferenceTorques,
+    kept_states,
+)
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.measures import NormMeasure, NormShare, kept_states
+from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_file import document_of
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.text import amount
 from made_models import signed

@@ -20,14 +20,12 @@ from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT, parts_of
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.evaluation import evaluate
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from made_models import ROUND_OFF, exact_model, model_of_parts
 from strategies import arms_with_states, examples, random_states
 

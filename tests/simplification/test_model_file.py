@@ -21,13 +21,12 @@ from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.simplification import model_file
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.harmonic import ENERGY
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_checks import measured_at, require_terms_computed
 from gd_analyze.simplification.model_file import load_model, save_model
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from made_models import assert_same, by_elements, exact_model, model_of
 from strategies import arms, arms_with_states, examples

@@ -24,7 +24,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.pruning import prune
 from gd_analyze.simplification.recursion import (
@@ -38,7 +38,6 @@ from gd_analyze.simplification.recursion import (
 from gd_analyze.simplification.recursion_losses import omissions
 from gd_analyze.simplification.recursion_reading import Reading, scales
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from parallel_axes import scara
 from psdm_arms import kr6

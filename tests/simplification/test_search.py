@@ -19,16 +19,15 @@ from gd_analyze.simplification import simplify as simplify_module
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import Candidates, TooManyTermsError
 from gd_analyze.simplification.effort import Work
-from gd_analyze.simplification.energy import ENERGY
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Costs
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.search import search
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from gd_analyze.studies.comparison_costs import generic_chain
 from strategies import arms_with_states, examples, two_link_of
 
@@ -122,8 +121,7 @@ def test_a_refit_costs_no_more_and_holds_the_budget(candidates):
 def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
     rng = np.random.default_rng(seed)
     kept = rng.random(len(candidates.effects)) < 0.6
-    refit = Refit(candidates, Work())
-    scale = refit.best(kept)
+    scale = Refit(candidates, Work()).best(kept, np.ones(len(kept)))
     least = largest_error(candidates, kept, scale)
     assert least <= largest_error(candidates, kept) + 1e-9
     # The solver keeps its rows to 1e-7 of numbers up to some tens here.
@@ -133,7 +131,9 @@ def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
         other = scale + change[candidates.parameter]
         assert largest_error(candidates, kept, other) >= least - slack
     for limit in (0.5 * least, 2.0 * least + 1e-3):
-        found = refit.within(kept, limit)
+        found = Refit(dataclasses.replace(candidates, effects=candidates.effects / limit), Work()).within(
+            kept
+        )
         if limit < least - slack:
             assert found is None
         elif limit > least + slack:
@@ -258,7 +258,7 @@ def test_no_level_that_was_tried_takes_fewer_operations(case, share):
 
 
 def test_where_terms_are_many_they_are_not_tried(two_link, swing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.exact_form._MOST_TERMS", 3)
     exact = ExactDynamics.of(two_link, swing)
     assert too_many_terms(exact.form)
     begun: list[str] = []

@@ -14,11 +14,11 @@ from few_tries import few_tries
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.trade_off import (
     FACTORS,
     KINDS,
@@ -62,7 +62,7 @@ def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
 
 def test_levels_of_many_terms_are_left_out(swinging, monkeypatch):
     assert kinds_for(swinging.form) == KINDS
-    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.exact_form._MOST_TERMS", 3)
     assert kinds_for(swinging.form) == ((ELEMENT, False), (RECURSIVE, False))
     points = trade_off(swinging, thorough=False, factors=(1.0, 5.0))
     assert {point.level for point in points} == {ELEMENT, RECURSIVE}

@@ -21,8 +21,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
 # Most rounds; rounds in which the budget shrinks by a constant share; that share.

@@ -79,7 +79,7 @@ def simplify(
         import time
 
         from gd_analyze.results.provenance import provenance
-        from gd_analyze.simplification.search_options import SearchOptions
+        from gd_analyze.simplification.levels import SearchOptions
         from gd_analyze.simplification.simplify import simplify_exact
 
         how = SearchOptions(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)

@@ -29,8 +29,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model_file import ModelDocument, checked_model, document_of
-from gd_analyze.simplification.term import TERM
 
 if TYPE_CHECKING:
     import h5py

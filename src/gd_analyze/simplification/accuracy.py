@@ -11,8 +11,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
-from gd_analyze.simplification.measures import NormShare
+from gd_analyze.simplification.budget import Allowance, Budget, NormShare, ReferenceTorques
 from gd_analyze.text import amount, named_joints
 
 # Behind a budget that is proven for a whole box.
@@ -26,31 +25,20 @@ class ErrorTable:
     """Torque error of a model over given states, per joint; N m (N for a prismatic joint), shape (n,)."""
 
     peak_torque: FloatArray  # largest magnitude of the exact torque
-    # Largest and root mean square error
     largest: FloatArray
     rms: FloatArray
-    # Largest error times how much an error counts at its state, see `States.weights`; None where all count
-    # alike
-    weighed: FloatArray | None = None
+    weighed: FloatArray | None = None  # largest error as `States.weights` let it count; None where all alike
 
     @classmethod
     def of(
-        cls,
-        exact: FloatArray,
-        simplified: FloatArray,
-        explained: float = 0.0,
-        weights: FloatArray | None = None,
+        cls, exact: FloatArray, model: FloatArray, explained: float = 0.0, weights: FloatArray | None = None
     ) -> ErrorTable:
         """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
-        error = simplified - exact
+        error = model - exact
         error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
-        size = np.abs(error)
-        return cls(
-            peak_magnitude(exact, explained),
-            size.max(axis=0),
-            np.sqrt(np.mean(error**2, axis=0)),
-            None if weights is None else (size * weights).max(axis=0),
-        )
+        size, rms = np.abs(error), np.sqrt(np.mean(error**2, axis=0))
+        weighed = None if weights is None else (size * weights).max(axis=0)
+        return cls(peak_magnitude(exact, explained), size.max(axis=0), rms, weighed)
 
     @property
     def counting(self) -> FloatArray:
@@ -81,10 +69,7 @@ def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class AlongMotion:
-    """Accuracy along one of several motions, `allowed`, `errors` and `uncertainty` as of the whole.
-
-    A joint that needs no torque along the motion is allowed what it is over all motions.
-    """
+    """Accuracy along one of several motions; a joint without torque there is allowed what it is over all."""
 
     name: str
     fingerprint: str
@@ -113,29 +98,20 @@ class LevelTried(NamedTuple):
 class Accuracy:
     """What a model states of itself."""
 
-    # Allowed torque error per joint, N m, shape (n,), and how the user put it. Where that is of the norm no
-    # joint is allowed a number of its own, see `Budget.allowed`
+    # (n,), N m; of a budget of the norm, under which no joint has a number of its own, see `Budget.allowed`.
     allowed: FloatArray
-    budget: str
-    errors: ErrorTable  # error over the states it was fitted on: sampled, not a bound elsewhere
+    budget: str  # as the user put it
+    errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
     fitted_on: Mapping[str, str | int]  # those states, see `States.described`
-    # What every step of the search led to, and whether its integer program ended: then no selection without
-    # refit takes fewer operations
-    steps: tuple[SearchStep, ...] = ()
-    solved: bool = False
-    cut_short: bool = False  # whether the search ended because its effort was used up
-    # Whether the errors were measured here; otherwise a file states them, for states that are not at hand
-    measured: bool = True
-    # Largest standard uncertainty of the torque at these states, N m, shape (n,); None where none is stated
-    # of the arm's parameters
-    uncertainty: FloatArray | None = None
-    # Accuracy along each of several motions, where the model was fitted on several
-    motions: tuple[AlongMotion, ...] = ()
-    # Norm of the torque error over norm of the torque, as so many of the states keep it; infinite where only
-    # an error is. Where the budget is one of the norm, what it asked for is among them
+    steps: tuple[SearchStep, ...] = ()  # what every step of the search led to
+    solved: bool = False  # its integer program ended: no selection without refit takes fewer operations
+    cut_short: bool = False  # the search ended because its effort was used up
+    measured: bool = True  # errors were measured here; otherwise a file states them
+    uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, where stated
+    motions: tuple[AlongMotion, ...] = ()  # where it was fitted on several
+    # The usual states', and what a budget of the norm asked for; infinite where only an error is.
     norms: tuple[NormShare, ...] = ()
-    # What every level took, where the cheapest was looked for; empty where one was asked for
-    levels: tuple[LevelTried, ...] = ()
+    levels: tuple[LevelTried, ...] = ()  # where the level of fewest operations was looked for
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself of any other."""
@@ -159,9 +135,11 @@ class Accuracy:
     def asked_norm(self) -> NormShare | None:
         """The share of the norm that was found where one was asked for, and the states it was asked of."""
         asked = self.asked.norm
-        if asked is None:
-            return None
-        return next(norm for norm in self.norms if isclose(norm.states, asked.states))
+        return None if asked is None else self.norm_at(asked.states)
+
+    def norm_at(self, states: float) -> NormShare | None:
+        """The share of the norm that so many of the states keep; None where it was not measured."""
+        return next((norm for norm in self.norms if isclose(norm.states, states)), None)
 
     @property
     def shares(self) -> FloatArray:
@@ -186,10 +164,9 @@ class Accuracy:
 
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
-    """Joints at which a budget lies below friction, or below the torque's uncertainty where that is all.
+    """Joints at which a budget lies below friction or uncertainty, and the budget that takes it into account.
 
-    It names the joint where it is most so, and the budget that takes it into account. It is "" where no joint
-    is concerned, the budget's entry for it does so already, or the budget is of the norm and has none.
+    It is "" where no joint is concerned, the budget's entry does so already, or the budget is of the norm.
     """
     if accuracy.asked.norm is not None:
         return ""

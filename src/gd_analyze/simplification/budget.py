@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.measures import NormShare
 from gd_analyze.text import LARGEST, UNSIGNED, in_python
 
 # What an amount may be a share of, and how amounts are written.
@@ -25,41 +27,43 @@ _ALLOWANCE = re.compile(
     re.IGNORECASE,
 )
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)
+_NORM = re.compile(
+    rf"(?P<share>{UNSIGNED})\s*%\s*(?:of\s+(?:the\s+)?)?norm"
+    rf"(?:\s+at\s+(?:all|every|(?P<states>{UNSIGNED})\s*%)(?:\s+(?:of\s+(?:the\s+)?)?states?)?)?",
+    re.IGNORECASE,
+)
 # What to state in an arm file, by what a budget may be a share of.
 _TO_STATE = {
     "limit": "`torque_limit` in the joint's [[drives]] table",
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
+# Shares of the states that PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm for.
+USUAL_STATES = (0.95, 0.999)
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTorques:
-    """What a budget may be a share of, at each joint of an arm, N m (N for a prismatic joint), shape (n,)."""
+    """What a budget may be a share of, at each joint of an arm, N m (N for a prismatic joint)."""
 
     arm: RobotArm  # states torque limits and friction
-    peak: FloatArray  # largest magnitude of the exact torque
-    uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, where stated
+    peak: FloatArray  # largest magnitude of the exact torque, (n,)
+    uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, (n,), where stated
 
     def of(self, name: str, joint: int, option: str = "--budget") -> float:
-        """Give "peak", "limit", "friction" or "uncertainty" of a joint, from 0.
-
-        A UsageError, which names `option`, if the arm does not state it.
-        """
+        """One of `_WHOLES` at a joint, from 0; a UsageError that names `option` where it is not stated."""
         value = float(self.all(name)[joint])
         if np.isnan(value):
             raise UsageError(
                 f"a budget cannot be a share of {name}, as the arm states none",
                 where=f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}",
                 expected=_TO_STATE[name],
-                found="none",
-                next_step=f"state it in the arm file, or give this joint an entry without {name}: one entry "
-                "per joint, comma-separated",
+                next_step=f"state it in the arm file, or give one entry per joint, this one without {name}",
             )
         return value
 
     def all(self, name: str) -> FloatArray:
-        """One of them at every joint, shape (n,); nan where the arm does not state it."""
+        """One of `_WHOLES` at every joint, shape (n,); nan where the arm does not state it."""
         unknown = np.full(self.arm.n_joints, np.nan)
         if name == "peak":
             return self.peak
@@ -76,10 +80,8 @@ class ReferenceTorques:
 class Allowance(NamedTuple):
     """One torque error that is allowed."""
 
-    amount: float  # A share (1 % is 0.01), or N m (N for a prismatic joint)
-    # What it is a share of: the joint's "peak" torque over the states, its torque "limit", its Coulomb
-    # "friction", or the "uncertainty" of its torque due to the parameters' stated ones; "torque" for N m
-    of: str = "peak"
+    amount: float  # a share (1 % is 0.01), or N m (N for a prismatic joint)
+    of: str = "peak"  # one of `_WHOLES`; "torque" for N m
 
     @classmethod
     def parse(cls, text: str) -> Self | None:
@@ -101,6 +103,28 @@ class Allowance(NamedTuple):
         if self.of == "peak":
             return share
         return self.of if share == "100%" else f"{share} {self.of}"
+
+
+class NormShare(NamedTuple):
+    """An error that is allowed to all joints together: norm of the torque error over norm of the torque."""
+
+    share: float  # 1 % is 0.01
+    states: float = 1.0  # share of the states that must keep it, above 0; 1 where all must
+
+    @classmethod
+    def parse(cls, text: str) -> Self | None:
+        """Read "1% norm" or "1% of norm at 95% of states"; None where it is nothing of this kind."""
+        match = _NORM.fullmatch(text.strip())
+        if match is None:
+            return None
+        share, states = float(match["share"]), float(match["states"] or 100.0)
+        if share > LARGEST or not 0.0 < states <= 100.0:
+            return None
+        return cls(share / 100, round(states / 100, 15))  # 99.9 / 100 is not 0.999, but for the last digits
+
+    def __str__(self) -> str:
+        where = "all states" if self.states == 1.0 else f"{self.states * 100:.12g}% of states"
+        return f"{self.share * 100:.12g}% norm at {where}"
 
 
 @dataclass(frozen=True)
@@ -137,17 +161,11 @@ class Budget:
                 )
             return
         if not self.entries or not all(self.entries):
-            raise UsageError(
-                "a budget allows nothing", where="Budget", expected="at least one amount per entry"
-            )
+            raise UsageError("a budget allows nothing", where="Budget", expected="an amount in every entry")
         for amount, of in (allowance for entry in self.entries for allowance in entry):
             if not 0 <= amount < np.inf or of not in (*_WHOLES, "torque"):
-                raise UsageError(
-                    "a budget cannot be that",
-                    where="Budget",
-                    expected=f"0 or more, of {', '.join(_WHOLES)}, or torque",
-                    found=f"{amount:g} of {of}",
-                )
+                expected, found = f"0 or more, of {', '.join(_WHOLES)}, or torque", f"{amount:g} of {of}"
+                raise UsageError("a budget cannot be that", where="Budget", expected=expected, found=found)
 
     @classmethod
     def parse(cls, text: str, option: str = "--budget") -> Self:
@@ -197,12 +215,8 @@ class Budget:
             return cls.parse(given)
         if isinstance(given, cls):
             return given
-        raise UsageError(
-            "this is no budget",
-            where="budget",
-            expected='a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"',
-            found=in_python(given),
-        )
+        expected = 'a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"'
+        raise UsageError("this is no budget", where="budget", expected=expected, found=in_python(given))
 
     @classmethod
     def of_torques(cls, amounts: Iterable[float]) -> Self:
@@ -236,12 +250,8 @@ class Budget:
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint; a UsageError if there are several, but not one per joint."""
         if len(self.entries) not in (1, count):
-            raise UsageError(
-                "the budget has a wrong number of entries",
-                where=self.option,
-                expected=f"1 or {count}",
-                found=str(len(self.entries)),
-            )
+            what, found = "the budget has a wrong number of entries", str(len(self.entries))
+            raise UsageError(what, where=self.option, expected=f"1 or {count}", found=found)
         return self.entries * count if len(self.entries) == 1 else self.entries
 
     def allowed(self, by: ReferenceTorques) -> FloatArray:
@@ -289,9 +299,68 @@ def _not_understood(entry: str, column: int, option: str) -> UsageError:
     return UsageError(
         "the budget is not understood",
         where=f"{option}, entry {column}",
-        expected="a share of peak torque such as 1%, N m such as 0.5, or the larger of several "
-        f'such as "1% or 10% friction" (or limit, uncertainty); up to {LARGEST:g}; or of the torque\'s norm, '
-        'such as "1% norm at 95% of states"',
+        expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty), the larger of several '
+        f'"1% or 10% friction", all up to {LARGEST:g}; or "1% norm at 95% of states"',
         found=repr(entry.strip()),
         next_step=f"did you mean {likely[0]}?" if likely else None,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class NormMeasure:
+    """Norm of the torque error over norm of the torque, which most states must keep.
+
+    Revolute and prismatic joints have a norm each, as N m and N have no common one; the larger share counts.
+    """
+
+    allowed: float  # share of the norm
+    states: float  # share of the states that must keep it; the others may err by whatever they do
+    torque: FloatArray  # exact, (n, N), N m (N)
+    revolute: NDArray[np.bool_]  # (n,)
+    round_off: float = 0.0  # errors up to this, N m, count as none
+
+    @cached_property
+    def norms(self) -> FloatArray:
+        """Norm of the torque of the revolute joints, and of the prismatic ones, shape (1 or 2, N)."""
+        return self._norms_of(self.torque)
+
+    @cached_property
+    def group(self) -> NDArray[np.intp]:
+        """Which norm each joint belongs to, shape (n,)."""
+        return np.unique(~self.revolute, return_inverse=True)[1]
+
+    @property
+    def exempt(self) -> int:
+        """How many states may break the budget."""
+        count = self.torque.shape[1]
+        return count - kept_states(self.states, count)
+
+    def shares(self, error: FloatArray) -> FloatArray:
+        """Share of the norm at every state, shape (N,); infinite where only an error is."""
+        counting = np.where(np.abs(error) <= self.round_off, 0.0, error)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            each = self._norms_of(counting) / self.norms
+        return np.where(np.isnan(each), 0.0, each).max(axis=0)
+
+    def share(self, error: FloatArray) -> float:
+        """The least share that enough states keep, over the allowed one: kept up to 1."""
+        least = share_at(self.shares(error), self.states)
+        if self.allowed > 0.0:
+            return least / self.allowed
+        return math.inf if least > 0.0 else 0.0
+
+    def _norms_of(self, torque: FloatArray) -> FloatArray:
+        groups = range(int(self.group.max()) + 1)
+        return np.array([np.linalg.norm(torque[self.group == g], axis=0) for g in groups])
+
+
+def kept_states(share: float, count: int) -> int:
+    """How many of so many states a share of them is at least: 95 % of 4000 are 3800."""
+    # 0.95 and products with it are rounded: what is a whole number but for that is that number.
+    return min(math.ceil(round(share * count, 6)), count)
+
+
+def share_at(shares: FloatArray, states: float) -> float:
+    """The least share that such a part of the states keep, of shares (N,) of norms."""
+    last = kept_states(states, len(shares)) - 1
+    return float(np.partition(shares, last)[last])

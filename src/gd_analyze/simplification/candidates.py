@@ -40,23 +40,21 @@ class TooManyTermsError(UsageError):
 class Candidates:
     """What may be dropped: terms, with their numbers in the exact dynamics, and what each takes.
 
-    Of an arm with very many terms the smallest are no candidates and dropped beforehand; they take the share
-    `swept` of the budget together, and `effects` are over what they leave of it.
+    Of very many terms the smallest are no candidates and dropped beforehand.
     """
 
     level: CandidateLevel
     form: ExactForm
     terms: Terms
-    effects: (
-        FloatArray  # torque over the allowed error as it counts, (K, n, N); their sum is the exact torque
-    )
+    # (K, n, N), torque as it counts, over what is left of the allowed error; the sum is the exact torque
+    effects: FloatArray
     costs: Costs
-    parameter: NDArray[np.int64]  # free numbers of a refit, see `level.Numbers`
-    magnitude: FloatArray
-    ratio: FloatArray  # factor of every coefficient where its free number is 1, (K,); 1 at first
+    parameter: NDArray[np.int64]  # (K,), free numbers of a refit, see `level.Numbers`
+    magnitude: FloatArray  # (K,), of the coefficients
+    ratio: FloatArray  # (K,), factor of every coefficient where its free number is 1; 1 at first
     total: int  # how many terms there are
-    swept: float = 0.0
-    weights: FloatArray | None = None  # how much an error counts, (N, n), see `States.weights`
+    swept: float = 0.0  # share of the budget that those dropped beforehand take together
+    weights: FloatArray | None = None  # (N, n), how much an error counts, see `States.weights`
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -81,17 +79,12 @@ def candidates_of(
 ) -> Candidates:
     """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
 
-    Of very many terms the smallest are dropped beforehand until no more than `MANY` are left, as long as they
-    take no more than the share `sweep` of the budget. A TooManyTermsError if far too many would be left, a
-    UsageError if the level has no candidates.
+    Of very many terms the smallest are dropped beforehand until `MANY` are left, as long as they take no more
+    than the share `sweep` of the budget. A TooManyTermsError if far too many would be left.
     """
     if not isinstance(level, CandidateLevel):
-        raise UsageError(
-            f"level {level.name} keeps no terms that could be looked at one by one",
-            where="level",
-            expected="term, energy or element",
-            found=level.name,
-        )
+        what = f"level {level.name} keeps no terms that could be looked at one by one"
+        raise UsageError(what, where="level", expected="term, energy or element", found=level.name)
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
         raise TooManyTermsError(
             f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
@@ -105,18 +98,22 @@ def candidates_of(
     terms, swept = every, 0.0
     if len(every) > MANY:
         terms, swept = _swept(exact, level, every, allowed, sweep)
-    effects = _weighed(_effects(exact, level, terms, len(every)), exact)
-    effects = effects / ((1.0 - swept) * allowed)[:, None]
+    if len(terms) < len(every) or len(every) * exact.states.q.size > _REMEMBERED:
+        effects = level.effects(exact, terms)
+    else:
+        if level.name not in exact.effects:
+            exact.effects[level.name] = level.effects(exact, terms)
+        effects = exact.effects[level.name]
     listed = list(terms)
-    numbers = level.numbers(exact.form, listed)
+    parameter, magnitude = level.numbers(exact.form, listed)
     return Candidates(
         level=level,
         form=exact.form,
         terms=terms,
-        effects=effects,
+        effects=_weighed(effects, exact) / ((1.0 - swept) * allowed)[:, None],
         costs=level.costs(exact.form, listed),
-        parameter=numbers.parameter,
-        magnitude=numbers.magnitude,
+        parameter=parameter,
+        magnitude=magnitude,
         ratio=np.ones(len(listed)),
         total=len(every),
         swept=swept,
@@ -124,22 +121,10 @@ def candidates_of(
     )
 
 
-def _effects(exact: ExactDynamics, level: CandidateLevel, terms: Terms, count: int) -> FloatArray:
-    """Torque of each term; of all `count` terms, where these are not many numbers, it is remembered."""
-    if len(terms) < count or count * exact.states.q.size > _REMEMBERED:
-        return level.effects(exact, terms)
-    if level.name not in exact.effects:
-        exact.effects[level.name] = level.effects(exact, terms)
-    return exact.effects[level.name]
-
-
 def _swept(
     exact: ExactDynamics, level: CandidateLevel, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
-    """Terms left when the smallest have gone, and the largest error over allowed that these make together.
-
-    Where there are very many terms, a few of the states decide which are small.
-    """
+    """Terms left when the smallest have gone, and the error over allowed of those; few states decide."""
     items, n, states = list(every.items()), exact.arm.n_joints, exact.states
     looked_at = _RANKED if np.isinf(sweep) else _GLANCE
     few = states.at(slice(None, None, max(len(items) * n * len(states) // looked_at, 1)))

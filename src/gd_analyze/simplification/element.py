@@ -67,10 +67,7 @@ def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
 
 
 def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[Part, ...]) -> FloatArray:
-    """Torque of every part at every joint and state, N m, shape (P, n, N).
-
-    `quantities` is what `decompose` or `decompose_states` gave for states (N, n), `qdd` their accelerations.
-    """
+    """Torque of every part, N m, (P, n, N), of a decomposition and accelerations (N, n) at its states."""
     count, n = qdd.shape
     out = np.zeros((len(parts), n, count))
     for p, part in enumerate(parts):
@@ -86,19 +83,14 @@ class TracedParts:
 
     trace: Trace
     qdd: Array  # inputs, (n,)
-    quantities: Mapping[
-        str, Array
-    ]  # D, h and c by effect at the one state there is, as a decomposition has them
+    quantities: Mapping[str, Array]  # D, h and c by effect at one state, as a decomposition has them
 
     def expression(self, part: Part) -> object:
         """Expression (or constant) of one part."""
         return part.values(self.quantities)[0]
 
     def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
-        """Expressions of the torques from some parts alone, shape (n,).
-
-        Drive inertia, kg m^2, shape (n,), is added to the diagonal of D; None without drives.
-        """
+        """Expressions of the torques (n,) from some parts alone; drive inertia (n,) is added to D."""
         n = len(self.qdd)
         inertia = np.full((n, n), 0.0, dtype=object)
         h = np.full(n, 0.0, dtype=object)
@@ -136,13 +128,7 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     return TracedParts(trace, qdd[:, 0], states_first)
 
 
-def part_costs(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
-    """Operations by the set of parts that need them, those that put parts into torques included."""
-    shared = blocks(traced.trace, [traced.expression(part) for part in parts])
-    return dict(Counter(shared) + Counter(assembly(traced, parts, drives)))
-
-
-def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
+def _blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
     """Operations, sines and cosines too, by the set of parts that need them, given each part's expression."""
     above: dict[int, int] = defaultdict(int)
     for p, expression in enumerate(outputs):
@@ -158,18 +144,15 @@ def blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
                 above[argument.order] |= parts
         if node.operation not in ("input", "negative"):
             weights[parts] += 1
-    return {
-        frozenset(p for p in range(len(outputs)) if parts >> p & 1): weight
-        for parts, weight in weights.items()
-    }
+    count = range(len(outputs))
+    return {frozenset(p for p in count if parts >> p & 1): weight for parts, weight in weights.items()}
 
 
-def assembly(traced: TracedParts, parts: tuple[Part, ...], drives: bool) -> dict[frozenset[int], int]:
-    """Operations that put the parts into the torques, by the set of parts that need them.
+def _assembly(traced: TracedParts, parts: Sequence[Part], drives: bool) -> dict[frozenset[int], int]:
+    """Operations that put parts into torques, by the set of parts that need them.
 
-    One addition per part and joint, less one that every joint saves at its first term; an element of D is
-    multiplied by an acceleration once for both of its effects and added to each joint once. Constants are
-    summed beforehand. A drive's inertia stands on the diagonal already, product and all.
+    An element of D is multiplied by an acceleration and added once for both of its effects. Constants are
+    summed beforehand; a drive's inertia stands on the diagonal already, product and all.
     """
     costs: dict[frozenset[int], int] = {}
     effects: dict[Element, list[int]] = {}
@@ -210,8 +193,10 @@ class ElementLevel(CandidateLevel):
         return torque_by_part(exact.quantities, exact.states.qdd, tuple(terms))
 
     def costs(self, form: ExactForm, terms: Sequence[Part]) -> Costs:
-        """Operations as traced."""
-        return part_costs(trace_parts(form.arm), tuple(terms), form.drives)
+        """Operations as traced, those that put parts into torques included."""
+        traced = trace_parts(form.arm)
+        shared = _blocks(traced.trace, [traced.expression(part) for part in terms])
+        return dict(Counter(shared) + Counter(_assembly(traced, terms, form.drives)))
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Take what the parts need of the trace; there is only this way."""
@@ -231,11 +216,9 @@ class ElementLevel(CandidateLevel):
         """Find the part of that label."""
         parts = {part.label: part for part in parts_of(form.arm.n_joints)}
         if entry.part not in parts:
-            labels = list(parts)
-            raise ModelError(
-                f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm",
-                expected=f"labels such as {labels[0]!r} or {labels[-1]!r}",
-            )
+            first, *_, last = parts
+            what = f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm"
+            raise ModelError(what, expected=f"labels such as {first!r} or {last!r}")
         return parts[entry.part], 1.0
 
 

@@ -1,14 +1,11 @@
 """The order in which candidates go, the least missed first, and what is lost on the way.
 
-Squared torque error is a quadratic form in what is kept, so one Gram matrix shows, whatever the number of
-states, which candidate will be missed least: the one that adds the least squared error for every operation it
-saves, beside all that went before it and after what remains has been refitted, if that is wanted. The order
-is a guess of what a budget in largest errors wants; the budget itself is checked on every state.
+Squared torque error is a quadratic form in what is kept, so one Gram matrix shows which candidate adds the
+least for every operation it saves. Largest errors, in which budgets are, are checked on every state.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +14,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.effort import Work
+from gd_analyze.simplification.level import Costs
 
 # A refit of P numbers takes some P^3 multiplications; after so many candidates have gone that it comes to
 # this for each, the next is due.
@@ -29,14 +27,11 @@ _LEAST_SAVING = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """Candidates in the order they go, and factors of all coefficients with the first k dropped, (K + 1, K).
-
-    Factors are 1 without refit.
-    """
+    """Candidates in the order they go."""
 
     candidates: Candidates
     order: tuple[int, ...]
-    scales: FloatArray
+    scales: FloatArray  # (K + 1, K), factors of all coefficients with the first k dropped; 1 without refit
 
     def kept(self, dropped: int) -> NDArray[np.bool_]:
         """Which candidates remain when the first ones are dropped, shape (K,)."""
@@ -80,10 +75,10 @@ def eliminate(
     last: Kept | None = None,
     work: Work | None = None,
 ) -> Elimination:
-    """Order candidates for elimination by the error that each adds, with `by_cost` for every operation saved.
+    """Order candidates by the error that each adds, with `by_cost` for every operation saved.
 
-    With `refit` the coefficients of what remains are fitted after every step, or after some where they are
-    many; `work` notes that, and is never exceeded by much. `last` (K,) go when all others have gone.
+    With `refit` what remains is fitted after every step, or after some where numbers are many. `last` (K,) go
+    when all others have gone.
     """
     flat = candidates.flat
     gram = flat @ flat.T
@@ -127,9 +122,8 @@ class _LeastSquares:
         _, self._place = np.unique(candidates.parameter, return_inverse=True)
         self._gram, self._ratio = gram, candidates.ratio.copy()
         self._order = np.argsort(self._place, kind="stable")
-        self._first = np.searchsorted(
-            self._place[self._order], np.arange(int(self._place.max(initial=-1)) + 1)
-        )
+        numbers = np.arange(int(self._place.max(initial=-1)) + 1)
+        self._first = np.searchsorted(self._place[self._order], numbers)
         self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
         # What is left of a number where its candidates cancel is round-off of what they are.
@@ -172,22 +166,21 @@ class _LeastSquares:
 class _Savings:
     """Operations that dropping each candidate saves, beside what has gone already."""
 
-    def __init__(self, costs: Mapping[frozenset[int], int], count: int) -> None:
-        self._blocks = [(set(members), operations) for members, operations in costs.items()]
-        self._of: list[list[int]] = [[] for _ in range(count)]
-        for b, (members, _) in enumerate(self._blocks):
-            for k in members:
-                self._of[k].append(b)
+    def __init__(self, costs: Costs, count: int) -> None:
         self.now = np.zeros(count)
-        for members, operations in self._blocks:
-            self._credit(members, operations)
+        self._blocks: list[list[tuple[set[int], int]]] = [[] for _ in range(count)]
+        for members, operations in costs.items():
+            block = set(members), operations
+            for k in members:
+                self._blocks[k].append(block)
+            self._credit(*block)
 
     def _credit(self, members: set[int], operations: int) -> None:
         if len(members) == 1:
-            self.now[next(iter(members))] += operations
+            (k,) = members
+            self.now[k] += operations
 
     def drop(self, k: int) -> None:
-        for b in self._of[k]:
-            members, operations = self._blocks[b]
+        for members, operations in self._blocks[k]:
             members.discard(k)
             self._credit(members, operations)

@@ -20,9 +20,9 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import ErrorTable, share_of
+from gd_analyze.simplification.budget import NormShare
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, omissions
 from gd_analyze.simplification.recursive import RecursiveLevel
@@ -45,10 +45,8 @@ class Evaluation:
     norms: tuple[NormShare, ...]
 
     def __repr__(self) -> str:
-        worst = self.errors.worst
-        error = (
-            f"{percent(float(self.errors.largest_share[worst]))} of the peak torque here (joint {worst + 1})"
-        )
+        worst, share = self.errors.worst, percent(float(self.errors.largest_share.max()))
+        error = f"{share} of the peak torque here (joint {worst + 1})"
         return f"Evaluation({self.dynamics.states!r}, largest error {error})"
 
     def _repr_html_(self) -> str:
@@ -68,8 +66,7 @@ class Evaluation:
 
     def keeps(self, asked: NormShare) -> bool:
         """Whether the share of the norm that the model's budget asks for is kept here."""
-        found = next(norm.share for norm in self.norms if isclose(norm.states, asked.states))
-        return found <= asked.share
+        return any(n.share <= asked.share for n in self.norms if isclose(n.states, asked.states))
 
 
 def evaluate(
@@ -101,7 +98,11 @@ def evaluate(
     held = model.arm if arm is None else arm
     require_arm(model, held)
     if not isinstance(given, States | Trajectory | str | Path | Sequence):
-        _require_same(model, held, given)
+        require_dataset(given)
+        for name, value in {"arm_fingerprint": fingerprint(held), "drives": int(model.drives)}.items():
+            if given.attrs[name] != value:
+                what = "the decomposition is of another arm, or differs from the model in its drives"
+                raise ModelError(what, where=name, expected=str(value), found=str(given.attrs[name]))
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: it says best what is wrong with states of another arm
     torque = model.torque(*exact.states.arrays)
@@ -112,25 +113,9 @@ def evaluate(
 def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
     """Refuse, with a ModelError, an arm of another number of joints than the model."""
     if held.n_joints != model.arm.n_joints:
-        raise ModelError(
-            f"the model is not of arm {held.name}",
-            where="arm",
-            expected=f"{model.arm.n_joints} joints, as {model.arm.name} has",
-            found=f"{held.n_joints} joints",
-        )
-
-
-def _require_same(model: SimplifiedModel, arm: RobotArm, dataset: xr.Dataset) -> None:
-    require_dataset(dataset)
-    stated = {"arm_fingerprint": fingerprint(arm), "drives": int(model.drives)}
-    for name, value in stated.items():
-        if dataset.attrs[name] != value:
-            raise ModelError(
-                "the decomposition is of another arm, or differs from the model in its drives",
-                where=name,
-                expected=str(value),
-                found=str(dataset.attrs[name]),
-            )
+        expected = f"{model.arm.n_joints} joints, as {model.arm.name} has"
+        found = f"{held.n_joints} joints"
+        raise ModelError(f"the model is not of arm {held.name}", where="arm", expected=expected, found=found)
 
 
 def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
@@ -147,11 +132,9 @@ def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
 class PayloadEffect:
     """Effect of a point mass at the end effector (the last frame's origin) on a model over some states."""
 
-    # Largest torque that the mass needs at each joint, N m per kg (N per kg), shape (n,)
-    torque_per_kg: FloatArray
-    # Largest mass, kg, for which each joint's error stays within the model's budget, shape (n,): 0 where it
-    # is beyond the budget without any, infinite where no mass acts on the joint, and everywhere where the
-    # budget is of the norm
+    torque_per_kg: FloatArray  # largest torque that the mass needs, (n,), N m per kg (N per kg)
+    # Largest mass, kg, (n,), for which each joint's error stays within the budget: 0 where it is beyond
+    # without any, infinite where no mass acts on the joint or the budget is of the norm.
     mass_within_budget: FloatArray
 
     @property
@@ -205,25 +188,29 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
 
 @dataclass(frozen=True)
 class Loss:
-    """One part or step left out: its largest torque alone, N m, where that weighs most, and share of peak.
-
-    Joints count from 1; the share is infinite where the joint has no torque.
-    """
+    """One part or step left out, and the torque that it makes alone at the joint where that weighs most."""
 
     part: str
-    torque_peak: float
-    torque_joint: int
-    torque_share: float
+    torque_peak: float  # N m
+    torque_joint: int  # from 1
+    torque_share: float  # of the peak torque there; infinite where the joint has none
 
 
 def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     """Rank what a model left out by the torque that each makes alone at given states, the largest first.
 
-    Of parts of elements by the share of peak torque, of a recursion by that of the allowed error. At other
-    levels single terms are dropped, see `rank_terms`, and there is nothing to list.
+    Parts of elements go by the share of peak torque, steps of a recursion by that of the allowed error. At
+    other levels single terms are dropped, see `rank_terms`, and there is nothing to list.
     """
     if isinstance(model.level, RecursiveLevel):
-        return _losses_of_recursion(model, exact.states)
+        plain, multiples, rows = Plain(), [], []
+        for one in omissions(model.form, model.terms, exact.states):
+            multiple = share_of(one.torque, model.accuracy.allowed)
+            joint = int(multiple.argmax())
+            multiples.append(float(multiple[joint]))
+            label = f"{first_terms(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
+            rows.append(Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint])))
+        return tuple(rows[k] for k in np.argsort([-multiple for multiple in multiples], kind="stable"))
     if not isinstance(model.level, ElementLevel):
         return ()
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
@@ -233,20 +220,8 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
         torque = np.abs(torque_by_part(some.quantities, some.states.qdd, parts))
         np.maximum(largest, torque.max(axis=2, initial=0.0), out=largest)
     shares = share_of(largest, exact.peak_torque)
-    joints = shares.argmax(axis=1)
     rows = [
         Loss(part.label, float(largest[p, joint]), int(joint) + 1, float(shares[p, joint]))
-        for p, (part, joint) in enumerate(zip(parts, joints, strict=True))
+        for p, (part, joint) in enumerate(zip(parts, shares.argmax(axis=1), strict=True))
     ]
     return tuple(sorted(rows, key=lambda loss: -loss.torque_share))
-
-
-def _losses_of_recursion(model: SimplifiedModel, states: States) -> tuple[Loss, ...]:
-    plain, out = Plain(), []
-    for one in omissions(model.form, model.terms, states):
-        multiples = share_of(one.torque, model.accuracy.allowed)
-        joint = int(multiples.argmax())
-        label = f"{first_terms(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
-        lost = Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint]))
-        out.append((float(multiples[joint]), lost))
-    return tuple(lost for _, lost in sorted(out, key=lambda pair: -pair[0]))

@@ -24,9 +24,15 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
-from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.budget import (
+    USUAL_STATES,
+    Budget,
+    NormMeasure,
+    NormShare,
+    ReferenceTorques,
+    share_at,
+)
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.measures import USUAL_STATES, NormMeasure, NormShare, share_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,14 +101,11 @@ MOST_STATES = 5000
 
 @dataclass(frozen=True, eq=False)
 class ExactDynamics:
-    """An arm's exact dynamics at given states.
-
-    `decomposed` is what `decompose` gave for these states, where it is at hand.
-    """
+    """An arm's exact dynamics at given states."""
 
     form: ExactForm
     states: States
-    decomposed: Mapping[Any, Any] | None = None
+    decomposed: Mapping[Any, Any] | None = None  # what `decompose` gave for these states, where at hand
 
     def __repr__(self) -> str:
         return f"ExactDynamics({self.form!r}, {self.states!r})"
@@ -155,7 +158,7 @@ class ExactDynamics:
 
     @cached_property
     def peak_torque(self) -> FloatArray:
-        """Largest magnitude of every joint's torque, shape (n,)."""
+        """Largest magnitude of every joint's torque, N m, shape (n,)."""
         return peak_magnitude(self.torque, self._explained)
 
     @cached_property
@@ -204,10 +207,9 @@ class ExactDynamics:
         return tuple(NormShare(share_at(shares, part), part) for part in states)
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
-        """Weigh errors on each of several motions as a budget relative to that motion asks.
+        """Let an error count twice on one of several motions where the budget allows it half of what it does.
 
-        Where it allows half of what it does over all of them, an error counts twice. One motion is as it is,
-        and so is what another budget was set before.
+        One motion is as it is, and so are errors that are weighed already.
         """
         states, budget = self.states, Budget.of(budget)
         if not states.motions or states.weights is not None:
@@ -241,23 +243,17 @@ class ExactDynamics:
 
     def held(self, accuracy: Accuracy, torque: FloatArray) -> Accuracy:
         """State the error of a model of this torque, N m, shape (N, n), over all and along each motion."""
-        weights = self.states.weights
-        motions = tuple(
-            AlongMotion(
-                motion.name,
-                motion.fingerprint,
-                motion.n_set_points,
-                accuracy.allowed / (1.0 if weights is None else weights[motion.first]),
-                alone.errors_of(torque[motion.rows]),
-                alone.uncertainty,
-            )
-            for motion, alone in self.by_motion.items()
-        )
+        weights, motions = self.states.weights, []
+        for motion, alone in self.by_motion.items():
+            allowed = accuracy.allowed / (1.0 if weights is None else weights[motion.first])
+            errors = alone.errors_of(torque[motion.rows])
+            stated = (motion.name, motion.fingerprint, motion.n_set_points)
+            motions.append(AlongMotion(*stated, allowed, errors, alone.uncertainty))
         return replace(
             accuracy,
             errors=self.errors_of(torque),
             uncertainty=self.uncertainty,
-            motions=motions,
+            motions=tuple(motions),
             norms=self.norms_of(torque, accuracy.asked.norm),
         )
 
@@ -269,13 +265,9 @@ def _taken(arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: boo
     if isinstance(given, States):
         return ExactDynamics(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
     require_dataset(given)
-    described = {
-        "trajectory": given.attrs["trajectory"],
-        "trajectory_fingerprint": given.attrs["trajectory_fingerprint"],
-        "set_points": given.sizes["time"],
-    }
-    motions = motions_in(given)
-    if motions:
+    described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
+    described["set_points"] = given.sizes["time"]
+    if motions := motions_in(given):
         described["motions"] = listed(motions)
     q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
     states = states_for(arm, States(q, qd, qdd, described, motions))
@@ -295,10 +287,7 @@ def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> 
 def warn_without_torque(exact: ExactDynamics) -> None:
     """Warn where no joint needs any torque: shares of torque then say nothing."""
     if not exact.needs_torque:
-        largest = float(np.abs(exact.torque).max())
-        warnings.warn(
-            f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest:.1e} N m): there is "
-            "nothing to rank, and a model of no operations is exact",
-            GdAnalyzeWarning,
-            stacklevel=3,
-        )
+        largest = f"{float(np.abs(exact.torque).max()):.1e} N m"
+        text = f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest}): there is "
+        text += "nothing to rank, and a model of no operations is exact"
+        warnings.warn(text, GdAnalyzeWarning, stacklevel=3)

@@ -31,12 +31,10 @@ from gd_analyze.simplification.torque_program import torque_program
 _OUTER_JOINTS = 4
 # Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
 # thousands, and any model of them takes more operations than its recursion.
-MOST_TERMS = 2000
-# Joints up to which identifying the exact form takes no more than a second.
-MOST_JOINTS = 8
-# Joints up to which sums of terms may take fewer operations than the recursion: terms grow with the fourth
-# power of the joints and more, the recursion's operations with the first.
-_FEW_JOINTS = 4
+_MOST_TERMS = 2000
+# Joints up to which identifying the exact form takes a second, and sums of terms may take fewer operations
+# than the recursion: terms grow with the fourth power of the joints, its operations with the first.
+_MOST_JOINTS, _FEW_JOINTS = 8, 4
 # Of so many terms at most it is looked for what they share: half a second.
 _SHARED = Effort(250)
 # Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
@@ -81,12 +79,26 @@ class ExactForm:
     @cached_property
     def program(self) -> Program:
         """Its torque in the fewest operations known; a second or two, and kept for the next run."""
-        key = ["exact", describe_in_full(self.arm), self.drives]
+
+        def shortest() -> list[Program]:
+            ways = [self.recursion.program]
+            if self.arm.n_joints <= _FEW_JOINTS:
+                ways += [torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)]
+            return [rewritten(min(ways, key=lambda way: way.count.total))]
 
         def are_right(programs: Sequence[Program]) -> bool:
-            return len(programs) == 1 and _is_exact(self, *programs)
+            return len(programs) == 1 and self._is_given_by(*programs)
 
-        return kept_programs(Task.of(key, self.arm.n_joints, lambda: [_shortest(self)], are_right))[0]
+        key = ["exact", describe_in_full(self.arm), self.drives]
+        return kept_programs(Task.of(key, self.arm.n_joints, shortest, are_right))[0]
+
+    def _is_given_by(self, program: Program) -> bool:
+        """Whether a program gives the torque at some states, within what roundings explain."""
+        states = some_states(self.arm.n_joints)
+        exact = torque_of(self.arm, states, drives=self.drives)
+        bound = _REWRITTEN * round_off_bounds(self.arm, *states.arrays)["torque"]
+        error = np.abs(program.run(inputs_of(states)).T - exact).max()
+        return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
 
     @cached_property
     def recursion(self) -> Recursion:
@@ -111,51 +123,25 @@ class ExactForm:
         return self.program.count
 
 
-def _shortest(form: ExactForm) -> Program:
-    ways = [form.recursion.program]
-    if form.arm.n_joints <= _FEW_JOINTS:
-        ways += [torque_program(form.velocities, form.torques, effort) for effort in (ROUGH, _SHARED)]
-    return rewritten(min(ways, key=lambda way: way.count.total))
-
-
-def _is_exact(form: ExactForm, program: Program) -> bool:
-    """Whether a program gives the torque at some states, within what roundings explain."""
-    states = some_states(form.arm.n_joints)
-    exact = torque_of(form.arm, states, drives=form.drives)
-    bound = _REWRITTEN * round_off_bounds(form.arm, *states.arrays)["torque"]
-    error = np.abs(program.run(inputs_of(states)).T - exact).max()
-    return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
-
-
 def too_many_terms(form: ExactForm) -> str:
     """What exact equations have too many of to choose terms from them: "9 joints"; "" if nothing."""
     n = form.arm.n_joints
-    if n > MOST_JOINTS:
+    if n > _MOST_JOINTS:
         return f"{n} joints"
-    return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
+    return f"more than {_MOST_TERMS} torque terms" if has_more_terms(form, _MOST_TERMS) else ""
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms.
 
-    What the outer joints alone move among themselves, the joints before them at rest, is part of the whole
-    torque, term by term: where that are more already, the time for all others is saved.
+    What the outer joints move among themselves, on a base at rest without gravity, is part of the whole, term
+    by term: where that is more already, the time for all others is saved.
     """
     if "torques" in vars(form):
         return len(form.torques) > most
-    n = form.arm.n_joints
-    outer = (ExactForm(_outer(form.arm, count)) for count in range(_OUTER_JOINTS, n))
-    return any(len(each.torques) > most for each in outer) or len(form.torques) > most
-
-
-def _outer(arm: RobotArm, count: int) -> RobotArm:
-    """The last joints of an arm, on a base without gravity."""
-    return replace(
-        arm,
-        joints=arm.joints[-count:],
-        links=arm.links[-count:],
-        gravity=np.zeros(3),
-        drives=(),
-        dh_table=(),
-        convention="",
+    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="")
+    outer = (
+        ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
+        for count in range(_OUTER_JOINTS, arm.n_joints)
     )
+    return any(len(each.torques) > most for each in outer) or len(form.torques) > most

@@ -1,4 +1,4 @@
-"""What the levels of harmonic terms share: values of terms at states, their price, their form in files."""
+"""Levels "term" and "energy": harmonic terms of the torques, or of the energies from which they follow."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
 from functools import reduce
+from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
-from gd_analyze.harmonics.lagrangian import gathered
+from gd_analyze.harmonics.lagrangian import gathered, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
@@ -25,17 +26,15 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.simplification.level import CandidateLevel, Costs, Terms
+from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
 from gd_analyze.simplification.torque_program import TorqueVariables, torque_program, torque_programs
 
 # Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
 _EQUAL = 1e-9
-
 # What terms share is looked for from the start where more than this share of them is new.
 _FEW = 0.1
-
 # Kind, how often every joint goes into the argument, exponent.
-FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
+_FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
 
 class HarmonicLevel(CandidateLevel):
@@ -66,7 +65,7 @@ class HarmonicLevel(CandidateLevel):
         return np.stack(form.velocities.joint_rows(rows), axis=1)
 
     def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        """Operations by the set of terms that need them: a guess at what factoring will find.
+        """Guess what factoring will find.
 
         A torque term takes its coefficient and its sum; equal products of sines and cosines are formed once,
         and velocities multiply the sum of all terms behind them.
@@ -92,9 +91,17 @@ class HarmonicLevel(CandidateLevel):
         return torque_program(form.velocities, self.torques(form, terms), effort)
 
     def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write each from the one before, as long as torque terms join and none changes."""
+        """Write each from the one before, as long as torque terms join, not many, and none changes."""
+        chains: list[list[Torques]] = []
+        for terms in (self.torques(form, step) for step in steps):
+            before = chains[-1][-1] if chains else {}
+            few = len(terms) - len(before) <= _FEW * len(terms)
+            if chains and few and all(terms.get(term) == weight for term, weight in before.items()):
+                chains[-1].append(terms)
+            else:
+                chains.append([terms])
         programs: list[Program] = []
-        for chain in _chains([self.torques(form, terms) for terms in steps]):
+        for chain in chains:
             written = torque_programs(form.velocities, chain, most)
             programs += written
             if len(written) < len(chain):
@@ -110,20 +117,103 @@ class HarmonicLevel(CandidateLevel):
         return torque_legend(form.velocities, self.torques(form, terms))
 
 
-def _chains(steps: Sequence[Torques]) -> list[list[Torques]]:
-    """Part steps into such that only add terms, and not many, to those before."""
-    chains: list[list[Torques]] = []
-    for terms in steps:
-        before = chains[-1][-1] if chains else {}
-        few = len(terms) - len(before) <= _FEW * len(terms)
-        if chains and few and all(terms.get(term) == weight for term, weight in before.items()):
-            chains[-1].append(terms)
-        else:
-            chains.append([terms])
-    return chains
+class _TorqueEntry(Checked):
+    row: int
+    velocities: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
+    factors: list[_FactorEntry]
+    weight: Coefficient
 
 
-def numbered(energies: Energies) -> dict[EnergyTerm, int]:
+class TermLevel(HarmonicLevel):
+    """Terms of tau' in absolute velocities."""
+
+    name: ClassVar[str] = "term"
+    keeps: ClassVar[str] = "torque terms"
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
+
+    def terms(self, form: ExactForm) -> Torques:
+        """Every torque term and its weight."""
+        return form.torques
+
+    def source(self, form: ExactForm, term: TorqueTerm) -> Torques:
+        """Nothing but the term."""
+        return {term: 1.0}
+
+    def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
+        """Number terms that one energy's coefficient makes alike; one made by several is on its own."""
+        made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
+        for energy, number in _numbered(form.energies).items():
+            for term in torques_of(energy, form.velocities):
+                made_by[term][number] = abs(form.energies[energy])
+        alone = enumerate(form.torques.items(), start=len(form.energies))
+        numbers = {term: (number, abs(weight)) for number, (term, weight) in alone}
+        numbers |= {term: next(iter(by.items())) for term, by in made_by.items() if len(by) == 1}
+        parameter, magnitude = np.array([numbers[term] for term in terms]).reshape(-1, 2).T
+        return parameter.astype(int), magnitude
+
+    def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
+        """Write row, velocities, factors and weight."""
+        factors = _factor_entries(term.monomial)
+        return _TorqueEntry(row=term.row, velocities=list(term.velocities), factors=factors, weight=weight)
+
+    def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
+        """Read it back, in absolute velocities that the arm has."""
+        velocities = tuple(Velocity(*velocity) for velocity in entry.velocities)
+        term = TorqueTerm(entry.row, velocities, _monomial_of(form.arm, entry.factors))
+        joints = range(form.arm.n_joints)
+        pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
+        known = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
+        if term.row not in joints or velocities not in known:
+            raise ModelError(f"{term} is no term of the arm's equations")
+        return term, entry.weight
+
+
+class _EnergyEntry(Checked):
+    i: int
+    j: int
+    factors: list[_FactorEntry]
+    coefficient: Coefficient
+
+
+class EnergyLevel(HarmonicLevel):
+    """Terms of D' in absolute velocities and of the potential: the model is a mechanical system itself."""
+
+    name: ClassVar[str] = "energy"
+    keeps: ClassVar[str] = "energy terms"
+    is_mechanical: ClassVar[bool] = True
+    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_EnergyEntry])
+
+    def terms(self, form: ExactForm) -> Energies:
+        """Every term of the energies and its coefficient."""
+        return form.energies
+
+    def source(self, form: ExactForm, term: EnergyTerm) -> Torques:
+        """Apply Lagrange's equations."""
+        return torques_of(term, form.velocities)
+
+    def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
+        """Number coefficients that are alike the same."""
+        number = _numbered(form.energies)
+        magnitudes = [abs(form.energies[term]) for term in terms]
+        return np.array([number[term] for term in terms], dtype=int), np.array(magnitudes)
+
+    def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
+        """Write element, factors and coefficient."""
+        return _EnergyEntry(i=term.i, j=term.j, factors=_factor_entries(term.monomial), coefficient=weight)
+
+    def from_entry(self, form: ExactForm, entry: _EnergyEntry) -> tuple[EnergyTerm, float]:
+        """Read it back, of an element that the arm has."""
+        term = EnergyTerm(entry.i, entry.j, _monomial_of(form.arm, entry.factors))
+        if not (term.i == term.j == -1 or 0 <= term.i <= term.j < form.arm.n_joints):
+            raise ModelError(f"{term} is no term of the arm's equations")
+        return term, entry.coefficient
+
+
+TERM: TermLevel = TermLevel()
+ENERGY: EnergyLevel = EnergyLevel()
+
+
+def _numbered(energies: Energies) -> dict[EnergyTerm, int]:
     """Number every coefficient, those alike but for their sign and powers of two the same."""
     equal = Magnitudes(_EQUAL)
     half = equal(0.5)
@@ -133,12 +223,11 @@ def numbered(energies: Energies) -> dict[EnergyTerm, int]:
     return dict(zip(energies, number.tolist(), strict=True))
 
 
-def factor_entries(monomial: Monomial) -> list[FactorEntry]:
-    """Write a monomial for a model file."""
+def _factor_entries(monomial: Monomial) -> list[_FactorEntry]:
     return [(f.kind, list(f.multiples), monomial.count(f)) for f in dict.fromkeys(monomial)]
 
 
-def monomial_of(arm: RobotArm, entries: Sequence[FactorEntry]) -> Monomial:
+def _monomial_of(arm: RobotArm, entries: Sequence[_FactorEntry]) -> Monomial:
     """Read a monomial back; a ModelError where no arm of this make has it."""
     monomial = sorted(Factor(kind, tuple(m)) for kind, m, exponent in entries for _ in range(exponent))
     for factor in monomial:

@@ -1,9 +1,6 @@
 """What a level of simplification is: how far the dynamics are split before something is left out.
 
-A level writes programs, reads and writes its terms in files, and shows them as equations. Most split the
-dynamics into candidates, see `CandidateLevel`; another simplifies steps of a program. Search, models,
-certificates and reports ask the level and know none by name. A new level is one file and a line in
-`gd_analyze.text.LEVEL_NAMES`.
+Search, models, certificates and reports ask the level and know none by name.
 """
 
 from __future__ import annotations
@@ -13,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from gd_analyze.arrays import FloatArray
@@ -30,27 +28,17 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, numbered in their order, that need them.
 Costs = Mapping[frozenset[int], int]
-
-
-class Numbers(NamedTuple):
-    """Free numbers of a refit: which one scales each term, and the magnitude of its coefficient, shape (K,).
-
-    Terms whose coefficients are equal, opposite or a power of two apart share one, so that what they share in
-    arithmetic stays shared.
-    """
-
-    parameter: np.ndarray
-    magnitude: FloatArray
+# Free numbers of a refit: which one scales each term, and the magnitude of its coefficient, both (K,). Terms
+# whose coefficients are alike but for sign and powers of two share one, so that arithmetic stays shared.
+Numbers = tuple[NDArray[np.int64], FloatArray]
+# What a term is multiplied by.
+Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
 
 class Checked(BaseModel):
     """What a model file states: nothing unknown is in it, and no infinite number."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-
-# What a term is multiplied by.
-Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
 
 class Level(ABC):
@@ -78,10 +66,7 @@ class Level(ABC):
         """Write the torque that terms make as a program."""
 
     def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write programs of few operations for terms that become more and more.
-
-        It ends before the first that takes more than `most` operations: so do those of still more terms.
-        """
+        """Write programs of terms that become more, up to the first of more than `most` operations."""
         programs: list[Program] = []
         for terms in steps:
             program = self.write(form, terms, THOROUGH)
@@ -94,13 +79,13 @@ class Level(ABC):
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the joints' torques, as a person would write them."""
 
-    def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
-        """How many terms or simplified steps a model has, and of how many."""
-        return len(terms), len(self.terms(form))
-
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Meaning of the names in them: by default all are the founding text's."""
         return Legend((), (), ())
+
+    def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
+        """How many terms or simplified steps a model has, and of how many."""
+        return len(terms), len(self.terms(form))
 
     @abstractmethod
     def to_entry(self, term: Any, weight: float) -> Checked:
@@ -115,7 +100,7 @@ class Level(ABC):
         return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
-        """Read terms back; an error where no arm of this make has one of them, or one is stated twice."""
+        """Read terms back; a ModelError where one is stated twice, or none of the arm's."""
         stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
         terms = dict(stated)
         if len(terms) < len(stated):
@@ -148,7 +133,7 @@ class CandidateLevel(Level):
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit: by default every term has its own."""
-        return Numbers(np.arange(len(terms)), np.ones(len(terms)))
+        return np.arange(len(terms)), np.ones(len(terms))
 
 
 class Found(NamedTuple):

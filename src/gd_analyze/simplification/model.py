@@ -32,8 +32,7 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
     columns = []
     for j in range(n):
         column = derivative(program, {f"qdd{j + 1}": 1.0}, still)
-        of = column.folded(trace, {})
-        columns.append([of(output) for output in column.outputs])
+        columns.append([*map(column.folded(trace, {}), column.outputs)])
     places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i, j in places])
 
@@ -43,8 +42,8 @@ def coriolis_centrifugal_program(program: Program, n: int) -> Program:
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     twice = derivative(program, along, _zeros(n, "qdd"))
     trace = Trace()
-    of = twice.folded(trace, {})
-    return Program.of(trace, [trace.multiply(0.5, of(output)) for output in twice.outputs])
+    halves = (trace.multiply(0.5, x) for x in map(twice.folded(trace, {}), twice.outputs))
+    return Program.of(trace, list(halves))
 
 
 def gravity_loading_program(program: Program, n: int) -> Program:
@@ -111,10 +110,8 @@ class SimplifiedModel:
         errors = self.accuracy.errors
         columns = np.array([errors.peak_torque, self.accuracy.allowed, errors.largest, errors.rms])
         rows = [
-            [joint_name(i, joint.name), *(amount(value, joint.effort_unit) for value in values)]
-            for i, (joint, values) in enumerate(
-                zip(self.arm.joints, columns.T.tolist(), strict=True), start=1
-            )
+            [joint_name(i + 1, joint.name), *(amount(x, joint.effort_unit) for x in columns[:, i].tolist())]
+            for i, joint in enumerate(self.arm.joints)
         ]
         printer = Plain()
         formulas = self.formulas if len(self.terms) <= _MOST_SHOWN else ()
@@ -222,17 +219,12 @@ class SimplifiedModel:
         return gravity_loading_program(self.program, self.arm.n_joints)
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
-        n = self.arm.n_joints
-        names = ("q", "qd", "qdd")[: len(states)]
+        names, n = ("q", "qd", "qdd")[: len(states)], self.arm.n_joints
         arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
         for name, array in zip(names, arrays, strict=True):
             if array.shape[-1:] != (n,):
-                raise ModelError(
-                    f"{name} does not fit the model of {self.arm.name}",
-                    where=name,
-                    expected=f"shape (..., {n})",
-                    found=str(array.shape),
-                )
+                what, expected = f"{name} does not fit the model of {self.arm.name}", f"shape (..., {n})"
+                raise ModelError(what, where=name, expected=expected, found=str(array.shape))
             require_possible(array, name, ModelError)
         try:
             arrays = list(np.broadcast_arrays(*arrays))
@@ -243,12 +235,13 @@ class SimplifiedModel:
                 expected="leading axes that are alike, or of length 1",
                 found=", ".join(f"shape {array.shape}" for array in arrays),
             ) from None
-        leading = arrays[0].shape[:-1]
-        inputs: dict[str, FloatArray] = {}
-        for name, array in zip(names, arrays, strict=True):
-            inputs |= {f"{name}{i + 1}": row for i, row in enumerate(set_points_last(array))}
+        inputs = {
+            f"{name}{i + 1}": row
+            for name, array in zip(names, arrays, strict=True)
+            for i, row in enumerate(set_points_last(array))
+        }
         values = program.run(inputs)
-        return np.ascontiguousarray(values.T).reshape(*leading, len(values))
+        return np.ascontiguousarray(values.T).reshape(*arrays[0].shape[:-1], len(values))
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
@@ -263,20 +256,14 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
 
 def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
     """Keep everything, in the fewest operations known."""
-    form = exact.form
+    form, errors = exact.form, exact.errors_of(exact.torque)
     model = SimplifiedModel(
         level=level,
         form=form,
         terms=level.terms(form),
         program=form.program,
         operations_full=form.operations,
-        accuracy=Accuracy(
-            allowed,
-            budget,
-            exact.errors_of(exact.torque),
-            exact.states.described,
-            uncertainty=exact.uncertainty,
-        ),
+        accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
     )
     return measured(exact, model)
 

@@ -17,10 +17,10 @@ from gd_analyze.operations.program import OperationCount, read_back, written
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
+from gd_analyze.simplification.budget import NormShare
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
-from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_checks import (
     measured_where_possible,
@@ -66,7 +66,7 @@ class _Unnamed(Checked):
 
 _FittedOn = _SetPoints | _Drawn | _Unnamed
 _FITTED_ON: TypeAdapter[_FittedOn] = TypeAdapter(_FittedOn)
-# Share of the states, and the share of the norm that they keep: None where only an error is, and no torque.
+# Share of the states, and of the norm that they keep: None where only an error is, and no torque.
 _Norm = tuple[Annotated[float, Field(gt=0.0, le=1.0)], Annotated[float, Field(ge=0.0)] | None]
 
 
@@ -78,7 +78,7 @@ class _AlongMotion(Checked):
 
 
 class ModelDocument(Checked):
-    """The whole file; `terms` are as the level's own entry says."""
+    """The whole file."""
 
     format: Literal["gd-analyze simplified model"]
     version: Literal[3]
@@ -99,7 +99,7 @@ class ModelDocument(Checked):
     operations_full: OperationCount
     arm_fingerprint: str
     arm: dict[str, Any]
-    terms: list[dict[str, Any]]
+    terms: list[dict[str, Any]]  # as the level's own entry says
     steps: list[list[str | float]]
     outputs: list[str | float]
     provenance: dict[str, str]
@@ -122,12 +122,9 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         fitted_on=_FITTED_ON.validate_python(dict(accuracy.fitted_on)),
         motions=[
             _AlongMotion(
-                name=one.name,
-                fingerprint=one.fingerprint,
-                set_points=one.set_points,
-                errors=_errors(model, one),
+                name=m.name, fingerprint=m.fingerprint, set_points=m.set_points, errors=_errors(model, m)
             )
-            for one in accuracy.motions
+            for m in accuracy.motions
         ],
         norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
         levels=list(accuracy.levels),
@@ -160,11 +157,6 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
         )
         for i, joint in enumerate(model.arm.joints)
     ]
-
-
-def checked_model(document: ModelDocument) -> SimplifiedModel:
-    """Rebuild a model and hold it against what its document states."""
-    return _checked(_model_of(document), document)
 
 
 def _model_of(document: ModelDocument) -> SimplifiedModel:
@@ -209,7 +201,9 @@ def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArr
     return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
 
 
-def _checked(model: SimplifiedModel, document: ModelDocument) -> SimplifiedModel:
+def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) -> SimplifiedModel:
+    """Rebuild a model, if not `made` from it, and hold it against what its document states."""
+    model = made or _model_of(document)
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
@@ -251,54 +245,37 @@ def load_model(path: str | Path) -> SimplifiedModel:
         a folder of results.
     """
     path = Path(path)
+
+    def refused(what: str, where: str, expected: str | None, found: str | None) -> ModelError:
+        return ModelError(what, where=where, expected=expected, found=found, next_step=_WRITE_AGAIN)
+
     raw = _read(path)
     for key, known in (("version", [VERSION]), ("level", list(LEVELS))):
         if raw.get(key) not in known:
-            raise ModelError(
-                f"the model file is of another {key}",
-                where=f"{path}: {key}",
-                expected=" or ".join(map(str, known)),
-                found=in_python(raw.get(key)),
-                next_step=_WRITE_AGAIN,
-            )
+            expected, found = " or ".join(map(str, known)), in_python(raw.get(key))
+            raise refused(f"the model file is of another {key}", f"{path}: {key}", expected, found)
     try:
         document = ModelDocument.model_validate(raw)
         model = _model_of(document)
     except ValidationError as error:
         first = error.errors()[0]
-        raise ModelError(
-            "the model file is damaged",
-            where=f"{path}: {'.'.join(str(key) for key in first['loc'])}",
-            expected=first["msg"],
-            found=in_python(first.get("input")),
-            next_step=_WRITE_AGAIN,
-        ) from None
+        where = f"{path}: {'.'.join(str(key) for key in first['loc'])}"
+        found = in_python(first.get("input"))
+        raise refused("the model file is damaged", where, first["msg"], found) from None
     except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
-        raise ModelError(
-            "the model file is damaged: its arm or its terms cannot be rebuilt",
-            where=Location(path),
-            found=(str(error) or type(error).__name__).splitlines()[0],
-            next_step=_WRITE_AGAIN,
-        ) from None
+        what = "the model file is damaged: its arm or its terms cannot be rebuilt"
+        found = (str(error) or type(error).__name__).splitlines()[0]
+        raise refused(what, str(path), None, found) from None
     if raw["digest"] != _digest(raw):
-        raise ModelError(
-            "the model file was changed after it was written: its stated errors no longer hold",
-            where=Location(path),
-            expected=f"digest {_digest(raw)[:16]}... of its content",
-            found=f"digest {str(raw['digest'])[:16]}...",
-            next_step="write the model again for the arm and the parts you mean",
-        )
+        what = "the model file was changed after it was written: its stated errors no longer hold"
+        stated = f"digest {str(raw['digest'])[:16]}..."
+        raise refused(what, str(path), f"digest {_digest(raw)[:16]}... of its content", stated)
     try:
-        model = _checked(model, document)
+        model = checked_model(document, model)
     except GdAnalyzeError as error:
         details = error.details
-        raise ModelError(
-            error.what,
-            where=": ".join([str(path), *filter(None, [details.get("where")])]),
-            expected=details.get("expected"),
-            found=details.get("found"),
-            next_step=_WRITE_AGAIN,
-        ) from None
+        where = ": ".join([str(path), *filter(None, [details.get("where")])])
+        raise refused(error.what, where, details.get("expected"), details.get("found")) from None
     warn_of_implausible(model.arm, stacklevel=2)
     warn_of_others(path, model.provenance.get("run", ""))
     return model
@@ -315,21 +292,14 @@ def _read(path: Path) -> dict[str, Any]:
         elif isinstance(raw, dict) and raw.get("format") == FORMAT:
             return raw
     except OSError as error:
-        raise ModelError(
-            "cannot read the model file",
-            where=Location(path),
-            found=error.strerror,
-            next_step="check the path and your right to read it",
-        ) from None
+        what, next_step = "cannot read the model file", "check the path and your right to read it"
+        raise ModelError(what, where=Location(path), found=error.strerror, next_step=next_step) from None
     except UnicodeDecodeError:
         found = "a file that is not text"
     except json.JSONDecodeError as error:
-        raise ModelError(
-            "the model file is damaged: it is not valid JSON",
-            where=Location(path, error.lineno, error.colno),
-            found=error.msg,
-            next_step=_WRITE_AGAIN,
-        ) from None
+        what = "the model file is damaged: it is not valid JSON"
+        where = Location(path, error.lineno, error.colno)
+        raise ModelError(what, where=where, found=error.msg, next_step=_WRITE_AGAIN) from None
     except ValueError:
         found = "a number of thousands of digits"
     except RecursionError:

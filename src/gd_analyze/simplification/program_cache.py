@@ -23,9 +23,9 @@ _CODE = ("dynamics", "harmonics", "operations", "simplification", "robots")
 
 @dataclass(frozen=True)
 class Task:
-    """Programs to be written together, which takes long; `name` is that of their entry in the cache."""
+    """Programs to be written together, which takes long."""
 
-    name: str
+    name: str  # of their entry in the cache
     n_joints: int = field(compare=False)
     write: Callable[[], Iterable[Program]] = field(compare=False)
     are_right: Callable[[Sequence[Program]], bool] = field(compare=False)

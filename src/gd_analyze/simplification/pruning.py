@@ -17,8 +17,8 @@ from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH, Work
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.fitting import Aim, Columns, Fit, columns_of, fitted, norm, unfitted
 from gd_analyze.simplification.level import Found
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import (
@@ -31,48 +31,55 @@ from gd_analyze.simplification.recursion import (
     restated,
 )
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.replacement import Replacement, replacements, rounded
+from gd_analyze.simplification.replacement import (
+    Aim,
+    Columns,
+    Fit,
+    Replacement,
+    columns_of,
+    fitted,
+    norm,
+    replacements,
+    rounded,
+    unfitted,
+)
 from gd_analyze.simplification.search import Progress
-from gd_analyze.simplification.search_options import SearchOptions
 
 # Margins of position, revolute and prismatic, and as shares of each joint's peak velocity and acceleration;
 # as the default of `certification.Margin`.
-ANGLE, DISTANCE, VELOCITY, ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
+_ANGLE, _DISTANCE, _VELOCITY, _ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
 # How many are drawn, always the same. Of a budget of 1 % along 61 set points of a seven-joint arm the largest
 # error within these margins was 27 % of peak torque with none, 1.8 % with 100 to 200, and 1.5 % with 1000.
 _COUNT = 120
 # States looked at, beside those that turn out to matter, which join in bunches.
 _STATES, _JOINING = 300, 40
-# Several replacements are made at a time, as long as the mean square error grows no more than so many times:
-# below and above a share of the budget; or to a small one.
-_FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE = 0.15, 2.0, 1.1, 0.01**2, 24
+# Several replacements are made at a time, as long as the mean square error grows no more than so many times,
+# below and above a share of the budget, or to a small one; up to a share of it several are tried at all.
+_FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE, _ROOM = 0.15, 2.0, 1.1, 0.01**2, 24, 0.6
 # Errors over the allowed ones from which the largest lead.
 _LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
 # Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
 _AT_A_TIME, _WRITING = 8.0, 1.5e4
-# Largest error over the allowed one up to which several are tried.
-_ROOM = 0.6
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
 # the allowed one may promise to be; a power of errors that tells the largest.
 _SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
-# Shares of a usual search's effort, a minute. For one of many searches, or one that is not thorough: hardly
-# more than the first descent, which always ends. Otherwise seconds beyond it for six joints, 20 for seven, by
-# this power of the number of joints.
+# Shares of a usual search's effort: one of many searches hardly does more than the first descent, a thorough
+# one seconds beyond it for six joints, 20 for seven, by this power of the number of joints.
 _QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
 
 
-def joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
+def _joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
     """Add some states near those of a motion, that count like these; none to other states."""
     states = exact.states
     if "trajectory" not in states.described:
         return exact
     random = np.random.default_rng(0)
     some = np.linspace(0, len(states) - 1, _COUNT).round().astype(np.intp)
-    revolute = np.array([joint.kind == "revolute" for joint in exact.arm.joints])
     velocity, acceleration = (np.abs(x).max(axis=0, initial=0.0) for x in (states.qd, states.qdd))
-    margins = (np.where(revolute, ANGLE, DISTANCE), VELOCITY * velocity, ACCELERATION * acceleration)
+    revolute = np.array(exact.arm.is_revolute)
+    margins = (np.where(revolute, _ANGLE, _DISTANCE), _VELOCITY * velocity, _ACCELERATION * acceleration)
 
     def near(values: FloatArray, margin: FloatArray) -> FloatArray:
         return values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
@@ -97,7 +104,7 @@ class _Pruned:
         """What every step makes of the errors, shape (steps, n, N)."""
         return self.tape.slopes(self.fit.values, self.fit.numbers, self.aim.scale) * self.aim.weights
 
-    @property
+    @cached_property
     def operations(self) -> int:
         return self.changed.program.count.total
 
@@ -313,8 +320,8 @@ def prune(
 ) -> dict[Change, float]:
     """Prune an arm's recursion so that it keeps the allowed error, N m, shape (n,), at every state.
 
-    A first descent always ends, whatever the `effort` (a multiple of the usual). `start` are changes to begin
-    with, within the budget; `progress` is called with the operations saved since the last call.
+    A first descent always ends, whatever the `effort`, a multiple of the usual. `start` are changes to begin
+    with, within the budget.
     """
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
@@ -350,7 +357,7 @@ def pruned(
     """Search for changes of the recursion, and write it in few operations."""
     usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
     effort = how.effort * (usual if how.thorough else _QUICK)
-    near = joined_by_near_states(exact)
+    near = _joined_by_near_states(exact)
     changes = prune(near, allowed, effort=effort, start=start, progress=progress)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)
@@ -361,7 +368,7 @@ def pruned(
 def quick_pruned_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[float], int]:
     """Estimate operations of multiples of a budget, each from the next smaller one known."""
     known: dict[float, dict[Change, float]] = {0.0: {}}
-    near = joined_by_near_states(exact)
+    near = _joined_by_near_states(exact)
 
     def count(factor: float) -> int:
         if factor not in known:
@@ -376,7 +383,7 @@ def pruned_path(
     exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
 ) -> Iterator[SimplifiedModel]:
     """Change more and more for growing budgets, each time going on from what was changed before."""
-    changes, near = dict(start or {}), joined_by_near_states(exact)
+    changes, near = dict(start or {}), _joined_by_near_states(exact)
     for most in allowed:
         changes = prune(near, most, effort=_QUICK, start=changes)
         everything = exactly(exact, RECURSIVE, most, str(Budget.of_torques(most)))

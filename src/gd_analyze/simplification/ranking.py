@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of
 from gd_analyze.simplification.elimination import eliminate
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.term import TERM
 from gd_analyze.text import html_of, percent
 
 # Terms shown in a notebook.
@@ -28,19 +27,14 @@ class RankedTerm:
     """One term in the ranking; shares are of the joint's peak torque, joints count from 1."""
 
     rank: int  # 1 is what is missed most
-    # The term, of the kind its level has, and its coefficient
-    term: Any
-    weight: float
-    # Its own largest torque, N m, at the joint where that is most of the peak torque
-    alone_torque: float
+    term: Any  # of the kind its level has
+    weight: float  # its coefficient
+    alone_torque: float  # its own largest, N m, at the joint where that is most of the peak torque
     alone_joint: int
     alone_share: float
-    # Largest torque error if it and everything ranked below it are left out, and the joint of that
-    without_share: float
+    without_share: float  # largest error if it and everything ranked below it are left out
     without_joint: int
-    # Whether its own torque stays, at every joint, below what the arm's stated uncertainties make of the
-    # torque; None where none are stated
-    below_uncertainty: bool | None
+    below_uncertainty: bool | None  # its own torque is, at every joint; None where no uncertainty is stated
 
 
 @dataclass(frozen=True)
@@ -48,14 +42,10 @@ class TermRanking:
     """Terms, the most important first, and how many of the last are within the parameters' uncertainty."""
 
     terms: tuple[RankedTerm, ...] = ()
-    # Largest standard uncertainty of every joint's torque at the states, N m; None where none is stated
-    uncertainty: tuple[float, ...] | None = None
-    # How many terms, from the last, may all go with every joint's error below that
-    not_worth_keeping: int = 0
-    # How many of the smallest terms of an arm with very many are not ranked, and the largest torque they make
-    # together, over the joint's peak torque
-    unlisted: int = 0
-    unlisted_share: float = 0.0
+    uncertainty: tuple[float, ...] | None = None  # largest standard one of every joint's torque, N m
+    not_worth_keeping: int = 0  # terms, from the last, that may all go with every error below that
+    unlisted: int = 0  # the smallest of very many terms, not ranked
+    unlisted_share: float = 0.0  # largest torque of these together, over the joint's peak torque
 
     def __repr__(self) -> str:
         return f"TermRanking({len(self.terms)} of {self.total} terms)"
@@ -110,8 +100,9 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     limit = exact.uncertainty
     terms = list(candidates.terms.items())
     rows = []
-    went = zip(reversed(elimination.order), errors[:0:-1], strict=True)
-    for rank, (k, without) in enumerate(went, start=1):
+    for rank, (k, without) in enumerate(
+        zip(reversed(elimination.order), errors[:0:-1], strict=True), start=1
+    ):
         joint, worst = int(alone[k].argmax()), int(without.argmax())
         rows.append(
             RankedTerm(
@@ -125,17 +116,10 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
                 below_uncertainty=None if limit is None else bool((alone[k] * whole <= limit).all()),
             )
         )
-    return TermRanking(
-        tuple(rows),
-        None if limit is None else tuple(limit.tolist()),
-        0 if limit is None else _first_beyond(errors * whole, limit),
-        candidates.total - len(rows),
-        candidates.swept,
-    )
-
-
-def _first_beyond(errors: FloatArray, limit: FloatArray) -> int:
-    """How many terms may go before any joint's error exceeds its limit for the first time."""
-    beyond = (errors > limit).any(axis=1)
+    unlisted = candidates.total - len(rows), candidates.swept
+    if limit is None:
+        return TermRanking(tuple(rows), None, 0, *unlisted)
+    beyond = (errors * whole > limit).any(axis=1)
     # The first row is of no term gone: of many terms, those that are not listed may be beyond it already.
-    return max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
+    may_go = max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
+    return TermRanking(tuple(rows), tuple(limit.tolist()), may_go, *unlisted)

@@ -27,15 +27,11 @@ _AXES = "xyz"
 
 
 class Quantity(NamedTuple):
-    """A component ("x", "xy", or "" of what has only one) of a quantity of a link (from 0).
+    """A component of a quantity of a link."""
 
-    Kinds are as `docs/notation.md` has them; a prime means that it is expressed in the link's frame before
-    its joint turns, two that it is in the frame of the previous link.
-    """
-
-    kind: str
-    link: int
-    component: str = ""
+    kind: str  # of `docs/notation.md`; primed in the frame before its joint turns, twice in the previous one
+    link: int  # from 0
+    component: str = ""  # "x", "xy", or "" of what has only one
 
     @property
     def symbol(self) -> Symbol:
@@ -61,11 +57,9 @@ NUMBER, CONSTANT = -1, -2
 
 
 class Change(NamedTuple):
-    """One change of a step; its number is a coefficient.
+    """One change of a step: the step `source`, times a number, is part of what replaces `step`.
 
-    The value of the step `source`, times the number, is part of what replaces `step`. `NUMBER` as the source:
-    the number by itself is a part. `CONSTANT`: the step remains, with the number in place of its own
-    constant.
+    `NUMBER` as the source: the number itself is. `CONSTANT`: it takes the place of the step's own constant.
     """
 
     step: int
@@ -88,9 +82,7 @@ class Changed:
     """A recursion with changes carried out."""
 
     program: Program
-    images: Mapping[
-        int, Any
-    ]  # what became of every step still needed, by its place: an expression or a number
+    images: Mapping[int, Any]  # what became of every step still needed, by place: an expression or a number
     scales: Mapping[int, tuple[Scale, ...]]  # by the order of an expression that multiplies by a number
 
     @cached_property
@@ -134,10 +126,7 @@ class Recursion:
         """Carry changes out; ValueError if steps stand in for one another in a circle."""
         place = {step.order: k for k, step in enumerate(self.steps)}
         making = _Making(self, changes)
-        outputs = [
-            making.image(place[output.order]) if isinstance(output, Expression) else output
-            for output in self.outputs
-        ]
+        outputs = [making.image(place[x.order]) if isinstance(x, Expression) else x for x in self.outputs]
         scales = {order: tuple(found) for order, found in making.scales.items()}
         return Changed(Program.of(making.trace, outputs), making.images, scales)
 
@@ -208,10 +197,7 @@ class _Making:
         return self._scaled(Change(k, CONSTANT), values[0], values[1], None if own is None else values[1])
 
     def _scaled(self, stated: Change, number: Any, x: Any, own: Any) -> Any:
-        """Multiply, two constants in a row as one; note down how the constant may be stated.
-
-        `own` is what a step multiplies by its own constant.
-        """
+        """Multiply, and note how the constant may be stated; `own` is what the step's own one multiplies."""
         product = _times(self.trace, number, x)
         sign, inner = (-1.0, product.arguments[0]) if _is(product, "negative") else (1.0, product)
         if not _is(inner, "multiply") or isinstance(inner.arguments[0], Expression):

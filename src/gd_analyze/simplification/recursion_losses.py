@@ -41,13 +41,10 @@ class Omission:
 
     places: tuple[int, ...]  # of the steps, mostly one
     quantity: Quantity  # what they are part of, or are
-    # Sums of products in that quantity: what was there, and what is; () where nothing is
-    exact: tuple[Product, ...]
-    instead: tuple[Product, ...]
-    # Largest magnitude at the states of what it alone changes, N m (N), shape (n,), and that over the peak
-    # torque, 0 of a joint that has none
-    torque: FloatArray
-    share: FloatArray
+    exact: tuple[Product, ...]  # sum in that quantity as it was
+    instead: tuple[Product, ...]  # as it is; () where nothing is
+    torque: FloatArray  # (n,), largest magnitude at the states of what it alone changes, N m (N)
+    share: FloatArray  # (n,), of the peak torque; 0 of a joint that has none
 
     @property
     def changed_by(self) -> str:
@@ -67,10 +64,9 @@ class Omission:
 
 
 def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
-    """List what changes do to steps that are still needed, those first that make most torque alone at states.
+    """List what changes do to steps still needed, those first that make most torque alone at states.
 
-    What makes none alone is left out. Changes of one quantity that take the same step in are one, as they add
-    it and take it away.
+    What makes none is left out. Changes of one quantity that take in the same step, of any sign, are one.
     """
     steps = _Steps(form.recursion)
     together = steps.together(steps.without_factors(changes, scales(form, changes)))
@@ -99,9 +95,7 @@ class _Steps:
         self.values = dict(recursion.quantities)
         self.names = Names(self.steps, {quantity: unsigned(value) for quantity, value in self.values.items()})
         # A quantity may be a step with its sign changed, and that a step of its own.
-        whole = {
-            value.order: quantity for quantity, value in recursion.quantities if isinstance(value, Expression)
-        }
+        whole = {x.order: quantity for quantity, x in recursion.quantities if isinstance(x, Expression)}
         self.parts = whole | self.names.parts(self.steps)
 
     def quantity_of(self, place: int) -> Quantity:
@@ -109,10 +103,7 @@ class _Steps:
         return self.parts[self.steps[place].order]
 
     def without_factors(self, changes: Changes, factors: Mapping[Quantity, float]) -> dict[int, Instead]:
-        """What stands in for steps, by place, as if every quantity were as large as it was.
-
-        So a number that only makes up for another is none that changed, and one that does not, is.
-        """
+        """What stands in for steps, by place, but for numbers that only make up for one another."""
         stated: dict[int, Instead] = {}
         for (place, source), number in changes.items():
             stated.setdefault(place, {})[source] = number
@@ -219,28 +210,24 @@ class _Run:
     """The exact recursion carried out, every step kept."""
 
     def __init__(self, recursion: Recursion, inputs: Mapping[str, FloatArray]) -> None:
-        self.steps, self.outputs = recursion.steps, recursion.outputs
+        self.steps, self.arguments = recursion.steps, recursion.arguments
+        place = {step.order: k for k, step in enumerate(self.steps)}
+        self.outputs = [place[x.order] if isinstance(x, Expression) else x for x in recursion.outputs]
         self.count = len(next(iter(inputs.values())))
-        self.place = {step.order: k for k, step in enumerate(self.steps)}
-        needed = set(reached(self.outputs))
-        self.values: dict[int, Any] = {}
-        self.needed: list[int] = []
+        self.values: list[Any] = []
         for k, step in enumerate(self.steps):
-            if step.operation == "input":
-                self.values[k] = inputs[step.arguments[0]]
-            else:
-                self.values[k] = self._made(step, {})
-                self.needed += [k] if step.order in needed else []
+            is_input = step.operation == "input"
+            self.values.append(inputs[self.arguments[k][0]] if is_input else self._made(k, {}))
+        needed = set(reached(recursion.outputs))
+        self.needed = [k for k, x in enumerate(self.steps) if x.operation != "input" and x.order in needed]
         self.torque = self._torque({})
 
     def _of(self, x: Any, changed: Mapping[int, Any]) -> Any:
-        if not isinstance(x, Expression):
-            return x
-        place = self.place[x.order]
-        return changed[place] if place in changed else self.values[place]
+        """Value of a step by its place, or a constant."""
+        return changed.get(x, self.values[x]) if isinstance(x, int) else x
 
-    def _made(self, step: Expression, changed: Mapping[int, Any]) -> Any:
-        return UFUNCS[step.operation](*(self._of(x, changed) for x in step.arguments))
+    def _made(self, k: int, changed: Mapping[int, Any]) -> Any:
+        return UFUNCS[self.steps[k].operation](*(self._of(x, changed) for x in self.arguments[k]))
 
     def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
         return np.array([np.broadcast_to(self._of(x, changed), (self.count,)) for x in self.outputs])
@@ -250,29 +237,25 @@ class _Run:
         changed = {place: self._standing_in(place, instead) for place, instead in steps.items()}
         first = min(steps)
         for k in self.needed:
-            step = self.steps[k]
-            if (
-                k > first
-                and k not in steps
-                and any(self.place[x.order] in changed for x in step.arguments if isinstance(x, Expression))
-            ):
-                changed[k] = self._made(step, changed)
+            operands = (x for x in self.arguments[k] if isinstance(x, int))
+            if k > first and k not in steps and any(x in changed for x in operands):
+                changed[k] = self._made(k, changed)
         return np.abs(self._torque(changed) - self.torque).max(axis=1)
 
     def _standing_in(self, place: int, instead: Instead) -> Any:
         """What stands in for a step, of exact values."""
         if CONSTANT in instead:
-            (x,) = (x for x in self.steps[place].arguments if isinstance(x, Expression))
-            return instead[CONSTANT] * self._of(x, {})
+            (x,) = (x for x in self.arguments[place] if isinstance(x, int))
+            return instead[CONSTANT] * self.values[x]
         return sum(number * (1.0 if k == NUMBER else self.values[k]) for k, number in instead.items())
 
 
 @dataclass(frozen=True)
 class LinkParameter:
-    """A regrouped parameter of a link (from 0), and what a model makes of it; `kind` is one of `KINDS`."""
+    """A regrouped parameter of a link, and what a model makes of it."""
 
-    link: int
-    kind: str
+    link: int  # from 0
+    kind: str  # one of `KINDS`
     number: float  # in the exact recursion, SI
     places: int  # products with it in the exact recursion
     kept: tuple[float, ...]  # numbers in those that are left, as if all stood for the parameter
@@ -306,7 +289,7 @@ class LinkParameter:
 
 
 def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, ...]:
-    """Parameters of all links, in the order of `KINDS`; drives' inertia only where they count."""
+    """Parameters of all links; drives' inertia only where they count."""
     numbers: dict[Quantity, float] = {}
     for i, link in enumerate(regrouped(form.arm).links):
         second = (link.second[_AXES.index(kind[1]), _AXES.index(kind[2])] for kind in KINDS[4:10])

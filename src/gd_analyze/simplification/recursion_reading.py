@@ -1,8 +1,7 @@
 """A simplified recursion as equations that a person reads: link by link, outward and back.
 
-Where a force is twice as large and every lever that it meets half as long, torque is the same: refitted
-numbers use that freedom where it makes one of them vanish. To be read, such factors (`scales`) are taken out
-again.
+Where a force is twice as large and every lever that it meets half as long, torque is the same. Refitted
+numbers use that freedom; to be read, such factors (`scales`) are taken out again.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ from gd_analyze.formulas.formula import (
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import INWARD, OUTWARD, Changes, Quantity, Recursion
@@ -67,9 +65,14 @@ class Names:
     """Names of the expressions of one trace; `values`: quantities as a sign and an expression or number."""
 
     def __init__(self, steps: Sequence[Expression], values: Mapping[Quantity, tuple[float, Any]]) -> None:
-        self.known = {s.order: (1.0, _input(s.arguments[0])) for s in steps if s.operation == "input"}
+        self.known: dict[int, tuple[float, Symbol]] = {}
         self.quantity: dict[int, Quantity] = {}
         self.functions: dict[Symbol, Function] = {}
+        for step in steps:
+            if step.operation == "input":
+                letters = step.arguments[0].rstrip("0123456789")
+                joint = int(step.arguments[0][len(letters) :]) - 1
+                self.known[step.order] = 1.0, Symbol("q", joined((joint,)), dots=len(letters) - 1)
         for step in steps:
             if step.operation in ("cos", "sin"):
                 self.known[step.order] = 1.0, self._function(step)
@@ -96,9 +99,9 @@ class Names:
         inside: bool = False,
         instead: Mapping[int, Sequence[Product]] | None = None,
     ) -> list[Product]:
-        """Write an expression or number, times a weight, as a sum of products of what has a name.
+        """Write x times a weight as a sum of products of what has a name; with `inside` x has none itself.
 
-        With `inside` it is written out though it has a name; `instead` replaces expressions by their order.
+        `instead` replaces expressions by their order.
         """
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
@@ -115,11 +118,7 @@ class Names:
             return self.terms(x.arguments[0], -weight, instead=instead)
         assert x.operation == "multiply", "inputs, sines and cosines have names"
         a, b = (self.terms(argument, instead=instead) for argument in x.arguments)
-        return [
-            Product(weight * one.weight * other.weight, _product(one.powers + other.powers))
-            for one in a
-            for other in b
-        ]
+        return [Product(weight * u.weight * v.weight, _product(u.powers + v.powers)) for u in a for v in b]
 
     def parts(self, steps: Iterable[Expression]) -> dict[int, Quantity]:
         """Quantity that each expression is, or is a part of; of several the last that takes it."""
@@ -165,11 +164,6 @@ def _rank(power: Power) -> tuple[int, str]:
     return (0, "") if isinstance(base, Function) else (_ORDER.index(base.letter), base.index)
 
 
-def _input(name: str) -> Symbol:
-    letters = name.rstrip("0123456789")
-    return Symbol("q", joined((int(name[len(letters) :]) - 1,)), dots=len(letters) - 1)
-
-
 def _index(term: Product) -> str:
     """Joint of an angle, last of all the constant."""
     if not term.powers:
@@ -180,10 +174,9 @@ def _index(term: Product) -> str:
 
 
 class SimplifiedQuantities:
-    """What the quantities of a recursion are once changes are carried out, and their names there.
+    """What quantities are once changes are carried out, `values` a sign and an expression or number each.
 
-    `values` are a sign and an expression or number by quantity; what nothing needs any more is not there.
-    `factors` say by how much quantities are larger than they shall be written, see `scales`.
+    What nothing needs any more is not there. Quantities are written without their `factors`, see `scales`.
     """
 
     def __init__(
@@ -208,9 +201,7 @@ class SimplifiedQuantities:
         found |= zip(torques, map(unsigned, self.program.outputs), strict=True)
         self.values = {quantity: value for quantity, value in found.items() if value is not None}
         self.names = Names(self.program.steps, self.values)
-        self._factors: dict[Symbol | Function, float] = {
-            quantity.symbol: factor for quantity, factor in (factors or {}).items()
-        }
+        self._factors: dict[Symbol | Function, float] = {q.symbol: f for q, f in (factors or {}).items()}
 
     def name(self, quantity: Quantity) -> tuple[float, Symbol] | None:
         """Sign and symbol by which it is called where it is used; None of a number."""
@@ -230,11 +221,12 @@ class SimplifiedQuantities:
             terms: tuple[Product, ...] = (Product(sign * own_sign, (Power(symbol),)),)
         else:
             terms = self.names.sum(base, own_sign, inside=True)
-        own = self._factors.get(quantity.symbol, 1.0)
-        return tuple(term._replace(weight=term.weight * self._factor(term) / own) for term in terms)
+        factors, own = self._factors, self._factors.get(quantity.symbol, 1.0)
 
-    def _factor(self, term: Product) -> float:
-        return math.prod(self._factors.get(base, 1.0) ** exponent for base, exponent in term.powers)
+        def factor(term: Product) -> float:
+            return math.prod(factors.get(base, 1.0) ** exponent for base, exponent in term.powers)
+
+        return tuple(term._replace(weight=term.weight * factor(term) / own) for term in terms)
 
     def at(self, states: States) -> dict[Quantity, FloatArray]:
         """Quantities that are computed, at states."""
@@ -246,9 +238,14 @@ class SimplifiedQuantities:
 
 def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
     """Factors by which quantities are larger than exact, where not 1, as the same random states tell."""
-    states = _some_states(form.arm)
+    n, random = form.arm.n_joints, np.random.default_rng(0)
+    limits = form.arm.limits("velocity_limit"), form.arm.limits("acceleration_limit")
+    usual = zip(limits, (_VELOCITY, _ACCELERATION), strict=True)
+    ranges = [np.full(n, math.pi), *(np.where(np.isfinite(most), most, own) for most, own in usual)]
+    states = States(*(random.uniform(-1.0, 1.0, (_STATES, n)) * most for most in ranges))
     exact, model = (SimplifiedQuantities(form.recursion, some) for some in ({}, changes))
     was, now = exact.at(states), model.at(states)
+    # Squares before, products, and squares now.
     sums: dict[tuple[str, int], FloatArray] = defaultdict(lambda: np.zeros(3))
     members: dict[tuple[str, int], list[Quantity]] = defaultdict(list)
     for quantity in was.keys() & now.keys():
@@ -256,35 +253,29 @@ def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
         one, other = was[quantity], now[quantity]
         sums[group] += one @ one, one @ other, other @ other
         members[group].append(quantity)
+
+    def logarithm(before: float, product: float, after: float) -> float:
+        if product <= max(_ALIKE * math.sqrt(before * after), 0.0):
+            return 0.0
+        found = math.log(product / before)
+        return found if abs(found) > _FAR else 0.0
+
     out: dict[Quantity, float] = {}
     for kind in _FREE:
-        logarithms = [_logarithm(sums[kind, link]) for link in range(form.arm.n_joints)]
-        for links, found in _runs(logarithms):
-            own = [quantity for link in links for quantity in members[kind, link]]
-            if found and _is_made_up_for(found, frozenset(own), exact, model):
-                out |= dict.fromkeys(own, math.exp(found))
+        logarithms = [logarithm(*sums[kind, link].tolist()) for link in range(n)]
+        runs: list[list[int]] = []  # neighbouring links whose factors differ little
+        for link, found in enumerate(logarithms):
+            first = logarithms[runs[-1][0]] if runs else 0.0
+            if first and found and abs(found - first) < _ONE:
+                runs[-1].append(link)
+            else:
+                runs.append([link])
+        for run in runs:
+            mean = sum(logarithms[link] for link in run) / len(run)
+            own = [quantity for link in run for quantity in members[kind, link]]
+            if mean and _is_made_up_for(mean, frozenset(own), exact, model):
+                out |= dict.fromkeys(own, math.exp(mean))
     return out
-
-
-def _logarithm(sums: FloatArray) -> float:
-    """Of a factor, from sums of squares and products; 0 where it is none."""
-    squares, product, now = sums
-    if product <= max(_ALIKE * math.sqrt(squares * now), 0.0):
-        return 0.0
-    found = math.log(product / squares)
-    return found if abs(found) > _FAR else 0.0
-
-
-def _runs(logarithms: Sequence[float]) -> list[tuple[list[int], float]]:
-    """Neighbouring links whose factors differ little, and the mean."""
-    runs: list[list[int]] = []
-    for link, found in enumerate(logarithms):
-        first = logarithms[runs[-1][0]] if runs else 0.0
-        if first and found and abs(found - first) < _ONE:
-            runs[-1].append(link)
-        else:
-            runs.append([link])
-    return [(run, sum(logarithms[link] for link in run) / len(run)) for run in runs]
 
 
 def _is_made_up_for(
@@ -301,19 +292,6 @@ def _is_made_up_for(
                 apart += abs(math.log(ratio))
                 closer += abs(math.log(ratio) + found)
     return closer < apart
-
-
-def _some_states(arm: RobotArm) -> States:
-    """States within the limits that an arm states, or usual ones."""
-    velocity, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
-    ranges = (
-        np.full(arm.n_joints, math.pi),
-        np.where(np.isfinite(velocity), velocity, _VELOCITY),
-        np.where(np.isfinite(acceleration), acceleration, _ACCELERATION),
-    )
-    random = np.random.default_rng(0)
-    q, qd, qdd = (random.uniform(-1.0, 1.0, (_STATES, arm.n_joints)) * most for most in ranges)
-    return States(q, qd, qdd)
 
 
 @dataclass(frozen=True)
@@ -340,10 +318,16 @@ class Reading:
     @property
     def legend(self) -> Legend:
         """The longest plain cosine and sine, which explain the others, and all that are not plain."""
+
+        def is_plain(formula: Formula) -> bool:  # of a sum of angles
+            ((function, _),) = formula.pieces[0].product.powers
+            assert isinstance(function, Function)
+            return all(term.powers and term.weight == 1.0 for term in function.argument)
+
         shown: list[Formula] = []
         for letter in ("C", "S"):
             own = [formula for formula in self.functions if formula.left.letter == letter]
-            plain = [formula for formula in own if _is_plain(formula)]
+            plain = [formula for formula in own if is_plain(formula)]
             shown += [max(plain, key=lambda formula: len(formula.left.index))] if plain else []
             shown += [formula for formula in own if formula not in plain]
         return Legend((), (), tuple(shown))
@@ -360,32 +344,17 @@ def read(recursion: Recursion, changes: Changes, factors: Mapping[Quantity, floa
     What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
     """
     quantities = SimplifiedQuantities(recursion, changes, factors)
-    links = range(len(recursion.outputs))
-    passages: list[tuple[int, bool, list[Formula]]] = []
-    for outward, kinds in ((True, OUTWARD), (False, INWARD)):
-        for link in links if outward else reversed(links):
-            own = sorted(
-                (
-                    quantity
-                    for quantity in quantities.values
-                    if quantity.link == link and quantity.kind in kinds
-                ),
-                key=lambda quantity: kinds.index(quantity.kind),
-            )
-            sums = [as_formula(x.symbol, quantities.sum(x)) for x in own if _has_equation(x, quantities)]
-            passages.append((link, outward, sums))
-    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in quantities.names.functions.items())
-    ordered = (Passage(link, outward, sums) for link, outward, sums in _in_order(passages))
-    return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
+    left: dict[Symbol | Function, Formula] = {}
 
-
-def _in_order(
-    passages: Sequence[tuple[int, bool, Sequence[Formula]]],
-) -> Iterator[tuple[int, bool, tuple[Formula, ...]]]:
-    """Bring forward what an equation before it needs: a simplified step may take in a later quantity."""
-    left = {formula.left: formula for _, _, formulas in passages for formula in formulas}
+    def has_equation(quantity: Quantity) -> bool:
+        if quantity.kind == "tau":
+            return True
+        name = quantities.name(quantity)
+        is_aside = PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
+        return name is not None and (name[1] == quantity.symbol or not is_aside)
 
     def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
+        """What an equation needs comes before it: a simplified step may take in a later quantity."""
         if not isinstance(symbol, Symbol) or (formula := left.pop(symbol, None)) is None:
             return
         for piece in formula.pieces:
@@ -393,21 +362,17 @@ def _in_order(
                 yield from with_needed(base)
         yield formula
 
-    for link, outward, formulas in passages:
-        yield link, outward, tuple(one for formula in formulas for one in with_needed(formula.left))
-
-
-def _has_equation(quantity: Quantity, quantities: SimplifiedQuantities) -> bool:
-    """Whether an equation says anything: not of a quantity that only is another one in another frame."""
-    if quantity.kind == "tau":
-        return True
-    name = quantities.name(quantity)
-    is_aside = PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
-    return name is not None and (name[1] == quantity.symbol or not is_aside)
-
-
-def _is_plain(formula: Formula) -> bool:
-    """Whether it is the cosine or sine of a sum of angles."""
-    ((function, _),) = formula.pieces[0].product.powers
-    assert isinstance(function, Function)
-    return all(term.powers and term.weight == 1.0 for term in function.argument)
+    links, passages = range(len(recursion.outputs)), []
+    for outward, kinds in ((True, OUTWARD), (False, INWARD)):
+        for link in links if outward else reversed(links):
+            of_link = (x for x in quantities.values if x.link == link and x.kind in kinds)
+            own = sorted(of_link, key=lambda quantity: kinds.index(quantity.kind))
+            sums = [as_formula(x.symbol, quantities.sum(x)) for x in own if has_equation(x)]
+            left |= {formula.left: formula for formula in sums}
+            passages.append((link, outward, sums))
+    ordered = (
+        Passage(link, outward, tuple(each for formula in sums for each in with_needed(formula.left)))
+        for link, outward, sums in passages
+    )
+    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in quantities.names.functions.items())
+    return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))

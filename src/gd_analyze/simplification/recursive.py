@@ -29,7 +29,7 @@ class _ChangeEntry(Checked):
 
 
 class RecursiveLevel(Level):
-    """Changes of the recursion, see `gd_analyze.simplification.recursion.Change`; without any it is exact."""
+    """Changes of the recursion, see `recursion.Change`; without any it is exact."""
 
     name: ClassVar[str] = "recursive"
     keeps: ClassVar[str] = "simplified steps"
@@ -73,10 +73,11 @@ class RecursiveLevel(Level):
         steps = form.recursion.steps
         for place, least in ((entry.step, 0), (entry.source, min(NUMBER, CONSTANT))):
             if not least <= place < len(steps):
-                raise ModelError(
-                    f"the recursion has no step {place}", expected=f"steps from 0 to {len(steps) - 1}"
-                )
-        if entry.source == CONSTANT and not has_constant(steps[entry.step]):
+                expected = f"steps from 0 to {len(steps) - 1}"
+                raise ModelError(f"the recursion has no step {place}", expected=expected)
+        step = steps[entry.step]
+        numbers = [x for x in step.arguments if step.operation != "input" and not isinstance(x, Expression)]
+        if entry.source == CONSTANT and not numbers:
             raise ModelError(f"step {entry.step} of the recursion has no constant to be replaced")
         return Change(entry.step, entry.source), entry.number
 
@@ -88,11 +89,6 @@ class RecursiveLevel(Level):
         except ValueError as error:
             raise ModelError(f"the changes cannot be carried out: {error}") from None
         return changes
-
-
-def has_constant(step: Expression) -> bool:
-    """Whether a step is made with a number of its own."""
-    return step.operation != "input" and not all(isinstance(x, Expression) for x in step.arguments)
 
 
 RECURSIVE: RecursiveLevel = RecursiveLevel()

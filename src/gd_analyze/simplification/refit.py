@@ -1,12 +1,8 @@
 """Refitted coefficients: what is kept, changed so that it absorbs what was dropped.
 
-With what is kept fixed the error at every state is linear in the free coefficients,
-
-    e_s = sum_p theta_p a_ps - tau_s   for every joint and state s,
-
-a_p the sum of the kept effects that share coefficient p. Whether any coefficients keep |e_s| within a budget,
-and which make the largest |e_s| least, are linear programs. Few states decide; those a trial solution
-violates are added until none is, and kept for the next selection, which mostly hurts at the same states.
+The error of joint and state s is sum_p theta_p a_ps - tau_s, a_p the sum of the kept effects that share
+coefficient p. Which coefficients keep it within a budget, or make the largest least, are linear programs. Few
+states decide: those a trial solution violates are added, and mostly decide of the next selection, too.
 """
 
 from __future__ import annotations
@@ -15,10 +11,9 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.simplification.candidates import Candidates
+from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.effort import Work
 from gd_analyze.simplification.selection import add_rows
 
@@ -41,27 +36,20 @@ class Refit:
         self._target = self._flat.sum(axis=0)
         self._deciding: list[int] = list(like._deciding) if like is not None else []
 
-    def within(self, kept: NDArray[np.bool_], limit: float = 1.0) -> FloatArray | None:
-        """Factors of all candidates' coefficients, shape (K,), with which no error exceeds the limit.
+    def within(self, kept: Kept) -> FloatArray | None:
+        """Factors of all coefficients, (K,), with which the budget is kept; None if there are none."""
+        fitted = self._fitted(kept, 1.0 - _CLOSE)
+        return fitted if fitted is not None and self._largest(kept, fitted) <= 1.0 else None
 
-        None if there are none.
-        """
-        fitted = self._fitted(kept, limit * (1.0 - _CLOSE))
-        return fitted if fitted is not None and self._largest(kept, fitted) <= limit else None
-
-    def best(self, kept: NDArray[np.bool_], otherwise: FloatArray | None = None) -> FloatArray:
-        """Factors of all candidates' coefficients, shape (K,), that make the largest error least.
-
-        `otherwise` are factors to keep where the solver, for numbers too far apart, finds none better.
-        """
-        known = np.ones(len(kept)) if otherwise is None else otherwise
+    def best(self, kept: Kept, known: FloatArray) -> FloatArray:
+        """Factors of all coefficients, (K,), that make the largest error least; the known where these do."""
         fitted = self._fitted(kept, None)
         return known if fitted is None or self._largest(kept, known) < self._largest(kept, fitted) else fitted
 
-    def _largest(self, kept: NDArray[np.bool_], scale: FloatArray) -> float:
+    def _largest(self, kept: Kept, scale: FloatArray) -> float:
         return float(np.abs((kept * scale - 1.0) @ self._flat).max(initial=0.0))
 
-    def _fitted(self, kept: NDArray[np.bool_], limit: float | None) -> FloatArray | None:
+    def _fitted(self, kept: Kept, limit: float | None) -> FloatArray | None:
         members = np.flatnonzero(kept)
         members = members[np.argsort(self._parameter[members], kind="stable")]
         _, first, place = np.unique(self._parameter[members], return_index=True, return_inverse=True)
@@ -91,10 +79,7 @@ class Refit:
 def _solved(
     columns: FloatArray, target: FloatArray, limit: float | None, work: Work
 ) -> tuple[FloatArray, float] | None:
-    """Coefficients within a limit, or those of the least largest error, and that limit or error.
-
-    None if there are none, or if the solver cannot tell, or not with the effort left.
-    """
+    """Coefficients within a limit, or of the least largest error, and that; None if none are found."""
     import highspy
 
     parameters, states = columns.shape
@@ -127,15 +112,14 @@ _TRIALS, _APART = 60, 1.5
 
 def share_coefficients(
     candidates: Candidates,
-    kept: NDArray[np.bool_],
+    kept: Kept,
     scale: FloatArray,
-    count: Callable[[NDArray[np.bool_], FloatArray], int],
+    count: Callable[[Kept, FloatArray], int],
     work: Work,
 ) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients of what is kept to each other while the budget holds and operations go down.
+    """Tie coefficients to each other while the budget holds and operations, as `count` says, go down.
 
-    `count` gives the operations of a selection with factors. Returned are the candidates with fewer free
-    numbers, and the factors, shape (K,).
+    Returned are the candidates with fewer free numbers, and the factors, shape (K,).
     """
     fewest, trials = count(kept, scale), _TRIALS
     refit = Refit(candidates, work)
@@ -154,18 +138,16 @@ def share_coefficients(
             return candidates, scale
 
 
-def _pairs(candidates: Candidates, kept: NDArray[np.bool_], scale: FloatArray) -> list[tuple[int, int]]:
+def _pairs(candidates: Candidates, kept: Kept, scale: FloatArray) -> list[tuple[int, int]]:
     """Pairs of candidates that stand for coefficients to tie, the closest first."""
     members = np.flatnonzero(kept & (scale != 0.0))
     _, first = np.unique(candidates.parameter[members], return_index=True)
     chosen = members[first]
     size = np.log2(np.abs(candidates.magnitude[chosen] * scale[chosen]))
-    found = []
-    for a in range(len(chosen)):
-        for b in range(a):
-            apart = abs(size[a] - size[b] - round(size[a] - size[b]))
-            if apart <= np.log2(_APART):
-                found.append((float(apart), int(chosen[a]), int(chosen[b])))
+    a, b = np.tril_indices(len(chosen), -1)
+    apart = np.abs(size[a] - size[b] - np.round(size[a] - size[b]))
+    near = apart <= np.log2(_APART)
+    found = zip(apart[near].tolist(), chosen[a[near]].tolist(), chosen[b[near]].tolist(), strict=True)
     return [(one, other) for _, one, other in sorted(found)]
 
 

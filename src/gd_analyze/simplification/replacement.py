@@ -1,16 +1,19 @@
-"""What may stand in for a step of a program: a number, another step, or two, and what that saves and costs.
+"""Numbers of a program fitted to the exact torque, and what may stand in for its steps.
 
-Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order. So for every pair
-of steps the c that makes squares least, and these squares, follow from two products of matrices; operations
-that are saved are those that are alone for v and that u does not need. What is linear in velocities stands in
-for such only, and what has neither velocities nor accelerations for all but that. A second step is looked for
-beside the best first ones. What is most promising is then looked at together with what a fit of all numbers
-makes of it.
+Torque is linear in each number alone and nearly so in all of them: a few weighted least squares make a high
+power of the errors small, and with it the largest.
+
+Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order: for every pair of
+steps the best c and the squares follow from two products of matrices. Operations saved are those that are
+alone for v and that u does not need. What is linear in velocities stands in for such only, what has neither
+velocities nor accelerations for all but that. A second step is looked for beside the best first ones; what is
+most promising is then looked at together with what a fit of all numbers makes of it.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,34 +21,152 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
-from gd_analyze.simplification.fitting import Fit, columns_of, sizes_of, snapped
 from gd_analyze.simplification.recursion import NUMBER
 
-# Steps beside which a second is looked for, and what is looked at closely.
-_FIRST, _CLOSELY = 2, 120
-# Replacements of one step that are looked at closely, and that are tried.
-_OF_EACH, _TRIED_OF_EACH = 4, 2
-# Errors below this share of the budget count alike.
-_SMALL = 0.3
+# Powers on the way to a high one, and steps with each; with a power p a step is 1 / (p - 1) of the usual.
+_POWERS, _STEPS = (4.0, 8.0, 14.0), 2
+# Errors above this share of the largest count in a fit; those below this share of the budget count alike.
+_COUNTING, _SMALL = 0.25, 0.3
+# How much steps are held back, as a share of each number's own square: numbers may change by much while the
+# torque hardly does. Much more where few errors count: steps that bring those down would let others grow.
+_HELD_BACK, _HELD_BACK_MORE = 1e-3, 0.1
+# Shares of a step to try, the first that leads down is taken.
+_STRIDES = (1.0, 0.4, 0.15)
+# Numbers are taken to so many parts, and what errors grow by to so many decimals: what is mathematically
+# alike must not be distinguished by roundings, which differ between processors.
+_SNAP, _DIGITS, _DIGITS_OF_SUMS = 2.0**23, 10, 7
+# Steps beside which a second is looked for, and what is looked at closely; of one step so many are, and so
+# many are tried.
+_FIRST, _CLOSELY, _OF_EACH, _TRIED_OF_EACH = 2, 120, 4, 2
 # Steps that are nearly multiples of each other tell no two coefficients.
 _APART = 1e-9
-# Decimals of what errors grow by, where it decides: what is mathematically alike must not be distinguished by
-# roundings, which differ between processors.
-_DIGITS, _DIGITS_OF_SUMS = 10, 7
-# How much a fit is held back here.
-_HELD_BACK = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """What a program shall compute, at some states."""
+
+    inputs: dict[str, FloatArray]
+    torque: FloatArray  # (n, N), exact, over the allowed error
+    scale: FloatArray  # (n,), one over the allowed error
+    weights: FloatArray  # (n, N), how much errors count
+
+    def at(self, states: NDArray[np.intp]) -> Aim:
+        """The same at some of the states."""
+        some = {name: values[states] for name, values in self.inputs.items()}
+        return Aim(some, self.torque[:, states], self.scale, self.weights[:, states])
+
+    def errors(self, tape: Tape, values: FloatArray) -> FloatArray:
+        """Error over the allowed one, as it counts, shape (n, N)."""
+        return (tape.results(values) * self.scale[:, None] - self.torque) * self.weights
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Numbers of a program, and what follows from them."""
+
+    numbers: FloatArray  # (steps,)
+    values: FloatArray  # (steps, N)
+    errors: FloatArray  # (n, N), over the allowed ones
+
+    @property
+    def largest(self) -> float:
+        """Largest error over the allowed one."""
+        return float(np.abs(self.errors).max(initial=0.0))
+
+
+def unfitted(tape: Tape, aim: Aim, numbers: FloatArray | None = None) -> Fit:
+    """Take a program's own numbers, or others."""
+    numbers = tape.numbers if numbers is None else numbers
+    values = tape.values(aim.inputs, numbers)
+    return Fit(numbers, values, aim.errors(tape, values))
+
+
+def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
+    """What every number makes of the errors, shape (numbers, n N)."""
+    found = slopes[tape.scaled] * fit.values[tape.multiplied][:, None, :]
+    return found.reshape(len(tape.scaled), fit.errors.size)
+
+
+def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
+    """Fit numbers, by so many least squares at most, to the least norm of a power of the errors.
+
+    A power of 2 makes squares least, 12 nearly the largest error; it ends with a largest error of `enough`.
+    """
+    here = start
+    for _ in range(turns):
+        if here.largest <= enough or not len(tape.scaled):
+            break
+        slopes = tape.slopes(here.values, here.numbers, aim.scale) * aim.weights
+        step, _ = Columns(columns_of(tape, here, slopes)).least(here.errors.ravel(), power)
+        before = norm(here.errors, power)
+        for stride in _STRIDES:
+            numbers = here.numbers.copy()
+            numbers[tape.scaled] = snapped(numbers[tape.scaled] - stride * step)
+            trial = unfitted(tape, aim, numbers)
+            if norm(trial.errors, power) < before:
+                break
+        else:
+            break
+        here = trial
+    return here
+
+
+def snapped(values: FloatArray) -> FloatArray:
+    """Round to seven digits: what a search decides by them is then the same on every processor."""
+    mantissas, exponents = np.frexp(values)
+    return np.asarray(np.ldexp(np.round(mantissas * _SNAP), exponents) / _SNAP)
+
+
+def norm(errors: FloatArray, power: float) -> float:
+    """Norm of errors."""
+    largest = float(np.abs(errors).max(initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    return largest * float(((np.abs(errors) / largest) ** power).sum()) ** (1.0 / power)
+
+
+class Columns:
+    """Effects of numbers on errors, one row each (K, S), ready to bring any errors down."""
+
+    def __init__(self, columns: FloatArray) -> None:
+        self._size = sizes_of(columns)
+        self._scaled = columns / self._size[:, None]
+        self._one = np.eye(len(columns))
+        self._inverse = np.linalg.inv(self._scaled @ self._scaled.T + _HELD_BACK * self._one)
+
+    def least(self, errors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
+        """Coefficients (K,) that bring errors (S,) to the least norm of that power, and what is left."""
+        x = self._inverse @ (self._scaled @ errors)
+        for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
+            for _ in range(_STEPS):
+                left = errors - x @ self._scaled
+                size = np.abs(left)
+                largest = size.max(initial=0.0)
+                if largest == 0.0:
+                    break
+                # Those that hardly count are left out, and held back with the numbers.
+                rows = np.flatnonzero(size > _COUNTING * largest)
+                scaled, weights = self._scaled[:, rows], (size[rows] / largest) ** (p - 2.0)
+                root = np.sqrt(weights / weights.sum() * len(size))
+                weighed = scaled * root
+                gram = weighed @ weighed.T + _HELD_BACK_MORE * self._one
+                x = x + np.linalg.solve(gram, weighed @ (root * left[rows])) / (p - 1.0)
+        return x / self._size, errors - x @ self._scaled
+
+
+def sizes_of(columns: FloatArray) -> FloatArray:
+    """Norms of rows (K, S), none of them zero."""
+    return np.asarray(np.sqrt(np.einsum("ks,ks->k", columns, columns)) + np.finfo(float).tiny)
 
 
 class Replacement(NamedTuple):
-    """A step, and the steps (or `NUMBER`) with their coefficients that stand in for it.
-
-    `added` is what the error grows by, over the allowed one: its mean square; `saved` operations go.
-    """
+    """What stands in for a step."""
 
     step: int
-    by: tuple[tuple[int, float], ...]
-    saved: float
-    added: float
+    by: tuple[tuple[int, float], ...]  # steps, or `NUMBER`, and their coefficients
+    saved: float  # operations that go
+    added: float  # what the mean square of the error over the allowed one grows by
 
     def change(self, values: FloatArray) -> FloatArray:
         """What stands in minus the step itself, shape (N,), by the values of all steps."""
@@ -55,14 +176,10 @@ class Replacement(NamedTuple):
         return change
 
     @property
-    def merit(self) -> float:
-        """Smaller is better."""
-        return self.added / max(self.saved, 0.5) if self.added > 0.0 else self.added * self.saved
-
-    @property
     def order(self) -> tuple[float, float, int]:
         """The best is the first; of those alike what saves most, the first of these."""
-        return self.merit, -self.saved, self.step
+        merit = self.added / max(self.saved, 0.5) if self.added > 0.0 else self.added * self.saved
+        return merit, -self.saved, self.step
 
 
 def replacements(
@@ -70,8 +187,8 @@ def replacements(
 ) -> tuple[list[Replacement], float]:
     """List what may stand in, the best first, and the mean square error that a fit leaves as things are.
 
-    `slopes` are the effects of every step on the errors, (steps, n, N); `known` marks values of the
-    recursion, by which others can be stated, (steps,); squares stand for errors to the `power`.
+    `slopes` are effects of steps on errors, (steps, n, N); `known` (steps,) are values of the recursion, by
+    which others can be stated; squares stand for errors to the `power`.
     """
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()
@@ -145,7 +262,9 @@ class _Pool:
         self.saved[tape.needs.T] = -np.inf
         self.saved[:, never] = -np.inf
         self.saved[never | inputs] = -np.inf
-        self.saved[~_same_kind(tape.degree)] = -np.inf
+        # Torque stays D(q) qdd + h(q, qd) + c(q).
+        v, u = tape.degree[:, None], tape.degree
+        self.saved[~((u == v) | ((v == 2) & (u == 0)))] = -np.inf
         self.total[never | inputs] = -np.inf
 
     def by_one(self) -> list[Replacement]:
@@ -225,12 +344,6 @@ class _Pool:
 def rounded(added: float) -> float:
     """What an error grows by, in digits that do not depend on the processor."""
     return round(added, _DIGITS)
-
-
-def _same_kind(degree: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """What (column) may stand in for what (row), so that torque stays D(q) qdd + h(q, qd) + c(q)."""
-    v, u = degree[:, None], degree
-    return np.asarray((u == v) | ((v == 2) & (u == 0)))
 
 
 def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:

@@ -1,17 +1,14 @@
-"""The cheapest selection of candidates whose torque error stays within the budget.
+"""The cheapest selection of candidates whose torque error stays within the budget: an integer program.
 
-Torque is a sum of candidates, so the error of joint i at state s is linear in what is dropped:
-sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. What a selection costs is not linear in x, because
-candidates share arithmetic; but an intermediate result is needed exactly when one of the candidates above it
-is kept. Intermediates with the same candidates above them form one block b of w_b operations, so
+The error of joint i at state s is sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. Intermediate
+results that the same candidates need form a block b of w_b operations, needed where one of these is kept:
 
     minimise  sum_b w_b y_b   subject to   y_b >= x_p for every candidate p above b,
-              | sum_p a_pis (1 - x_p) | <= allowed_i  for all i, s
+              | sum_p a_pis (1 - x_p) | <= allowed_i  for all i, s.
 
-is an integer program whose optimum is that in operations, as far as blocks tell. Few states decide: only
-those that a trial solution violates are added, until none is. A dive (solve the relaxed program, keep what is
-largest, solve again) takes some hundredths of a second; the search from there stops after a number of nodes,
-not of seconds, so that every machine finds the same.
+Few states decide: those that a trial solution violates are added until none is. A dive (solve the relaxed
+program, keep what is largest, again) takes hundredths of a second; the search from there stops after a number
+of nodes, not of seconds, so that every machine finds the same.
 """
 
 from __future__ import annotations
@@ -48,11 +45,9 @@ def select(
     thorough: bool = True,
     work: Work | None = None,
 ) -> tuple[NDArray[np.bool_], bool]:
-    """Choose the candidates to keep.
+    """Choose the candidates to keep, (P,), given a_pis, N m, (P, n, N); and whether none are cheaper.
 
-    `errors` are a_pis, torque lost at joint i and state s when candidate p is dropped, N m, shape (P, n, N).
-    Returned are the cheapest candidates within the budget that were found, shape (P,), and whether that is
-    proven. Only one descent is made unless `thorough`. A GdAnalyzeError if the solver fails.
+    Only one descent is made unless `thorough`. A GdAnalyzeError if the solver fails.
     """
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)
@@ -84,9 +79,8 @@ class _Program:
 
     def cost(self, kept: NDArray[np.bool_]) -> float:
         """Operations of a selection, as blocks tell."""
-        return float(
-            sum(w for w, members in zip(self._weights, self._members, strict=True) if kept[members].any())
-        )
+        needed = [kept[members].any() for members in self._members]
+        return float(self._weights[needed].sum())
 
     def hold(self, kept: NDArray[np.bool_]) -> bool:
         """Whether a selection is within the budget at every state; those where it is not join the rows."""
@@ -99,20 +93,14 @@ class _Program:
         return not beyond
 
     def search(self, start: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], bool] | None:
-        """Cheapest selection within the budget at the rows, or the best found; whether it is proven.
-
-        None where that is beyond the effort left.
-        """
+        """Best selection found within the budget at the rows, and whether it is proven; None if too long."""
         import highspy
 
         if not self._work.affords(_SEARCHING * self._relaxed):
             return None
         solver, count = self._solver(), len(self._flat)
-        solver.changeColsIntegrality(
-            count,
-            np.arange(count, dtype=np.int32),
-            np.full(count, int(highspy.HighsVarType.kInteger), dtype=np.uint8),
-        )
+        whole = np.full(count, int(highspy.HighsVarType.kInteger), dtype=np.uint8)
+        solver.changeColsIntegrality(count, np.arange(count, dtype=np.int32), whole)
         for members in self.barred:
             add_rows(solver, np.array([members], dtype=np.int32), np.ones((1, len(members))), 1.0, np.inf)
         solver.setOptionValue("mip_max_nodes", _NODES)
@@ -130,10 +118,7 @@ class _Program:
         return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
 
     def dive(self) -> NDArray[np.bool_]:
-        """Solve the relaxed program, keep the largest fraction for good, and again until none is left.
-
-        What is undecided when the effort ends is kept.
-        """
+        """Solve the relaxed program, keep the largest fraction, and again; what is undecided then stays."""
         import highspy
 
         solver, count = self._solver(), len(self._flat)
@@ -156,10 +141,8 @@ class _Program:
             open_ = (x > _WHOLE) & (x < 1.0 - _WHOLE) & ~settled
             if not open_.any():
                 break
-            for k in {
-                *np.flatnonzero(open_ & (x > _NEARLY)).tolist(),
-                int(np.where(open_, x, -1.0).argmax()),
-            }:
+            largest = int(np.where(open_, x, -1.0).argmax())
+            for k in {*np.flatnonzero(open_ & (x > _NEARLY)).tolist(), largest}:
                 settled[k] = True
                 solver.changeColBounds(k, 1.0, 1.0)
         kept = x > _WHOLE
@@ -200,11 +183,9 @@ def _largest_beyond(errors: FloatArray) -> list[int]:
 
 
 def _failed(solver: Any) -> GdAnalyzeError:
-    return GdAnalyzeError(
-        "the selection failed",
-        found=solver.modelStatusToString(solver.getModelStatus()),
-        next_step="please report this with the arm file and the trajectory",
-    )
+    status = solver.modelStatusToString(solver.getModelStatus())
+    next_step = "please report this with the arm file and the trajectory"
+    return GdAnalyzeError("the selection failed", found=status, next_step=next_step)
 
 
 def add_rows(

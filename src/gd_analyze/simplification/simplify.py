@@ -19,14 +19,13 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import too_many_terms
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
-from gd_analyze.simplification.levels import level_named
+from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress, dropped, quick_count
-from gd_analyze.simplification.search_options import SearchOptions
-from gd_analyze.simplification.term import TERM
 from gd_analyze.simplification.within_norm import within_norm
 
 if TYPE_CHECKING:
@@ -38,9 +37,8 @@ if TYPE_CHECKING:
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 # Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
-# found to take half to four fifths at states of all the arm's limits, at 1 % of peak torque. At few states it
-# may take fewer than terms, as its numbers are fitted to them, and then errs the more between them.
-# Nor is it tried for so few joints, whose equations are short.
+# found to take half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are
+# fitted to them, and then errs the more between them. Nor is it tried for so few joints: equations are short.
 _FEW, _FEW_JOINTS = 0.65, 4
 # Where a quick count finds that terms left take more than so many times the exact torque's operations, they
 # are not searched: the search and a program written with care were found to save up to two fifths of it.
@@ -75,11 +73,18 @@ def simplify(
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
         each joint's peak torque over the states by default.
-    level, refit, operations, effort
-        See `SearchOptions`. By default the level of fewest operations is found out. "term" drops torque terms
-        one by one; "recursive" simplifies steps of the recursion of Newton and Euler, for arms of many terms;
-        "energy" drops terms of the energies, so that the model stays a mechanical system; "element" drops the
-        effects of D_ij and h_i and c_i, the founding text's method.
+    level
+        By default the one of fewest operations is found out. "term" drops torque terms one by one;
+        "recursive" simplifies steps of the recursion of Newton and Euler, for arms of many terms; "energy"
+        drops terms of the energies, so that the model stays a mechanical system; "element" drops the effects
+        of D_ij and h_i and c_i, the founding text's method.
+    refit
+        Change kept coefficients to absorb what is dropped.
+    operations
+        Multiplications and additions the model may take: the budget is scaled to the smallest that so many
+        allow.
+    effort
+        How much to search, as a multiple of the usual: about a minute at most.
     drives
         Include drive inertia, or take the links alone; by default it is included where the arm describes
         drives, see `ExactDynamics.of`.
@@ -122,9 +127,8 @@ def simplify_exact(
 ) -> SimplifiedModel:
     """Do what `simplify` does, against exact dynamics that are at hand.
 
-    `provenance` is stored with the model; `progress` is called with the number of candidates dropped, or of
-    operations saved, since the last call; `stage` with what begins. A TooManyTermsError if the level asked
-    for has more terms than a search can weigh.
+    `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
+    `stage` with what begins. A TooManyTermsError if the level asked for has too many terms for a search.
     """
     budget = Budget.of(budget)
     if how.operations is not None:
@@ -134,7 +138,7 @@ def simplify_exact(
         model = _cheapest(exact, budget, how, progress, stage)
     else:
         stage(f"searching at level {how.level}")
-        model = at_level(exact, budget, how.level, how, progress)
+        model = _at_level(exact, budget, how.level, how, progress)
     return replace(model, provenance=dict(provenance or {}))
 
 
@@ -145,21 +149,15 @@ def _cheapest(
     progress: Progress,
     stage: Callable[[str], object],
 ) -> SimplifiedModel:
-    """Simplify at every promising level, and give the model of fewest operations.
-
-    Of models of a given number of operations it is the one of the smallest budget. `Accuracy.levels` states
-    what was tried.
-    """
+    """Give the model of fewest operations of all promising levels; of a given number, of the least budget."""
     models: list[SimplifiedModel] = []
     tried: list[LevelTried] = []
     for level in _TRIED:
-        why = _unpromising(exact, level, models if how.operations is None else [])
-        if not why and level is TERM and how.operations is None:
-            why = _too_long(exact, budget)
+        why = _unpromising(exact, level, budget, how, models)
         if not why:
             stage(f"searching at level {level}")
             try:
-                models.append(at_level(exact, budget, level, how, progress))
+                models.append(_at_level(exact, budget, level, how, progress))
             except TooManyTermsError as error:
                 why = error.what
         operations = None if why else models[-1].operations.total
@@ -171,41 +169,68 @@ def _cheapest(
     return replace(best, accuracy=replace(best.accuracy, levels=tuple(tried)))
 
 
-def _unpromising(exact: ExactDynamics, level: Level, models: Sequence[SimplifiedModel]) -> str:
+def _unpromising(
+    exact: ExactDynamics, level: Level, budget: Budget, how: SearchOptions, models: Sequence[SimplifiedModel]
+) -> str:
     """Why a level cannot take fewer operations than the models there are; "" where it may."""
+    full, is_short = exact.form.operations.total, exact.arm.n_joints <= _FEW_JOINTS
+    if level is TERM and (many := too_many_terms(exact.form)):
+        return f"the arm has {many}"
+    if how.operations is not None:
+        return ""
     if level is TERM:
-        many = too_many_terms(exact.form)
-        return f"the arm has {many}" if many else ""
-    if models and exact.arm.n_joints <= _FEW_JOINTS:
+        if budget.norm is not None or is_short:
+            return ""
+        try:
+            about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
+        except TooManyTermsError as error:
+            return error.what
+        long = f"the terms left take about {about} operations, the exact torque {full}"
+        return long if about > _MANY * full else ""
+    if models and is_short:
         return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
-    full = exact.form.operations.total
     least = min((model.operations.total for model in models), default=full)
     if least < _FEW * full:
         return f"{least} of {full} operations are few, and its numbers would be fitted to the states"
     return ""
 
 
-def _too_long(exact: ExactDynamics, budget: Budget) -> str:
-    """Why the terms that a budget leaves are no short way to write the torque; "" where they may be."""
-    full = exact.form.operations.total
-    if budget.norm is not None or exact.arm.n_joints <= _FEW_JOINTS:
-        return ""
-    try:
-        about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
-    except TooManyTermsError as error:
-        return error.what
-    if about <= _MANY * full:
-        return ""
-    return f"the terms left take about {about} operations, the exact torque {full}"
-
-
-def at_level(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+def _at_level(
+    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress
 ) -> SimplifiedModel:
-    """Simplify at a level, whatever `how` says of it; exact dynamics as they are `ExactDynamics.under` it."""
-    if how.operations is None:
+    """Simplify at a level within a budget, or one scaled until the model takes as few operations as asked.
+
+    A quick count finds about where; whole searches then close in from there.
+    """
+    operations = how.operations
+    if operations is None:
         return _within(exact, budget, level, how, progress)
-    return _of_few_operations(exact, budget, level, how, how.operations, progress)
+    allowed = exact.allowed(budget)
+    if operations >= exact.form.operations.total:
+        return exactly(exact, level, allowed, str(budget))
+    some = exact.thinned()
+    if isinstance(level, CandidateLevel):
+        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
+    else:
+        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
+    few, many = _LEAST, 1.0
+    while quick(many) > operations:
+        few, many = many, 2.0 * many
+    while many / few > close:
+        middle = (few * many) ** 0.5
+        few, many = (middle, many) if quick(middle) > operations else (few, middle)
+    best = _within(exact, budget.scaled(many), level, how, progress)
+    while best.operations.total > operations:
+        many *= _WIDER
+        best = _within(exact, budget.scaled(many), level, how, progress)
+    step = 0.8
+    for _ in range(attempts):
+        trial = _within(exact, budget.scaled(many * step), level, how)
+        if trial.operations.total <= operations:
+            best, many = trial, many * step
+        else:
+            step **= 0.5
+    return best
 
 
 def _within(
@@ -238,12 +263,9 @@ def _within(
         return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
     model = search(exact, allowed)
     if not (model.accuracy.errors.counting <= allowed).all():
-        raise GdAnalyzeError(
-            "the simplified model misses its budget",
-            expected=str(allowed.tolist()),
-            found=str(model.accuracy.errors.counting.tolist()),
-            next_step="please report this with the arm file and the states",
-        )
+        expected, found = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
+        what, next_step = "the model misses its budget", "please report this with the arm file and the states"
+        raise GdAnalyzeError(what, expected=expected, found=found, next_step=next_step)
     return model
 
 
@@ -265,43 +287,3 @@ def _searched(
     model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
     model = measured(exact, replace(model, accuracy=accuracy))
     return model if how.dearer else no_dearer(exact, model)
-
-
-def _of_few_operations(
-    exact: ExactDynamics,
-    budget: Budget,
-    level: Level,
-    how: SearchOptions,
-    operations: int,
-    progress: Progress,
-) -> SimplifiedModel:
-    """Scale the budget until the model takes no more operations than asked for.
-
-    A quick count finds about where; whole searches then close in from there.
-    """
-    allowed = exact.allowed(budget)
-    if operations >= exact.form.operations.total:
-        return exactly(exact, level, allowed, str(budget))
-    some = exact.thinned()
-    if isinstance(level, CandidateLevel):
-        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
-    else:
-        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
-    few, many = _LEAST, 1.0
-    while quick(many) > operations:
-        few, many = many, 2.0 * many
-    while many / few > close:
-        middle = (few * many) ** 0.5
-        few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, how, progress)
-    while best.operations.total > operations:
-        many *= _WIDER
-        best = _within(exact, budget.scaled(many), level, how, progress)
-    step = 0.8
-    for _ in range(attempts):
-        trial = _within(exact, budget.scaled(many * step), level, how)
-        if trial.operations.total <= operations:
-            best, many = trial, many * step
-        else:
-            step **= 0.5
-    return best

@@ -1,15 +1,9 @@
-"""Models for smaller and larger budgets: the curve of every level, and the path of a given model.
-
-A budget path leads through a model that is given: terms join it for a smaller budget and leave it for a
-larger one, so that every term has one budget at which it goes. Of a recursion more and more steps are
-simplified, from the exact one for smaller budgets and from the given one for larger.
-"""
+"""Models for smaller and larger budgets: the curve of every level, and the path of a given model."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -22,10 +16,9 @@ from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
-from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.pruning import pruned_path
-from gd_analyze.simplification.search_options import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
 # Level and refit: every level, and every level once more with a refit that can have one.
@@ -57,16 +50,14 @@ def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
 class TradeOffPoint:
     """One model of the curve; the exact one where nothing cheaper is within the budget."""
 
-    # How it was simplified
     level: Level
     refit: bool
-    # Its budget, as a multiple of the one the curve is about and as a user would put it
-    factor: float
-    budget: str
+    factor: float  # of the budget that the curve is about
+    budget: str  # as a user would put it
     operations: OperationCount  # what one torque evaluation takes
-    # Largest error at the states, the worst joint's: over peak torque, or under a budget that is no share of
-    # it over the error allowed by the budget that was multiplied, see `Budget.shares_of`
-    error_share: float
+    error_share: (
+        float  # the worst joint's largest error over peak torque or allowed error, see `Budget.shares_of`
+    )
 
 
 def curves(points: Sequence[TradeOffPoint]) -> dict[Kind, tuple[TradeOffPoint, ...]]:
@@ -145,9 +136,10 @@ def trade_off(
             else:
                 found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
         best: list[_Found] = []
-        for factor, each in zip(order, _no_dearer(found, without.get(level, [])), strict=True):
-            best.append(each)
-            operations, error = each
+        others = without.get(level, [])
+        for k, (factor, each) in enumerate(zip(order, found, strict=True)):
+            operations, error = min([each, *others[k : k + 1], *best[-1:]], key=lambda one: one[0].total)
+            best.append((operations, error))
             # The largest share of any joint; one without a whole has none.
             share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
             points.append(TradeOffPoint(level, refit, factor, str(budget.scaled(factor)), operations, share))
@@ -164,30 +156,19 @@ def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: 
         return None
 
 
-def _no_dearer(found: Iterable[_Found], without: Sequence[_Found]) -> Iterator[_Found]:
-    """For each budget the best found so far, models without refit included."""
-    best: _Found | None = None
-    for one, other in zip_longest(found, without):
-        best = min((each for each in (one, other, best) if each is not None), key=lambda each: each[0].total)
-        yield best
-
-
 def _best_of(
     exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
 ) -> Iterator[_Found]:
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
-
-    def is_within(model: SimplifiedModel, allowed: FloatArray) -> bool:
-        # One whose numbers are fitted must have been made for that budget.
-        kept = bool((model.accuracy.errors.counting <= allowed).all())
-        return kept and (
-            not model.level.always_refits or bool((model.accuracy.allowed <= _SAME * allowed).all())
-        )
-
     everything = exact.form.operations, np.zeros(len(allowed))
     for factor in factors:
-        within = [model for model in models if is_within(model, factor * allowed)]
-        found = [(model.operations, model.accuracy.errors.largest) for model in within]
+        found = []
+        for model in models:
+            stated = model.accuracy
+            # One whose numbers are fitted must have been made for that budget.
+            made_for = not model.level.always_refits or (stated.allowed <= _SAME * factor * allowed).all()
+            if made_for and (stated.errors.counting <= factor * allowed).all():
+                found.append((model.operations, stated.errors.largest))
         yield min([*found, everything], key=lambda each: each[0].total)
 
 
@@ -207,18 +188,14 @@ def _eliminated(
             selected.append((elimination.kept(last), elimination.scales[last]))
     steps = [candidates.keep(*one) for one in reversed(selected)]
     programs = candidates.level.write_steps(candidates.form, steps, exact.form.operations.total - 1)
-    errors = [_errors(candidates, kept * scale - 1.0) * allowed for kept, scale in reversed(selected)]
-    found = [(program.count, error) for program, error in zip(programs, errors, strict=False)]
+    found: list[_Found] = []
+    for program, (kept, scale) in zip(programs, reversed(selected), strict=False):
+        error = np.abs(np.tensordot(kept * scale - 1.0, candidates.effects, axes=1))
+        if candidates.weights is not None:
+            error = error / candidates.weights.T
+        found.append((program.count, ((1.0 - swept) * error.max(axis=1) + swept) * allowed))
     everything = exact.form.operations, np.zeros(len(allowed))
     return [everything] * (len(factors) - len(found)) + found[::-1]
-
-
-def _errors(candidates: Candidates, weights: FloatArray) -> FloatArray:
-    """Largest errors of the joints over what is allowed."""
-    error: FloatArray = np.abs(np.tensordot(weights, candidates.effects, axes=1))
-    if candidates.weights is not None:
-        error = error / candidates.weights.T
-    return (1.0 - candidates.swept) * error.max(axis=1) + candidates.swept
 
 
 def budget_path(
@@ -226,9 +203,8 @@ def budget_path(
 ) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and to larger budgets: one model per factor, growing, within that budget.
 
-    The path leads through the model given at a factor of 1. Where it was refitted, coefficients remain so
-    from its own budget on, and are exact below. None keeps a term that one before it does not keep, or takes
-    more operations; the exact one stands where none takes fewer.
+    None keeps a term, or simplifies fewer steps, than one before it, or takes more operations; the exact one
+    stands where none takes fewer. Refitted coefficients remain so from the given model's budget on.
     """
     trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given, factors)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []

@@ -1,8 +1,7 @@
 """Models within a budget of the norm, by searches that know what every joint is allowed at every state.
 
-What keeps |error_i| within a part of the torque's norm at every state that counts, keeps the norm of the
-error within a share of it. How large that part may be is not known beforehand, nor which states had best be
-given up: so it is widened and narrowed until the measure itself, of the model's own program, is just kept.
+What keeps |error_i| within a part of the torque's norm at the states that count, keeps the norm of the error
+within a share of it. The part is widened and narrowed until the measure itself is just kept.
 """
 
 from __future__ import annotations
@@ -13,20 +12,17 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import UsageError
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import Budget, NormMeasure
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
-from gd_analyze.simplification.measures import NormMeasure
 from gd_analyze.simplification.model import SimplifiedModel
 
 # Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
 # thoroughly or not, and going on from a model where there is one and the level can.
 Search = Callable[[ExactDynamics, FloatArray, bool, SimplifiedModel | None], SimplifiedModel]
 
-# How often is searched quickly, and then thoroughly; how close to the budget is close enough, and how far a
-# step goes at most.
+# Searches done quickly, then thoroughly; how close to the budget is enough; how far a step goes at most.
 _QUICK, _THOROUGH, _CLOSE, _STEP = 6, 2, 0.97, 3.0
 # Steps in which allowances grow, and up to which.
 _WIDER, _WIDEST = 1.25, 100.0
@@ -41,14 +37,12 @@ def within_norm(
 ) -> SimplifiedModel:
     """Find the model of fewest operations within a budget of the norm, at states of one motion or of none.
 
-    `search` looks for a model within an allowed error; `otherwise` is the exact model, which states that
-    budget.
+    `otherwise` is the exact model, which states that budget.
     """
     if exact.states.motions:
         names = ", ".join(motion.name for motion in exact.states.motions)
         budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
-    if budget.norm is None:
-        raise UsageError("this is no budget of the norm", where="budget", found=str(budget))
+    assert budget.norm is not None  # the caller asks
     measure = exact.norm_measure(budget.norm)
     best = otherwise
     look = _widened if not isinstance(otherwise.level, CandidateLevel) else _closed_in
