@@ -13,7 +13,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export import export, export_decomposition
 from gd_analyze.exporting.export_input import ExportInput, Function, Output
 from gd_analyze.exporting.registry import LANGUAGES, language_class
-from gd_analyze.exporting.statements import in_strides
+from gd_analyze.exporting.strides import in_strides
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from made_models import ROUND_OFF, exact_model

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.formulas.equations_result import sympy_head, sympy_line
 from gd_analyze.formulas.languages import Latex, MathML, Plain
 from gd_analyze.formulas.printer import number, rounded
-from gd_analyze.formulas.sympy import sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula, factor_legend, term_formula
 from gd_analyze.harmonics.equations import Equation, Term, equations
 from gd_analyze.harmonics.terms import EnergyTerm, Factor

@@ -99,8 +99,7 @@ def equations(
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.files import write_text
-        from gd_analyze.formulas.equations_result import Heading, equation_text, equations_result
-        from gd_analyze.formulas.sympy import sympy_head
+        from gd_analyze.formulas.equations_result import Heading, equation_text, equations_result, sympy_head
         from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
         arm = robot.load()

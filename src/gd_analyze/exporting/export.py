@@ -109,20 +109,12 @@ def written(given: ExportInput, languages: str | Sequence[str], scalar: str = "d
     files: dict[str, str] = {}
     for name in (languages,) if isinstance(languages, str) else languages:
         if name not in LANGUAGES:
-            raise UsageError(
-                "no such language",
-                where="languages",
-                expected=f"some of {', '.join(LANGUAGES)}",
-                found=name,
-            )
+            expected = f"some of {', '.join(LANGUAGES)}"
+            raise UsageError("no such language", where="languages", expected=expected, found=name)
         language = language_class(name)
         if scalar not in language.scalars:
-            raise UsageError(
-                f"no such type of numbers in {name}",
-                where="scalar",
-                expected=" or ".join(language.scalars),
-                found=scalar,
-            )
+            what, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
+            raise UsageError(what, where="scalar", expected=expected, found=scalar)
         texts = language(scalar).texts(given)
         files |= {f"{given.name}{suffix}": text for suffix, text in texts.items()}
     return Exported(given, files)

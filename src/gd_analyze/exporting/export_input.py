@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.dynamics import composite_moments
 from gd_analyze.dynamics.kinematics import solve_kinematics
@@ -55,7 +53,6 @@ class Input(NamedTuple):
 class Function:
     """One function of positions, velocities and accelerations."""
 
-    # What it is called, and what it gives
     name: str
     meaning: str
     arguments: tuple[str, ...]  # of q, qd and qdd those that it takes
@@ -81,13 +78,12 @@ class Function:
         return [each for each in self.arguments if each not in {x.kind for x in self.inputs}]
 
 
-@dataclass(frozen=True)
-class Constant:
-    """Numbers, one per joint, that may be rounded in the direction of one infinity, `towards`."""
+class Constant(NamedTuple):
+    """Numbers, one per joint, that may be rounded in the direction of one infinity."""
 
     meaning: str
-    values: tuple[float, ...]
-    towards: float
+    values: list[float]
+    towards: float  # inf or -inf
 
     @property
     def in_single(self) -> Constant:
@@ -95,15 +91,15 @@ class Constant:
 
         Examples
         --------
-        >>> Constant("a bound", (0.1, 0.5), math.inf).in_single.values
-        (0.10000000149011612, 0.5)
-        >>> Constant("and to", (0.1, 0.5), -math.inf).in_single.values
-        (0.09999999403953552, 0.5)
+        >>> Constant("a bound", [0.1, 0.5], math.inf).in_single.values
+        [0.10000000149011612, 0.5]
+        >>> Constant("and to", [0.1, 0.5], -math.inf).in_single.values
+        [0.09999999403953552, 0.5]
         """
         near = np.array(self.values, dtype=np.float32)
         beyond = np.nextafter(near, np.float32(self.towards))
         short = near < self.values if self.towards > 0.0 else near > np.array(self.values)
-        return Constant(self.meaning, tuple(np.where(short, beyond, near).tolist()), self.towards)
+        return self._replace(values=np.where(short, beyond, near).tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +107,8 @@ class ExportInput:
     """What is exported."""
 
     name: str  # identifier that all others begin with, and the files
-    # The arm, and whether its drives' inertia counts
     arm: RobotArm
-    drives: bool
+    drives: bool  # whether the drives' inertia counts
     functions: tuple[Function, ...]  # torque, D, h and c, or the decomposition
     model: SimplifiedModel | None = None  # the simplified model; None of exact dynamics
     certificate: Certificate | None = None  # what is proven of its error, if anything
@@ -122,40 +117,33 @@ class ExportInput:
     def of_model(
         cls, model: SimplifiedModel, name: str | None = None, certificate: Certificate | None = None
     ) -> ExportInput:
-        """Export a simplified model.
-
-        Raises
-        ------
-        UsageError
-            If the certificate is of another number of joints, or of a tube: no box is proven then.
-        """
+        """Export a simplified model; `UsageError` if the certificate is of another arm, or of a tube."""
+        arm = model.arm
         if certificate is not None and (
-            len(certificate.certified) != model.arm.n_joints or certificate.along is not None
+            len(certificate.certified) != arm.n_joints or certificate.along is not None
         ):
             raise UsageError(
                 "the certificate does not fit the model",
                 where="certificate",
-                expected=f"bounds of {model.arm.n_joints} joints over a box",
+                expected=f"bounds of {arm.n_joints} joints over a box",
                 found=f"bounds of {len(certificate.certified)} joints over {certificate.where}",
                 next_step="make one with gd.certify(model)",
             )
-        functions = torque_functions(model.program, model.arm.n_joints, model.level.is_mechanical)
-        return cls(_checked(name, model.arm), model.arm, model.drives, functions, model, certificate)
+        functions = _torque_functions(model.program, arm.n_joints, model.level.is_mechanical)
+        return cls(_prefix(name, arm.name), arm, model.drives, functions, model, certificate)
 
     @classmethod
     def of_exact(cls, form: ExactForm, name: str | None = None) -> ExportInput:
         """Export exact dynamics."""
-        functions = torque_functions(form.program, form.arm.n_joints, symmetric=True)
-        return cls(_checked(name, form.arm), form.arm, form.drives, functions)
+        functions = _torque_functions(form.program, form.arm.n_joints, symmetric=True)
+        return cls(_prefix(name, form.arm.name), form.arm, form.drives, functions)
 
     @classmethod
     def of_decomposition(cls, arm: RobotArm, name: str | None = None) -> ExportInput:
         """Export D and h by effect, and c, of the links alone."""
         suffix = "_decomposition"
         default = f"{identifier(arm.name)[: LONGEST - len(suffix)].rstrip('_')}{suffix}"
-        return cls(
-            _checked(default if name is None else name, arm), arm, False, (decomposition_function(arm),)
-        )
+        return cls(_prefix(name, default), arm, False, (_decomposition_function(arm),))
 
     @property
     def n(self) -> int:
@@ -173,54 +161,45 @@ class ExportInput:
         return next((each for each in self.functions if each.name == "torque"), None)
 
     @property
-    def constants(self) -> Mapping[str, Constant]:
+    def constants(self) -> dict[str, Constant]:
         """Errors and box, for a controller to compare a state with."""
-        found: list[tuple[str, str, FloatArray, float]] = []
+        found = {}
         if self.model is not None:
+            errors = self.model.accuracy.errors.largest.tolist()
             meaning = "largest torque error at the states the model was fitted on"
-            found.append(("sampled_error", meaning, self.model.accuracy.errors.largest, math.inf))
+            found["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
-            box, bounds = self.certificate.box, np.array([up(float(x)) for x in self.certificate.certified])
-            found += [
-                ("error_bound", "no state within the box has a larger torque error", bounds, math.inf),
-                ("lower", "the box: lowest positions", box.lower, math.inf),
-                ("upper", "the box: highest positions", box.upper, -math.inf),
-                ("velocity", "the box: largest velocities, either way", box.velocity, -math.inf),
-                ("acceleration", "the box: largest accelerations, either way", box.acceleration, -math.inf),
-            ]
-        return {
-            name: Constant(meaning, tuple(map(float, values)), towards)
-            for name, meaning, values, towards in found
-        }
+            box, bounds = self.certificate.box, [up(x) for x in self.certificate.certified.tolist()]
+            meaning = "no state within the box has a larger torque error"
+            found["error_bound"] = Constant(meaning, bounds, math.inf)
+            for name, meaning, towards in (
+                ("lower", "lowest positions", math.inf),
+                ("upper", "highest positions", -math.inf),
+                ("velocity", "largest velocities, either way", -math.inf),
+                ("acceleration", "largest accelerations, either way", -math.inf),
+            ):
+                found[name] = Constant(f"the box: {meaning}", getattr(box, name).tolist(), towards)
+        return found
 
 
-def torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
+def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
     """Torque, D, h and c, from the program of the torque of n joints; D is mirrored where it is symmetric."""
-    parts = (
-        ("torque", "generalized torque tau = D(q) qdd + h(q, qd) + c(q)", 3, "tau", torque),
-        (
-            "inertia",
-            "inertia matrix D(q), its rows one after another",
-            1,
-            "D",
-            inertia_program(torque, n, symmetric),
-        ),
-        (
-            "coriolis_centrifugal",
-            "Coriolis and centrifugal torque h(q, qd)",
-            2,
-            "h",
-            coriolis_centrifugal_program(torque, n),
-        ),
-        ("gravity_loading", "gravity loading c(q)", 1, "c", gravity_loading_program(torque, n)),
+    inertia = inertia_program(torque, n, symmetric)
+    h, c = coriolis_centrifugal_program(torque, n), gravity_loading_program(torque, n)
+    tau_out, d_out, h_out, c_out = (
+        (Output(name, shape),) for name, shape in (("tau", (n,)), ("D", (n, n)), ("h", (n,)), ("c", (n,)))
     )
-    return tuple(
-        Function(name, meaning, _KINDS[:taken], (Output(symbol, (n, n) if symbol == "D" else (n,)),), program)
-        for name, meaning, taken, symbol, program in parts
+    said = "generalized torque tau = D(q) qdd + h(q, qd) + c(q)"
+    of_h = "Coriolis and centrifugal torque h(q, qd)"
+    return (
+        Function("torque", said, ("q", "qd", "qdd"), tau_out, torque),
+        Function("inertia", "inertia matrix D(q), its rows one after another", ("q",), d_out, inertia),
+        Function("coriolis_centrifugal", of_h, ("q", "qd"), h_out, h),
+        Function("gravity_loading", "gravity loading c(q)", ("q",), c_out, c),
     )
 
 
-def decomposition_function(arm: RobotArm) -> Function:
+def _decomposition_function(arm: RobotArm) -> Function:
     """D and h by effect, and c, of the links alone. [FGL87] Eqs. (3.4-25) to (3.4-28)."""
     n, trace = arm.n_joints, Trace()
     q, qd = trace.inputs("q", n), trace.inputs("qd", n)
@@ -249,7 +228,8 @@ def up(value: float) -> float:
     return value if float(f"{value:.6g}") == value else rounded_up(value, 6)
 
 
-def _checked(name: str | None, arm: RobotArm) -> str:
+def _prefix(name: str | None, default: str) -> str:
+    """The name given, which must be an identifier, or one made of the default."""
     if name is not None and identifier(name) != name:
         raise UsageError(
             "the name is no identifier in every language",
@@ -259,4 +239,4 @@ def _checked(name: str | None, arm: RobotArm) -> str:
             found=name,
             next_step=f"{identifier(name)} would do",
         )
-    return name or identifier(arm.name)
+    return name or identifier(default)

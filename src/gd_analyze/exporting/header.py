@@ -9,6 +9,7 @@ from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import number
 
@@ -16,12 +17,7 @@ from gd_analyze.text import number
 def header(given: ExportInput, foreign: Callable[[str], str]) -> list[str]:
     """State what it is, of which arm, in which units, how exact, and what foreign names became.
 
-    Parameters
-    ----------
-    given
-        What is exported.
-    foreign
-        Writes a text from outside so that it does nothing in a comment.
+    `foreign` writes a text from outside so that it does nothing in a comment.
     """
     lines = (*_contents(given, foreign), "", *_joints(given, foreign), "", *_errors(given, foreign))
     return [line.rstrip() for line in lines]
@@ -53,9 +49,8 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
 def _joints(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     yield "Joints in their order, with their names where these differ:"
     for i, (joint, word) in enumerate(zip(given.arm.joints, given.joints, strict=True), start=1):
-        unit, effort = ("rad", "N m") if joint.kind == "revolute" else ("m", "N")
         named = "" if word == joint.name else f" (named {foreign(joint.name)})"
-        yield f"  {i}: {word}{named}, {joint.kind}: q in {unit}, tau in {effort}"
+        yield f"  {i}: {word}{named}, {joint.kind}: q in {joint.unit}, tau in {joint.effort_unit}"
     yield f"Links: {', '.join(foreign(link.name) for link in given.arm.links)}"
 
 
@@ -63,31 +58,33 @@ def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     if given.model is None:
         yield "Exact: no error but rounding."
         return
-    accuracy, certificate = given.model.accuracy, given.certificate
     yield "Torque errors, sampled where the model was fitted:"
-    yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in accuracy.fitted_on.items())}"
-    columns = [accuracy.errors.peak_torque, accuracy.allowed, accuracy.errors.largest, accuracy.errors.rms]
-    yield from _table(
-        ["joint", "peak torque", "allowed", "largest", "RMS"],
-        [[number(float(x)) for x in row] for row in zip(*columns, strict=True)],
-    )
-    if certificate is None:
+    fitted_on = given.model.accuracy.fitted_on
+    yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
+    yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(given.model))
+    if given.certificate is None:
         yield "Nothing is proven of other states: no certificate was asked for."
         return
-    where = foreign(certificate.box.where)
+    where = foreign(given.certificate.box.where)
     yield f"Proven: no state of the following box ({where}) has an error above the bound."
-    yield from _table(
-        ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"],
-        [[f"{x:.6g}" for x in row] for row in proven_rows(certificate)],
-    )
+    headings = ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"]
+    yield from _table(headings, proven_rows(given.certificate))
 
 
-def proven_rows(certificate: Certificate) -> list[list[float]]:
+def sampled_rows(model: SimplifiedModel) -> list[list[str]]:
+    """Peak torque, allowed, largest and RMS error, joint by joint."""
+    errors, allowed = model.accuracy.errors, model.accuracy.allowed
+    columns = (errors.peak_torque, allowed, errors.largest, errors.rms)
+    return [[number(float(x)) for x in row] for row in zip(*columns, strict=True)]
+
+
+def proven_rows(certificate: Certificate) -> list[list[str]]:
     """Box and bound, joint by joint, to six digits: no box larger than proven, no bound smaller."""
     box = certificate.box
     columns = (box.lower, -box.upper, -box.velocity, -box.acceleration, certificate.certified)
-    rows = [[up(float(x)) for x in row] for row in zip(*columns, strict=True)]
-    return [[lower, *(-x for x in most), bound] for lower, *most, bound in rows]
+    signs = (1.0, -1.0, -1.0, -1.0, 1.0)
+    rows = zip(*columns, strict=True)
+    return [[f"{sign * up(float(x)):.6g}" for sign, x in zip(signs, row, strict=True)] for row in rows]
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What a language is: comments, reserved words, numbers, operators, files and templates, in one class."""
+"""What a language is: comments, numbers, operators, files and templates, in one class."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar
+from itertools import islice
+from typing import Any, ClassVar, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.exporting.export_input import ExportInput, Function
 from gd_analyze.exporting.header import header
-from gd_analyze.exporting.statements import body
+from gd_analyze.operations.trace import Expression
 from gd_analyze.text import shortened
 
 _LONGEST = 120
+
+
+class Body(NamedTuple):
+    """The inside of a function."""
+
+    statements: list[tuple[str, str]]  # assignments (name, value), in order
+    outputs: dict[str, list[str]]  # expressions by output
 
 
 @dataclass(frozen=True)
@@ -28,8 +36,6 @@ class Language:
     files: ClassVar[Mapping[str, str]]
     # A comment of several lines: what opens it, begins its lines and closes it.
     comment: ClassVar[tuple[str, str, str]]
-    # Words that may name nothing, in any spelling of capitals.
-    reserved: ClassVar[frozenset[str]] = frozenset()
     # Signs that do not stand as they are in a comment: one could end it, continue its line or be expanded.
     unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'
     scalars: ClassVar[tuple[str, ...]] = ("double",)
@@ -44,6 +50,10 @@ class Language:
         """Write the numbers of a constant."""
         return self.separator.join(map(repr, values))
 
+    def function(self, name: str) -> str:
+        """What sin or cos is called."""
+        return name
+
     def foreign(self, text: str) -> str:
         """Write a text from outside, such as an arm's title, for a comment.
 
@@ -54,16 +64,42 @@ class Language:
         """
         return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
 
-    @property
-    def functions(self) -> dict[str, str]:
-        """Names of sine and cosine."""
-        return {"sin": "sin", "cos": "cos"}
-
     def block(self, text: str) -> str:
         """Write lines as a comment."""
         opening, prefix, closing = self.comment
         lines = [f"{prefix} {line}".rstrip() if prefix else line for line in text.strip("\n").split("\n")]
         return "\n".join([f"{opening}{lines[0]}", *lines[1:], closing])
+
+    def body(self, function: Function) -> Body:
+        """Write a program, a statement a step.
+
+        Sines and cosines of inputs are named by their angles, all else t1, t2, ...
+        """
+        names: dict[int, str] = {}
+
+        def written(x: Any) -> str:
+            return names[x.order] if isinstance(x, Expression) else self.number(float(x))
+
+        statements: list[tuple[str, str]] = []
+        for step in function.program.steps:
+            if step.operation == "input":
+                names[step.order] = step.arguments[0]
+                continue
+            first, *others = map(written, step.arguments)
+            name = f"t{len(statements) + 1}"
+            if step.operation in self.operators:
+                value = f"{first} {self.operators[step.operation]} {others[0]}"
+            elif step.operation == "negative":
+                value = f"-{first}"
+            else:
+                value = f"{self.function(step.operation)}({first})"
+                if first.isidentifier():
+                    name = f"{step.operation}_{first}"
+            names[step.order] = name
+            statements.append((name, value))
+        expressions = map(written, function.program.outputs)
+        outputs = {output.name: [*islice(expressions, output.size)] for output in function.outputs}
+        return Body(statements, outputs)
 
     def notes(self, given: ExportInput) -> Sequence[str]:
         """Lines for the end of the header."""
@@ -71,7 +107,7 @@ class Language:
 
     def values(self, given: ExportInput) -> dict[str, Any]:
         """Values for the templates, beside those that all languages have."""
-        return {"functions": [(each, body(each, self)) for each in given.functions]}
+        return {"functions": [(each, self.body(each)) for each in given.functions]}
 
     def texts(self, given: ExportInput) -> dict[str, str]:
         """Write the files: texts by suffix."""
@@ -81,11 +117,8 @@ class Language:
             "constants": given.constants,
             "header": "\n".join([*header(given, self.foreign), *self.notes(given)]),
         } | self.values(given)
-        environment = _environment(self)
-        return {
-            suffix: environment.get_template(template).render(values)
-            for suffix, template in self.files.items()
-        }
+        templates = _environment(self).get_template
+        return {suffix: templates(template).render(values) for suffix, template in self.files.items()}
 
 
 @cache

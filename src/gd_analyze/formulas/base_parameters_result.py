@@ -17,26 +17,23 @@ def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str
     """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
     printer = Latex(digits) if form == "latex" else Plain(digits)
     for one in base:
-        value = printer.argument((Product(one.number),))
         unit = rf" \; \mathrm{{{one.unit.replace(' ', '~')}}}" if form == "latex" else f" {one.unit}"
-        yield f"{printer.line(base_formula(one))} = {value}{unit}"
+        yield f"{printer.line(base_formula(one))} = {printer.sum((Product(one.number),))}{unit}"
 
 
 def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
     """The parameters, the combinations they are, what acts of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
-    columns = [Column("", "symbol", [one.symbol for one in base], shown="text")]
-    columns += [
-        Column("", effect, [number(getattr(one, effect), digits) for one in base], shown="text")
-        for effect in effects
-    ]
-    columns.append(Column("", "unit", [one.unit for one in base], shown="text"))
-    links = [str(link) for link in range(1, base.arm.n_joints + 1)]
-    acting = zip(*(_acting(base, int(link)) for link in links), strict=True)
+    of_effects = {name: [number(getattr(one, name), digits) for one in base] for name in effects}
+    links = range(1, base.arm.n_joints + 1)
+    acting = zip(*(_acting(base, link) for link in links), strict=True)
     axes = {"origin": lambda frame: frame.translation} | {
         name: lambda frame, k=k: frame.rotation[:, k] for name, k in (("x", 0), ("z", 2))
     }
-    of_links = [Column("", "link", links, shown="text")]
+    of_axes = {
+        name: [" ".join(number(x, digits) for x in of(frame)) for frame in base.frames]
+        for name, of in axes.items()
+    }
     parameters = [asdict(one) | {"combination": [s._asdict() for s in one.combination]} for one in base]
     return Result(
         title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
@@ -48,48 +45,36 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
             Fact("", "Base parameters", len(base), shown="count", note=f"of {len(base.original)} parameters"),
             Fact("", "Base parameters that are zero", sum(one.number == 0.0 for one in base), shown="count"),
             Fact("parameters", "", parameters),
-            Fact("acting_alone", "", _listed(base.acting_alone)),
-            Fact("never_acting", "", _listed(base.never_acting)),
+            Fact("acting_alone", "", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
+            Fact("never_acting", "", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
             Fact("frames", "", [asdict(frame) for frame in base.frames]),
             Fact("format", "", form),
             Fact("written", "", text),
         ),
         parts=(
-            Table("", "Base parameters", tuple(columns)),
-            equations("", "Combinations", map(base_formula, base), digits=digits),
-            Table(
-                "",
-                "Parameters of the links that act",
-                (
-                    *of_links,
-                    *(
-                        Column("", heading, cells, shown="text")
-                        for heading, cells in zip(("alone", "combined", "never"), acting, strict=True)
-                    ),
-                ),
+            _texts(
+                "Base parameters",
+                symbol=[one.symbol for one in base],
+                **of_effects,
+                unit=[one.unit for one in base],
             ),
-            Table(
-                "",
+            equations("", "Combinations", map(base_formula, base), digits=digits),
+            _texts(
+                "Parameters of the links that act",
+                link=[*map(str, links)],
+                **dict(zip(("alone", "combined", "never"), acting, strict=True)),
+            ),
+            _texts(
                 "Frames of the parameters: origin (m) and axes in the link's own frame",
-                (
-                    *of_links,
-                    *(
-                        Column(
-                            "",
-                            name,
-                            [" ".join(number(x, digits) for x in of(frame)) for frame in base.frames],
-                            shown="text",
-                        )
-                        for name, of in axes.items()
-                    ),
-                ),
+                link=[*map(str, links)],
+                **of_axes,
             ),
         ),
     )
 
 
-def _listed(original: Iterable[tuple[str, int]]) -> list[dict[str, object]]:
-    return [{"kind": kind, "link": link} for kind, link in original]
+def _texts(title: str, **columns: Sequence[str]) -> Table:
+    return Table("", title, tuple(Column("", name, cells, shown="text") for name, cells in columns.items()))
 
 
 def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:

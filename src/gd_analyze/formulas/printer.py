@@ -31,7 +31,8 @@ def rounded(value: float, digits: int) -> tuple[str, int]:
 def number(value: float, digits: int) -> str:
     """Write a number in one string: -0.69, 5.85e-5."""
     mantissa, exponent = rounded(abs(value), digits)
-    return f"{'-' if value < 0 else ''}{mantissa}" + (f"e{exponent}" if exponent else "")
+    sign = "-" if value < 0 else ""
+    return f"{sign}{mantissa}e{exponent}" if exponent else f"{sign}{mantissa}"
 
 
 def _trimmed(shown: str) -> str:
@@ -70,12 +71,8 @@ class Printer(ABC):
         """Write a power."""
         base, exponent = power
         if isinstance(base, Function):
-            return self.function(base.name, self.argument(base.argument), exponent)
+            return self.function(base.name, self.sum(base.argument, self.close), exponent)
         return self.symbol(base, exponent)
-
-    def argument(self, products: tuple[Product, ...]) -> str:
-        """Write the argument of a function."""
-        return self.sum(products, self.close)
 
     def sum(self, products: Sequence[Product], apart: str | None = None) -> str:
         """Write a sum of products."""

@@ -91,7 +91,7 @@ def term_formula(term: TorqueTerm | EnergyTerm, weight: float) -> Formula:
 def powers(monomial: Monomial) -> tuple[Power, ...]:
     """Powers whose product a monomial is."""
     return tuple(
-        Power(abbreviation(factor) if factor.is_plain else written_out(factor), exponent)
+        Power(_abbreviation(factor) if factor.is_plain else _written_out(factor), exponent)
         for factor, exponent in exponents(monomial)
     )
 
@@ -102,30 +102,30 @@ def exponents(monomial: Monomial) -> tuple[tuple[Factor, int], ...]:
     return tuple((factor, monomial.count(factor)) for factor in distinct)
 
 
-def abbreviation(factor: Factor) -> Symbol:
-    """Symbol of a plain factor: C23 for cos(q2 + q3), d3 for a prismatic joint's variable."""
+def _abbreviation(factor: Factor) -> Symbol:
+    """C23 for cos(q2 + q3), d3 for a prismatic joint's variable."""
     return Symbol(_LETTERS[factor.kind], joined(factor.joints))
 
 
-def written_out(factor: Factor) -> Function:
-    """Cosine or sine with its argument."""
-    argument = (Product(factor.multiples[j], (Power(Symbol("q", joined((j,)))),)) for j in factor.joints)
+def _written_out(factor: Factor) -> Function:
+    argument = (Product(factor.multiples[j], (Power(_joint_symbol("q", j)),)) for j in factor.joints)
     return Function(factor.kind, tuple(argument))
 
 
-def velocity_symbol(velocity: Velocity) -> Symbol:
-    """Symbol of an absolute velocity or acceleration."""
-    return Symbol("p", joined((velocity.joint,)), dots=velocity.order)
+def _joint_symbol(letter: str, joint: int, order: int = 0) -> Symbol:
+    return Symbol(letter, joined((joint,)), dots=order)
 
 
 def velocity_powers(velocities: tuple[Velocity, ...]) -> tuple[Power, ...]:
     """Powers of velocities that a term is multiplied by."""
-    return tuple(Power(velocity_symbol(velocity), len([*same])) for velocity, same in groupby(velocities))
+    return tuple(
+        Power(_joint_symbol("p", joint, order), len([*same])) for (order, joint), same in groupby(velocities)
+    )
 
 
 def torque_symbol(joint: int) -> Symbol:
     """Symbol of a joint's torque, joints from 0."""
-    return Symbol("tau", joined((joint,)))
+    return _joint_symbol("tau", joint)
 
 
 def factor_legend(factors: set[Factor]) -> Legend:
@@ -137,17 +137,19 @@ def torque_legend(velocities: AbsoluteVelocities, terms: Iterable[TorqueTerm]) -
     """Meaning of the names in torques of these terms, in absolute velocities."""
     terms = tuple(terms)
     used = sorted({velocity for term in terms for velocity in term.velocities})
-    inner = {joint: velocities.inboard(joint) for joint in range(velocities.n_joints)}
-    shared = []
-    for velocity in sorted(used, key=lambda velocity: velocity.joint):
+    shared, orders = [], set()
+    for order, of in sorted(used, key=lambda velocity: velocity.joint):
         own = [
-            Product(float(sign), (Power(Symbol("q", joined((joint,)), dots=velocity.order)),))
-            for joint, sign in inner[velocity.joint]
+            Product(float(sign), (Power(_joint_symbol("q", joint, order)),))
+            for joint, sign in velocities.inboard(of)
         ]
         if len(own) > 1:
-            shared.append(parts.as_formula(velocity_symbol(velocity), own))
-    orders = sorted({velocity.order for velocity in used if len(inner[velocity.joint]) == 1})
-    others = tuple(_equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in orders)
+            shared.append(parts.as_formula(_joint_symbol("p", of, order), own))
+        else:
+            orders.add(order)
+    others = tuple(
+        _equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in sorted(orders)
+    )
     factors = {factor for term in terms for factor in term.monomial}
     return Legend(tuple(shared), others, _factor_formulas(factors))
 
@@ -159,9 +161,9 @@ def _factor_formulas(factors: set[Factor]) -> tuple[Formula, ...]:
         plain = sorted((f for f in factors if f.kind == kind and f.is_plain), key=lambda f: f.multiples)
         if plain:
             longest = max(plain, key=lambda factor: len(factor.joints))
-            out.append(_equal(abbreviation(longest), written_out(longest)))
+            out.append(_equal(_abbreviation(longest), _written_out(longest)))
     prismatic = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
-    out += [_equal(abbreviation(one), Symbol("q", joined(one.joints)), unit="m") for one in prismatic]
+    out += [_equal(_abbreviation(one), Symbol("q", joined(one.joints)), unit="m") for one in prismatic]
     return tuple(out)
 
 
@@ -180,14 +182,7 @@ def part_symbol(label: str, effect: str = "both") -> Symbol:
 def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
     """Formulas of all joints' torques with the effects of elements that are kept; [FGL87] Eq. (3.4-24).
 
-    Parameters
-    ----------
-    kept
-        "translation", "rotation", "both" or "neither" by the element's label.
-    n_joints
-        Joints of the arm.
-    drives
-        Whether the drives' inertia J is included.
+    `kept` is "translation", "rotation", "both" or "neither" by the element's label; drives have inertia J.
     """
     out = []
     for i in range(n_joints):
@@ -197,7 +192,7 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
             label = inertia_label(i, j)
             symbols = [] if kept[label] == "neither" else [part_symbol(label, kept[label])]
             symbols += [Symbol("J", own)] if drives and i == j else []
-            acceleration = (Power(Symbol("q", joined((j,)), dots=2)),)
+            acceleration = (Power(_joint_symbol("q", j, 2)),)
             pieces += parts.bracketed("inertia", tuple(map(parts.one, symbols)), acceleration)
         for label, quantity in ((f"h{own}", "coriolis_centrifugal"), (f"c{own}", "gravity_loading")):
             if kept[label] != "neither":
@@ -217,14 +212,13 @@ def base_formula(parameter: BaseParameter) -> Formula:
         else:
             runs.append([share])
     pieces = []
-    for run in runs:
-        index = str(run[0].link) if len(run) == 1 else f"{run[0].link}..{run[-1].link}"
-        pieces.append(Piece(Product(run[0].coefficient, (Power(Symbol(run[0].kind, index)),))))
+    for (coefficient, kind, link), *more in runs:
+        index = f"{link}..{more[-1].link}" if more else str(link)
+        pieces.append(Piece(Product(coefficient, (Power(Symbol(kind, index)),))))
     return Formula(symbol, tuple(pieces))
 
 
 def _continues(before: Share, share: Share) -> bool:
     """Whether a mass has the coefficient of the link before."""
-    coefficient, kind, link = before
-    same = abs(coefficient - share.coefficient) <= _SAME * abs(coefficient)
-    return kind == share.kind == "m" and link + 1 == share.link and same
+    same = abs(before.coefficient - share.coefficient) <= _SAME * abs(before.coefficient)
+    return before.kind == share.kind == "m" and before.link + 1 == share.link and same

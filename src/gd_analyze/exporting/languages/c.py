@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -11,10 +10,11 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export_input import ExportInput, Function
-from gd_analyze.exporting.language import Language
-from gd_analyze.exporting.statements import Body, body, in_strides
+from gd_analyze.exporting.language import Body, Language
+from gd_analyze.exporting.strides import in_strides
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.text import number, rounded_up
 
 # Angles, and states of many, that are taken at once: whole vectors of any processor, little memory.
@@ -33,11 +33,9 @@ class SineCosine(NamedTuple):
     those of Cephes (sinf.c, cosf.c).
     """
 
-    # pi/2 in parts, the first two of so few digits that their products with the number of quarter turns are
-    # exact
+    # pi/2, the first two parts of so few digits that products with the number of quarter turns are exact
     parts: tuple[float, float, float]
     largest: float  # angles up to which that holds, rad; beyond it the C library's functions are called
-    # Coefficients s and c
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
@@ -69,24 +67,14 @@ FLOAT = SineCosine(
     (4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5),
 )
 
-_RESERVED = """
-alignas alignof auto bool break case char const constexpr continue default do double else enum extern false
-float for goto if inline int long nullptr register restrict return short signed sizeof static static_assert
-struct switch thread_local true typedef typeof typeof_unqual union unsigned void volatile while asm linux
-unix errno main stdin stdout NULL INFINITY NAN size_t acos asin atan atan2 ceil cos cosh exp fabs floor fmod
-frexp ldexp log log10 modf pow sin sinh sqrt tan tanh gamma lgamma tgamma j0 j1 jn y0 y1 yn erf erfc cbrt
-hypot abs labs div exit abort system remove rename index signal time clock rand select sine cosine
-"""
 
-
-@dataclass(frozen=True)
-class Inside:
+class Inside(NamedTuple):
     """The inside of a function in strides: angles (first number, function, body) and all the rest."""
 
-    angles: tuple[tuple[int, Function, Body], ...]
+    angles: list[tuple[int, Function, Body]]
     rest: Function
     body: Body
-    count: int
+    n_angles: int
 
 
 class C(Language):
@@ -95,26 +83,18 @@ class C(Language):
     files: ClassVar = {".h": "c.h.jinja", ".c": "c.c.jinja"}
     comment = ("/*\n", " *", " */\n")
     scalars = ("double", "float")
-    reserved = frozenset(_RESERVED.split())
 
     @property
     def single(self) -> bool:
         """Whether numbers are of single precision."""
         return self.scalar == "float"
 
-    @property
-    def functions(self) -> dict[str, str]:
-        """Names of sine and cosine."""
-        return {"sin": "sinf", "cos": "cosf"} if self.single else {"sin": "sin", "cos": "cos"}
+    def function(self, name: str) -> str:
+        """What sin or cos is called."""
+        return f"{name}f" if self.single else name
 
     def number(self, value: float) -> str:
-        """Write a number, one of single precision in as many digits as it needs.
-
-        Raises
-        ------
-        UsageError
-            If there is none so large.
-        """
+        """Write a number, one of single precision in as many digits as it needs; `UsageError` beyond it."""
         if not self.single:
             return super().number(value)
         if abs(value) > float(np.finfo(np.float32).max):
@@ -125,8 +105,8 @@ class C(Language):
                 found=f"{value:g}",
                 next_step="take double",
             )
-        text = repr(float(str(np.float32(value))))
-        return f"{text}f" if value >= 0.0 else f"({text}f)"
+        text = f"{float(str(np.float32(value)))!r}f"
+        return text if value >= 0.0 else f"({text})"
 
     def listed(self, values: Sequence[float]) -> str:
         """Write the numbers of a constant."""
@@ -152,13 +132,11 @@ class C(Language):
         return {
             "scalar": self.scalar,
             "number": self.number,
-            "constants": {key: each.in_single for key, each in constants.items()}
-            if self.single
-            else constants,
+            "constants": constants,
             "functions": inside,
-            "trigonometric": any(each.count for _, each in inside),
+            "trigonometric": any(each.n_angles for _, each in inside),
             "lanes": _LANES,
-            "many": None if given.torque is None else self._inside(given.torque, of_sums=True),
+            "many": given.torque and self._inside(given.torque, of_sums=True),
             "declared": lambda function: self._declared(given.name, function),
             "read": read,
             "sine_cosine": FLOAT if self.single else DOUBLE,
@@ -169,9 +147,9 @@ class C(Language):
         strides = in_strides(function, of_sums=of_sums)
         angles, count = [], 0
         for each in strides.angles:
-            angles.append((count, each, body(each, self)))
+            angles.append((count, each, self.body(each)))
             count += each.outputs[0].size
-        return Inside(tuple(angles), strides.rest, body(strides.rest, self), count)
+        return Inside(angles, strides.rest, self.body(strides.rest), count)
 
     def _declared(self, name: str, function: Function) -> str:
         n = function.outputs[0].shape[0]
@@ -184,22 +162,17 @@ def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
     """Inputs, and the array elements that hold them; for state l where there are many."""
     places = []
     for name, kind, index in function.inputs:
-        array = {"sin": "sine", "cos": "cosine"}.get(kind, kind)
-        if many:
-            place = f"{array}[{index}][l]" if array != kind else f"{kind}[{index} * stride + l]"
+        array = {"sin": "sine", "cos": "cosine"}.get(kind)
+        if array:
+            places.append((name, f"{array}[{index}]{'[l]' * many}"))
         else:
-            place = f"{array}[{index}]"
-        places.append((name, place))
+            places.append((name, f"{kind}[{index} * stride + l]" if many else f"{kind}[{index}]"))
     return places
 
 
 def single_precision_errors(program: Program, states: States) -> FloatArray:
     """Largest difference of the torque between single and double precision, N m or N, shape (n,)."""
-    inputs = {
-        f"{kind}{j + 1}": values[:, j]
-        for kind, values in zip(("q", "qd", "qdd"), states.arrays, strict=True)
-        for j in range(values.shape[1])
-    }
+    inputs = inputs_of(states)
     single = {name: values.astype(np.float32) for name, values in inputs.items()}
     value = program.carried_out(single.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
     exact = program.run(inputs)

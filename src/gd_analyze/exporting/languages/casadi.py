@@ -11,7 +11,6 @@ class Casadi(Python):
     """Functions of CasADi's symbols."""
 
     files: ClassVar = {"_casadi.py": "casadi.py.jinja"}
-    reserved = frozenset({"casadi"})
     module = short = "casadi"
 
 

@@ -11,7 +11,6 @@ class Jax(Python):
     """The module of NumPy, for JAX."""
 
     files: ClassVar = {"_jax.py": "python.py.jinja"}
-    reserved = frozenset({"jax", "jnp"})
     module = "jax.numpy"
     short = "jnp"
 

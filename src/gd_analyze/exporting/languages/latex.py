@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.exporting.header import proven_rows
+from gd_analyze.exporting.header import proven_rows, sampled_rows
 from gd_analyze.exporting.language import Language
 from gd_analyze.exporting.registry import LANGUAGES
 from gd_analyze.formulas.formula import Formula, Legend
@@ -16,7 +16,6 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.text import number
 
 # Significant digits of coefficients, and signs of plain text that fill a line of a page.
 _DIGITS = 6
@@ -49,13 +48,7 @@ class Latex(Language):
         return "".join(_SIGNS.get(sign, sign) for sign in self.foreign(text))
 
     def values(self, given: ExportInput) -> dict[str, Any]:
-        """The document's parts.
-
-        Raises
-        ------
-        UsageError
-            Of a decomposition, whose equations are those of `gd-analyze equations`.
-        """
+        """The document's parts; `UsageError` of a decomposition, whose equations another verb prints."""
         if given.torque is None:
             raise UsageError(
                 "the decomposition has no document",
@@ -67,7 +60,6 @@ class Latex(Language):
         printer = Printer(_DIGITS)
         passages, legend = _equations(given)
         meanings = MEANINGS if len(passages) > 1 else ()
-        bounds = [] if given.certificate is None else proven_rows(given.certificate)
         return {
             "title": self.tex(given.arm.title or given.arm.name),
             "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in given.arm.joints],
@@ -77,8 +69,8 @@ class Latex(Language):
             ],
             "meanings": [("$, $".join(map(printer.symbol, symbols)), text) for symbols, text in meanings],
             "legend": printer.legend(legend),
-            "errors": _errors(given),
-            "bounds": [[f"{x:.6g}" for x in row] for row in bounds],
+            "errors": [] if given.model is None else sampled_rows(given.model),
+            "bounds": [] if given.certificate is None else proven_rows(given.certificate),
             "digits": _DIGITS,
         }
 
@@ -103,14 +95,6 @@ def _lines(formula: Formula) -> Iterator[str]:
             line, width = r"&\quad", 0
         line, width = f"{line} {piece}", width + len(plain) + 1
     yield line if width else f"{line} 0"
-
-
-def _errors(given: ExportInput) -> list[list[str]]:
-    if given.model is None:
-        return []
-    errors, allowed = given.model.accuracy.errors, given.model.accuracy.allowed
-    columns = (errors.peak_torque, allowed, errors.largest, errors.rms)
-    return [[number(float(x)) for x in row] for row in zip(*columns, strict=True)]
 
 
 LANGUAGE = Latex
