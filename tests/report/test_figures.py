@@ -13,9 +13,9 @@ from report_arms import swing
 from gd_analyze.figures.arm import arm_figure, playable, skeleton, upright_frame, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
 from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Panel, broken, ticks, value_axis
-from gd_analyze.figures.motion import Readings, motion_figure, recording_figure
+from gd_analyze.figures.motion import most_accelerated, motion_figure, recording_figure
 from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
-from gd_analyze.figures.torques import Contributions, contributions_figure, error_figure, torque_curves
+from gd_analyze.figures.torques import Contributions, contributions_figure, error_figure, measured_figure
 from gd_analyze.figures.trade_off import reach_figure, trade_off_figure
 from gd_analyze.results.findings import Findings
 
@@ -163,16 +163,18 @@ def test_ticks_are_few_round_and_inside(low: float, width: float, most: int) -> 
 def test_readings_are_drawn_where_the_joint_accelerates_most(recorded: Findings) -> None:
     motion = recorded.trajectory
     for joint in range(recorded.arm.n_joints):
-        drawn = Readings.of(recorded, joint)
-        assert int(np.abs(motion.qdd[:, joint]).argmax()) in drawn.near
+        drawn = most_accelerated(recorded, joint)
+        assert int(np.abs(motion.qdd[:, joint]).argmax()) in drawn
     assert len(recording_figure(recorded).panels) == 2 * recorded.arm.n_joints
 
 
 def test_measured_torque_is_what_the_table_has(measured_findings: Findings) -> None:
     table = measured_findings.tables["measured_torque"]
-    curves = torque_curves(measured_findings, 0)
-    np.testing.assert_array_equal(curves.measured, table.filtered.values[curves.points, 0])
-    np.testing.assert_array_equal(curves.exact, measured_findings.exact_torque[curves.points, 0])
+    curves = {item.label: item.y for item in measured_figure(measured_findings).panels[0].items}
+    known = np.isfinite(table.filtered.values[:, 0])
+    for label, torque in (("measured", table.filtered.values), ("exact", measured_findings.exact_torque)):
+        drawn = curves[label][np.isfinite(curves[label])]
+        np.testing.assert_array_equal(drawn, torque[known, 0])
 
 
 def test_a_single_set_point_is_a_mark(arms: dict) -> None:

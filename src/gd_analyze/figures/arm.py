@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,10 +23,8 @@ from gd_analyze.figures.figure import (
     tick_label,
     ticks,
 )
+from gd_analyze.figures.run import Run
 from gd_analyze.robots.arm import RobotArm
-
-if TYPE_CHECKING:
-    from gd_analyze.results.findings import Findings
 
 _POSES = 7
 # Places of the end effector on its path, and poses that a page plays.
@@ -48,10 +46,10 @@ class View(NamedTuple):
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
 
-def arm_figure(findings: Findings) -> Figure:
+def arm_figure(run: Run) -> Figure:
     """Poses of the arm along the trajectory above a grid of known step, and the path of its end effector."""
-    frame = upright_frame(findings.arm)
-    moved, path = (points @ frame.T for points in _moved(findings))
+    frame = upright_frame(run.arm)
+    moved, path = (points @ frame.T for points in _moved(run))
     every = np.concatenate([moved.reshape(-1, 3), path])
     flat = flat_normal(every)
     view = _turned(*view_angles(flat))
@@ -59,7 +57,7 @@ def arm_figure(findings: Findings) -> Figure:
     reach = np.concatenate([every, *grid])
     x, y = _equal_axes(view.project(reach), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
     items: list[Item] = [_spatial(view, line, "line", 0.5) for line in grid]
-    cuts = _cuts(findings)
+    cuts = _cuts(run)
     if flat is None:
         shadow = path.copy()
         shadow[:, 2] = low[2]
@@ -92,15 +90,15 @@ def arm_figure(findings: Findings) -> Figure:
     )
 
 
-def views_figure(findings: Findings) -> Figure:
+def views_figure(run: Run) -> Figure:
     """The same along the axes of the base frame: two views, or one of an arm that stays in a plane."""
-    moved, path = _moved(findings)
+    moved, path = _moved(run)
     every = np.concatenate([moved.reshape(-1, 3), path])
     panels, margins = [], (26.0, 12.0, 8.0, 14.0)
-    for view in _plain_views(upright_frame(findings.arm), every):
+    for view in _plain_views(upright_frame(run.arm), every):
         wide, high = _PLAIN[0] - margins[0] - margins[2], _PLAIN[1] - margins[1] - margins[3]
         x, y = _equal_axes(view.project(every), wide, high)
-        shown = view.project(broken(path.T, _cuts(findings)).T)
+        shown = view.project(broken(path.T, _cuts(run)).T)
         items = [
             *_poses(view, moved),
             Curve(shown[:, 0], shown[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
@@ -113,14 +111,14 @@ def views_figure(findings: Findings) -> Figure:
     return Figure("The arm along the axes of its base frame", (tuple(panels),), *_PLAIN)
 
 
-def playable(findings: Findings) -> dict[str, Any]:
+def playable(run: Run) -> dict[str, Any]:
     """Poses that a page plays, and how it projects points in space onto the drawing of `arm_figure`."""
-    arm, motion = findings.arm, findings.trajectory
-    figure, frame = arm_figure(findings), upright_frame(arm)
+    arm, motion = run.arm, run.trajectory
+    figure, frame = arm_figure(run), upright_frame(arm)
     (panel,) = figure.panels
-    moved, path = (points @ frame.T for points in _moved(findings))
+    moved, path = (points @ frame.T for points in _moved(run))
     frames = evenly(motion.n_set_points, MOST_FRAMES)
-    torque = findings.exact_torque
+    torque = run.exact_torque
     torque = np.where(np.abs(torque) > _ROUND_OFF * np.abs(torque).max(), torque, 0.0)[frames]
     azimuth, elevation = view_angles(flat_normal(np.concatenate([moved.reshape(-1, 3), path])))
     wide = figure.width - panel.margins[0] - panel.margins[2]
@@ -186,17 +184,17 @@ def _plain_views(frame: FloatArray, points: FloatArray) -> tuple[View, ...]:
     return tuple(View(names[pair], frame[pair[0]], frame[pair[1]]) for pair in pairs[:2])
 
 
-def _moved(findings: Findings) -> tuple[FloatArray, FloatArray]:
+def _moved(run: Run) -> tuple[FloatArray, FloatArray]:
     """Some poses along the trajectory, and the path of the end effector, m."""
-    arm, motion = findings.arm, findings.trajectory
+    arm, motion = run.arm, run.trajectory
     poses = skeleton(arm, motion.q[evenly(motion.n_set_points, _POSES)])
     return poses, skeleton(arm, motion.q[evenly(motion.n_set_points, _MOST_PLACES)])[:, -1]
 
 
-def _cuts(findings: Findings) -> np.ndarray:
+def _cuts(run: Run) -> np.ndarray:
     """Places of the path before which nothing is known of the motion."""
-    chosen = evenly(findings.trajectory.n_set_points, _MOST_PLACES)
-    return np.unique(np.searchsorted(chosen, findings.trajectory.gaps))
+    chosen = evenly(run.trajectory.n_set_points, _MOST_PLACES)
+    return run.gaps_among(chosen)
 
 
 def _spatial(

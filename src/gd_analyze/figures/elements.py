@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,19 +13,16 @@ from gd_analyze.figures.colours import COLOURS
 from gd_analyze.figures.figure import (
     WIDTH,
     Axis,
-    Curve,
     Figure,
     Key,
     Panel,
-    broken,
     in_columns,
+    over_time,
     time_axis,
     value_axis,
 )
+from gd_analyze.figures.run import Run
 from gd_analyze.text import prefixed, pretty
-
-if TYPE_CHECKING:
-    from gd_analyze.results.findings import Findings
 
 # What is kept of an element, or dominates it, where there is no room for words.
 LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
@@ -46,36 +43,36 @@ _LEGEND = (
 _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
 
 
-def inertia_figure(findings: Findings) -> Figure:
+def inertia_figure(run: Run) -> Figure:
     """Upper triangle of D by effect, each panel at its place in the matrix."""
-    n = findings.arm.n_joints
+    n = run.arm.n_joints
     rows: list[list[Panel | None]] = [[None] * n for _ in range(n)]
     pitch = min(WIDTH / n, 165.0)
     for element in elements(n):
         if element.quantity == "inertia" and element.j is not None:
-            rows[element.i][element.j] = _panel(findings, element, pitch)
+            rows[element.i][element.j] = _panel(run, element, pitch)
     height = min(1.3 * pitch, 645.0 / n, 130.0)
     return Figure("Inertia matrix by effect", tuple(map(tuple, rows)), pitch, height, _LEGEND)
 
 
-def vector_figure(findings: Findings, quantity: str) -> Figure:
+def vector_figure(run: Run, quantity: str) -> Figure:
     """Elements of a vector over time, "coriolis_centrifugal" or "gravity_loading"."""
-    chosen = [e for e in elements(findings.arm.n_joints) if e.quantity == quantity]
+    chosen = [e for e in elements(run.arm.n_joints) if e.quantity == quantity]
     columns = 3 if len(chosen) <= 9 else 4
     height = min(250.0 / -(-len(chosen) // columns), 110.0)
-    panels = [_panel(findings, element, WIDTH / columns) for element in chosen]
+    panels = [_panel(run, element, WIDTH / columns) for element in chosen]
     words = {"coriolis_centrifugal": "Coriolis and centrifugal vector by effect"}
     return in_columns(words.get(quantity, "Gravity loading vector"), panels, columns, height)
 
 
-def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray]:
+def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
     """Values of an element at the set points that are drawn, shape (N,) each.
 
     "combined" of every element, "translation" and "rotation" of D and h, and the shares "centrifugal" and
     "coriolis" of h. A part that the ranking calls zero is zero here.
     """
-    _, dataset = findings.drawn
-    zero = findings.dominance.part_peak.values[_rank(findings, element), :, None] == 0.0
+    _, dataset = run.drawn
+    zero = run.dominance.part_peak.values[_rank(run, element), :, None] == 0.0
     parts = np.where(zero, 0.0, element.parts(dataset))
     curves = {"combined": parts.sum(axis=0)}
     if element.quantity != "gravity_loading":
@@ -87,45 +84,34 @@ def element_curves(findings: Findings, element: Element) -> dict[str, FloatArray
     return curves
 
 
-def _rank(findings: Findings, element: Element) -> int:
-    return int(np.flatnonzero(findings.dominance.element.values == element.label)[0])
+def _rank(run: Run, element: Element) -> int:
+    return int(np.flatnonzero(run.dominance.element.values == element.label)[0])
 
 
-def _panel(findings: Findings, element: Element, pitch: float) -> Panel:
+def _panel(run: Run, element: Element, pitch: float) -> Panel:
     """Translation, rotation and both together, titled by label, unit and dominant effect."""
-    dominance, rank = findings.dominance, _rank(findings, element)
-    unit, peak = str(dominance.unit.values[rank]), float(dominance.peak.values[rank])
-    curves = element_curves(findings, element)
-    points, motion = findings.drawn[0], findings.trajectory
-    gaps = np.unique(np.searchsorted(points, motion.gaps))
+    rank, is_narrow = _rank(run, element), pitch < 60.0
+    unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "dominant"))
+    curves, points = element_curves(run, element), run.drawn[0]
+    time, gaps = run.trajectory.time[points], run.gaps_among(points)
     # An element that is zero but for round-off must not fill its panel with noise.
-    factor, shown = prefixed(peak, unit)
-    y = Axis(-1.0, 1.0, (0.0,), pretty(unit)) if peak == 0.0 else value_axis(unit, *curves.values())
-    if peak:
-        y = Axis(y.low, y.high, y.ticks, pretty(shown), factor)
-    is_narrow = pitch < 60.0
-    letters = LETTERS[str(dominance.dominant.values[rank])] if element.quantity != "gravity_loading" else ""
-    verdict = str(dominance.dominant.values[rank])
-    items = tuple(
-        Curve(
-            broken(motion.time[points], gaps),
-            broken(curve, gaps),
-            role,
-            _LOOKS[role][0] * (0.6 if is_narrow else 1.0),
-            _LOOKS[role][1],
-            label=role,
-            role=role,
-            hidden=role in ("centrifugal", "coriolis"),
+    factor, shown = prefixed(float(peak), str(unit))
+    y = value_axis(unit, *curves.values()) if peak else Axis(-1.0, 1.0, (0.0,))
+    y = replace(y, unit=pretty(shown), factor=factor)
+    items = []
+    for role, curve in curves.items():
+        width, dashes = _LOOKS[role]
+        hidden, width = role in ("centrifugal", "coriolis"), width * (0.6 if is_narrow else 1.0)
+        items.append(
+            over_time(time, curve, gaps, role, width, dashes=dashes, label=role, role=role, hidden=hidden)
         )
-        for role, curve in curves.items()
-    )
     return Panel(
         element.label,
         element.label[0] + element.label[1:].translate(_SUBSCRIPTS),
-        time_axis(motion.time[points], 2),
+        time_axis(time, 2),
         y,
-        items,
-        letters,
+        tuple(items),
+        LETTERS[verdict] if element.quantity != "gravity_loading" else "",
         f"{verdict}-text" if f"{verdict}-text" in COLOURS else "ink",
         margins=(14.0, 8.0, 2.0, 9.0) if is_narrow else (22.0, 11.0, 5.0, 13.0),
         text=4.0 if is_narrow else 6.0,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,24 +27,20 @@ Margins = tuple[float, float, float, float]
 class Curve:
     """A line through points, which breaks where y is not a number."""
 
-    # Shape (N,)
-    x: FloatArray
-    y: FloatArray
+    x: FloatArray  # (N,)
+    y: FloatArray  # (N,)
     colour: str = "ink"  # name of `gd_analyze.figures.colours`
-    # pt; a width of 0 leaves the marks alone
-    width: float = 1.1
+    width: float = 1.1  # pt; 0 leaves the marks alone
     dashes: tuple[float, ...] = ()
     label: str = ""  # what the line shows; a page reads its values. "" for a line that is no data
     role: str = ""  # word by which a page shows and hides it
     hidden: bool = False  # whether it is shown only when asked for
-    # Mark at every point, pt
-    marker: Marker | None = None
-    size: float = 3.6
+    marker: Marker | None = None  # at every point
+    size: float = 3.6  # of marks, pt
     hollow: bool = False
     tips: tuple[str, ...] = ()  # what a page tells of each mark
     opacity: float = 1.0  # from 0 to 1
-    # Points of the line in space, m, shape (N, 3), for a page that turns them
-    space: FloatArray | None = None
+    space: FloatArray | None = None  # (N, 3), m: points of the line in space, for a page that turns them
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +78,6 @@ Item = Curve | Area | Words
 class Axis:
     """A range of numbers, the ticks in it, and the unit in which they are told."""
 
-    # Ends
     low: float
     high: float
     ticks: tuple[float, ...] = ()  # values with a label
@@ -111,14 +106,12 @@ class Panel:
 
     key: str  # name of the panel, such as "D12"
     title: str  # stands above it; the unit of y follows
-    # Axes; with `is_bare`, of numbers that have no axes drawn
     x: Axis
     y: Axis
     items: tuple[Item, ...]
-    # Text above its right end
-    corner: str = ""
+    corner: str = ""  # text above its right end
     corner_colour: str = "soft"
-    is_bare: bool = False
+    is_bare: bool = False  # whether no axes are drawn
     margins: Margins = (24.0, 12.0, 6.0, 13.0)  # room at the left, below, at the right and above, pt
     text: float = 6.0  # size of the labels, pt
 
@@ -139,15 +132,20 @@ class Figure:
 
     label: str  # what it shows, for those who do not see it
     rows: tuple[tuple[Panel | None, ...], ...]  # panels by row
-    # Of a panel with its margins, pt
-    width: float
+    width: float  # of a panel with its margins, pt
     height: float
     legend: tuple[Key, ...] = ()  # stands above the panels
 
     @property
+    def places(self) -> list[tuple[int, int, Panel]]:
+        """Row, column and panel, row by row."""
+        rows = enumerate(self.rows)
+        return [(r, c, panel) for r, row in rows for c, panel in enumerate(row) if panel is not None]
+
+    @property
     def panels(self) -> tuple[Panel, ...]:
         """All of them, row by row."""
-        return tuple(panel for row in self.rows for panel in row if panel is not None)
+        return tuple(panel for _, _, panel in self.places)
 
     @property
     def columns(self) -> int:
@@ -199,11 +197,6 @@ def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis
     return Axis(low, high, chosen, unit, is_logarithmic=True, grid=True)
 
 
-def with_grid(axis: Axis) -> Axis:
-    """The same with a line at every tick."""
-    return replace(axis, grid=True)
-
-
 def ticks(low: float, high: float, most: int = 3) -> list[float]:
     """Round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many."""
     width = high - low
@@ -230,6 +223,18 @@ def broken(values: FloatArray, gaps: Sequence[int] | np.ndarray) -> FloatArray:
     return np.insert(np.asarray(values, dtype=float), places, np.nan, axis=-1) if places.size else values
 
 
+def over_time(
+    time: FloatArray,
+    values: FloatArray,
+    gaps: Sequence[int] | np.ndarray,
+    colour: str = "ink",
+    width: float = 1.1,
+    **more: Any,
+) -> Curve:
+    """A curve that breaks before each set point of `gaps`; `more` as `Curve` has it."""
+    return Curve(broken(time, gaps), broken(values, gaps), colour, width, **more)
+
+
 def evenly(count: int, most: int) -> np.ndarray:
     """Indices of evenly spaced set points, at most so many, first and last among them."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
@@ -241,33 +246,28 @@ def shortened(name: str, room: float, size: float = 7.0) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
-def apart(ends: Sequence[tuple[float, str, str]], pitch: float, top: float) -> list[tuple[float, str, str]]:
-    """Move names (height, text, colour) at the ends of curves at least `pitch` apart and below `top`."""
-    ordered, low = sorted(ends), -math.inf
-    heights = []
-    for height, *_ in ordered:
+def ends_named(
+    label: str, panel: Panel, ends: Sequence[tuple[float, str, str]], below: str, height: float
+) -> Figure:
+    """A figure of one panel: names (value, text, colour) at the ends of its curves, and a text below."""
+    x, y, top = panel.x, panel.y, height - panel.margins[1] - panel.margins[3]
+    places = [top * float(np.clip(y.place(np.array(value)), 0.0, 1.0)) for value, *_ in ends]
+    named = sorted((place, *end[1:]) for place, end in zip(places, ends, strict=True))
+    words = [
+        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
+        for up, (_, name, colour) in zip(apart([place for place, *_ in named], top), named, strict=True)
+    ]
+    words.append(Words(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
+    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), WIDTH, height)
+
+
+def apart(ordered: Sequence[float], top: float, pitch: float = 9.0) -> list[float]:
+    """Move heights, lowest first, at least `pitch` apart and below `top`."""
+    low, heights = -math.inf, []
+    for height in ordered:
         low = max(height, low + pitch)
         heights.append(low)
     for k in reversed(range(len(heights))):
         top = heights[k] = min(heights[k], top)
         top -= pitch
-    return [(height, *end[1:]) for height, end in zip(heights, ordered, strict=True)]
-
-
-def ends_named(
-    label: str,
-    panel: Panel,
-    ends: Sequence[tuple[float, str, str]],
-    below: str,
-    height: float,
-    pitch: float = 9.0,
-) -> Figure:
-    """A figure of one panel: names (value, text, colour) at the ends of its curves, and a text below."""
-    x, y, top = panel.x, panel.y, height - panel.margins[1] - panel.margins[3]
-    heights = [(top * float(y.place(np.array([value]))[0]), name, colour) for value, name, colour in ends]
-    words = [
-        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
-        for up, name, colour in apart(heights, pitch, top)
-    ]
-    words.append(Words(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
-    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), WIDTH, height)
+    return heights

@@ -33,12 +33,10 @@ def figure_svg(figure: Figure) -> str:
     head = _LEGEND if figure.legend else 0.0
     width, height = figure.columns * figure.width, len(figure.rows) * figure.height + head
     parts = [_legend(figure.legend)] if figure.legend else []
-    for r, row in enumerate(figure.rows):
-        for c, panel in enumerate(row):
-            if panel is not None:
-                x, y = c * figure.width, r * figure.height + head
-                inside = "".join(_drawn(panel, figure.width, figure.height, on_paper))
-                parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{inside}</g>')
+    for r, c, panel in figure.places:
+        x, y = c * figure.width, r * figure.height + head
+        inside = "".join(_drawn(panel, figure.width, figure.height, on_paper))
+        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{inside}</g>')
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
         f'viewBox="0 0 {_int(width)} {_int(height)}" font-family="Libertinus Serif" '
@@ -222,9 +220,11 @@ def _mark(shape: str, x: float, y: float, size: float) -> str:
         "down": [(-1.15 * r, -r), (1.15 * r, -r), (0, 1.1 * r)],
         "diamond": [(0, -1.3 * r), (1.3 * r, 0), (0, 1.3 * r), (-1.3 * r, 0)],
         "star": [
-            (length * math.sin(k * math.pi / 5), -length * math.cos(k * math.pi / 5))
+            (
+                (r, 0.42 * r)[k % 2] * math.sin(k * math.pi / 5),
+                -(r, 0.42 * r)[k % 2] * math.cos(k * math.pi / 5),
+            )
             for k in range(10)
-            for length in ((r, 0.42 * r)[k % 2],)
         ],
     }
     if shape == "cross":

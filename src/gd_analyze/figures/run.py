@@ -1,0 +1,101 @@
+"""One arm along one trajectory, as far as figures show it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.long_decomposition import MOST_KEPT
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.model import SimplifiedModel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_DRAWN = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading"]
+# Equal stretches of a long trajectory in each of which every curve keeps its extremes: twice as many as a
+# page can show, as each figure may thin its curves further.
+STRETCHES = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What figures are drawn from; `gd_analyze.results.findings.Findings` is all that was found."""
+
+    arm: RobotArm
+    trajectory: Trajectory
+    tables: Mapping[str, xr.Dataset]  # by the groups of `gd_analyze.schema.GROUPS`
+    model: SimplifiedModel
+
+    @property
+    def decomposition(self) -> xr.Dataset:
+        """Dataset of `decompose`; of a long trajectory, elements are evaluated, or read, when asked for."""
+        return self.tables["decomposition"]
+
+    @property
+    def dominance(self) -> xr.Dataset:
+        """Dataset of `rank`."""
+        return self.tables["dominance"]
+
+    @cached_property
+    def drawn(self) -> tuple[NDArray[np.intp], xr.Dataset]:
+        """Set points at which elements are drawn, and the decomposition there; all of a short trajectory."""
+        return drawn(self.decomposition)
+
+    @cached_property
+    def exact_torque(self) -> FloatArray:
+        """Exact torque at the set points, N m, shape (N, n)."""
+        return np.asarray(self.decomposition.torque.values)
+
+    @cached_property
+    def simplified_torque(self) -> FloatArray:
+        """Torque of the model at the set points, N m, shape (N, n)."""
+        return np.asarray(self.tables["simplified_model"].torque.values)
+
+    @property
+    def round_off(self) -> float:
+        """Torque that round-off alone may explain, N m: the bound of the cross-check."""
+        check = self.tables["cross_check"]
+        return float(check.round_off_bound.values[check.quantity.values == "torque"].max())
+
+    def gaps_among(self, points: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Places in these set points before which nothing is known of the motion."""
+        return np.unique(np.searchsorted(points, self.trajectory.gaps))
+
+
+def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:
+    """Numbers of the set points at which the elements are drawn, and D, h, its shares and c there.
+
+    All of up to `MOST_KEPT` set points; else every element, each of its parts and their sum has the extremes
+    of each stretch among them.
+    """
+    count = dataset.sizes["time"]
+    if count <= MOST_KEPT:
+        return np.arange(count), dataset[_DRAWN].load()
+    chosen = [np.array([0, count - 1])]
+    length = -(-count // STRETCHES)
+    for start in range(0, count, length):
+        block = dataset[_DRAWN].isel(time=slice(start, start + length)).load()
+        curves = np.hstack([*_curves(block)])
+        chosen += [start + curves.argmin(axis=0), start + curves.argmax(axis=0)]
+    points = np.unique(np.concatenate(chosen))
+    return points, dataset[_DRAWN].isel(time=points).load()
+
+
+def _curves(block: xr.Dataset) -> Iterator[FloatArray]:
+    """Whatever is drawn of every element, shape (N, curves)."""
+    for element in elements(block.sizes["joint"]):
+        parts = element.parts(block).T
+        yield parts
+        if element.quantity != "gravity_loading":
+            yield parts.sum(axis=1, keepdims=True)
+    for share in ("centrifugal", "coriolis"):
+        yield block[share].values.sum(axis=1)
