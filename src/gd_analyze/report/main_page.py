@@ -97,7 +97,7 @@ def _budget(findings: Findings, path: BudgetPath, first: Sequence[Part], numbers
     if path.moves:
         kept = (
             ""
-            if made_of(findings) == "recursion"
+            if made_of(findings) in ("recursion", "formulas")
             else _result("kept", len(path.rows[path.asked]["kept"]), made_of(findings), "kept")
         )
         share = float(model.accuracy.shares.max(initial=0.0))

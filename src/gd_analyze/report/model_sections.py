@@ -29,15 +29,18 @@ from gd_analyze.results.rows import dropped_parts, element_rows, joint_rows, tab
 from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import inertia_label, joined, number, pretty
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 
 
 def made_of(findings: Findings) -> str:
-    """What the model is made of: "terms", "parts" of elements, or a "recursion"."""
+    """What the model is made of: "terms", "parts" of elements, a "recursion", or else "formulas"."""
     level = findings.model.level
-    return "terms" if level.has_torque_terms else "parts" if level is ELEMENT else "recursion"
+    if level.has_torque_terms:
+        return "terms"
+    return {ELEMENT: "parts", RECURSIVE: "recursion"}.get(level, "formulas")
 
 
 def nothing_to_trade(findings: Findings) -> bool:
@@ -80,7 +83,8 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
     parts = model if made_of(findings) == "parts" else None
     if parts is not None:
         return (equations_part("model", "", findings.element_model.formulas, note=_PARTS),)
-    return (equations_part("model", "", model.formulas, model.legend, _TERMS_NOTE),)
+    note = _TERMS_NOTE if made_of(findings) == "terms" else ""
+    return (equations_part("model", "", model.formulas, model.legend, note),)
 
 
 _PARTS = "An exponent names the one part kept of an element; an element without one is kept whole."
@@ -99,7 +103,7 @@ def model_section(findings: Findings) -> Section:
         parts.append(tallies(model))
     elif kind == "parts":
         parts += [kept_matrix(findings), *_dropped(findings)]
-    else:
+    elif kind == "recursion":
         parts += [replace(part, top=None) for part in _recursion(findings)[2:3] if isinstance(part, Table)]
     if model.saves or kind != "parts":
         parts.append(_operations("operations", model))
