@@ -110,13 +110,8 @@ ROUND_OFF_SHARE = 1e-12
 def round_off_of(torque: FloatArray, explained: float = 0.0) -> float:
     """Torque (N m) that is only round-off among torques (N, n).
 
-    Parameters
-    ----------
-    torque
-        Torques, N m, shape (N, n).
-    explained
-        What round-off explains where no joint needs any torque (`pinocchio_check.round_off_bounds`): then
-        there is no real torque to take a share of.
+    `explained` is what round-off explains where no joint needs any torque to take a share of, see
+    `pinocchio_check.round_off_bounds`.
     """
     largest = float(np.abs(torque).max())
     return explained if largest <= explained else ROUND_OFF_SHARE * largest
@@ -139,29 +134,19 @@ def are_possible(values: ArrayLike) -> bool:
 
 
 def array_of(values: Any, name: str, error: type[GdAnalyzeError]) -> FloatArray:
-    """Take an array, or a list of numbers, as floats; nothing is copied that need not be.
-
-    Raises
-    ------
-    GdAnalyzeError
-        The one that is named, if something is no number, or rows differ in length.
-    """
+    """Take an array, or a list of numbers, as floats, or raise `error`; copy only what must be."""
     try:
         array = np.asarray(values)
     except ValueError:
         array = np.array(None)
     if array.dtype.kind not in "fiub":
-        raise error(
-            f"{name} is not made of numbers",
-            where=name,
-            expected="an array of numbers",
-            found=in_python(values),
-        )
+        what, found = f"{name} is not made of numbers", in_python(values)
+        raise error(what, where=name, expected="an array of numbers", found=found)
     return array.astype(float, copy=False)
 
 
 def require_possible(array: FloatArray, name: str, error: type[GdAnalyzeError]) -> None:
-    """Raise an error, the one that is named, where a number is not finite or larger than `LARGEST`."""
+    """Raise `error` where a number is not finite or larger than `LARGEST`."""
     wrong = ~(np.abs(array) <= LARGEST)
     if wrong.any():
         raise error(

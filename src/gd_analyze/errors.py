@@ -9,7 +9,7 @@ from pathlib import Path
 from gd_analyze.text import shortened, visible
 
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
-_LONGEST = {"what": 240, "where": 400, "found": 160, "expected": 1000, "next": 1000}
+_LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
 
 
 @dataclass(frozen=True)
@@ -59,21 +59,13 @@ class GdAnalyzeError(Exception):
         self.what = _line("what", what)
         self.details = {
             label: _line(label, value)
-            for label, value in {
-                "where": where,
-                "expected": expected,
-                "found": found,
-                "next": next_step,
-            }.items()
+            for label, value in zip(_LONGEST, (None, where, expected, found, next_step), strict=True)
             if value is not None
         }
-        super().__init__(
-            "\n".join([self.what, *(f"  {label}: {text}" for label, text in self.details.items())])
-        )
+        super().__init__("\n".join([self.what, *(f"  {x}: {text}" for x, text in self.details.items())]))
 
 
 def _line(label: str, value: Location | str | Sequence[str]) -> str:
-    """One line of a message."""
     items = [value] if isinstance(value, Location | str) else value
     return "; ".join(shortened(visible(str(item)), _LONGEST[label]) for item in items)
 

@@ -51,21 +51,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
     """Yield temporary paths, put in the places of `paths` one after another when the block ends well.
 
-    Whatever stood there stays until then, and stays for good if the block raises or the process is killed.
-    All content is on the disk before the first file is replaced, so no file is ever half written. A process
-    killed between two replacements leaves files of both sets, which `warn_of_others` notices.
-
-    Parameters
-    ----------
-    paths
-        Files of one folder, which is made where there is none. Without files nothing is done.
-
-    Raises
-    ------
-    OutputError
-        If the folder cannot be made or written to, or something other than a file is in the way.
-    StorageError
-        If the machine fails: a full disk, a quota, a broken device.
+    All are of one folder, which is made where there is none. Whatever stood there stays until then, and stays
+    for good if the block raises or the process is killed. All content is on the disk before the first file is
+    replaced, so no file is ever half written. A process killed between two replacements leaves files of both
+    sets, which `warn_of_others` notices. An `OutputError` says that the place will not do, a `StorageError`
+    that the machine fails.
     """
     if not paths:
         yield ()
@@ -94,21 +84,9 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
 
 
 def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
-    """Read a text's bytes; None where there are more than `most`, however many.
+    """Read a text's bytes from a path, a pipe or a device; None where there are more than `most`.
 
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
-
-    Parameters
-    ----------
-    source
-        A path or an open file; a pipe or a device will do.
-    most
-        Largest size, bytes.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
     """
     if isinstance(source, str | Path):
         with Path(source).open("rb") as file:
@@ -135,13 +113,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def require_writable(path: Path, option: str = "--out") -> None:
-    """Fail early, before any computing, when a file could not be written.
-
-    Raises
-    ------
-    OutputError
-        If something other than a file is in the way, or its folder cannot be written to or made.
-    """
+    """Raise an OutputError early, before any computing, where a file could not be written."""
     _require_no_obstacle(path)
     existing = path.parent
     while not existing.exists() and existing != existing.parent:
@@ -169,15 +141,10 @@ def shipped(kind: str, suffix: str) -> dict[str, Path]:
 
 
 def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
-    """Mark of a run, which each of its files carries; the same arguments give the same mark.
+    """Mark of a run, which each of its files carries; the same JSON values give the same mark.
 
-    Parameters
-    ----------
-    asked
-        What the run was asked for, as JSON values: names of the arm and the motion, options. The mark's first
-        part.
-    everything
-        What the results depend on and state besides: inputs, versions.
+    Its first part is of what was asked for: names of the arm and the motion, options. The second is also of
+    what the results depend on and state besides: inputs, versions.
     """
     first, second = (
         hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
@@ -198,13 +165,7 @@ def mark_in(path: Path) -> str:
 
 
 def warn_of_others(path: Path, mark: str) -> None:
-    """Warn where a file of results was read and others of its set, beside it, are not of its run.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        Naming them.
-    """
+    """Warn where a file of results was read and others of its set, beside it, are not of its run."""
     if path.name not in RESULT_FILES.values():
         return
     others = _others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
@@ -220,33 +181,11 @@ def warn_of_others(path: Path, mark: str) -> None:
 def require_one_run(
     folder: Path, files: Mapping[str, str], formats: Collection[str], mark: str, *, overwrite: bool = False
 ) -> tuple[Path, ...]:
-    """Check that files can be written and that a folder will hold those of one run, before any computing.
+    """Check that `formats` of a set of `files` can be written and that their folder will hold one run.
 
-    What was asked for once may be asked for again, and replaces what it gave before. Anything else that the
-    set's names stand for stays, unless it shall be overwritten.
-
-    Parameters
-    ----------
-    folder
-        Where to write.
-    files, formats
-        The names of a set of files by format, and which of these the run at hand will write.
-    mark
-        Its mark; of what it replaces only the first part counts.
-    overwrite
-        Replace whatever is there.
-
-    Returns
-    -------
-    tuple of Path
-        Files of other runs, to be removed when this one's are written.
-
-    Raises
-    ------
-    UsageError
-        If there is no such format.
-    OutputError
-        If a file cannot be written, or the folder holds files of another run or would then hold files of two.
+    What was asked for once may be asked for again, and replaces what it gave before: of its mark only the
+    first part counts. Anything else that the set's names stand for is refused by an `OutputError`, unless it
+    shall be overwritten. Files of other runs are returned, to be removed when this one's are written.
     """
     for unknown in sorted(set(formats) - set(files)):
         raise UsageError(f"there is no format {unknown!r}", where="formats", expected=", ".join(files))

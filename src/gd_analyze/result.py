@@ -14,52 +14,26 @@ from gd_analyze.text import amount, joint_name, number, percent, prefixed, prett
 # How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened. Pages
 # only: "math", symbols and formulas; "share", percent with a bar; "effect", such as "translation" or
 # "translation T", a coloured mark.
+# fmt: off
 Shown = Literal[
-    "number",
-    "percent",
-    "times",
-    "count",
-    "text",
-    "name",
-    "flag",
-    "bound",
-    "bound_percent",
-    "math",
-    "share",
-    "effect",
+    "number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent",
+    "math", "share", "effect",
 ]
+# fmt: on
 UNKNOWN = "–"
 
 
 @dataclass(frozen=True)
 class Fact:
-    """One value with a name.
+    """One value with a name."""
 
-    Parameters
-    ----------
-    key
-        Name in JSON. "" shows the fact to people only.
-    label
-        Noun phrase: "Torque error, proven near the motion". "" keeps the fact to JSON.
-    value
-        A JSON value, a NumPy number or array, or a list or mapping of these.
-    unit
-        Unit of a number, such as "N m", or what follows it: "of peak torque".
-    shown
-        How a number is written.
-    text
-        How a person reads the value, where number and unit do not say it.
-    note
-        What stands behind it in brackets: "joint 5".
-    """
-
-    key: str
-    label: str
-    value: Any
-    unit: str = ""
+    key: str  # name in JSON; "" shows the fact to people only
+    label: str  # noun phrase: "Torque error, proven near the motion"; "" keeps the fact to JSON
+    value: Any  # a JSON value, a NumPy number or array, or a list or mapping of these
+    unit: str = ""  # of a number, such as "N m", or what follows it: "of peak torque"
     shown: Shown = "number"
-    text: str | None = None
-    note: str = ""
+    text: str | None = None  # how a person reads the value, where number and unit do not say it
+    note: str = ""  # what stands behind it in brackets: "joint 5"
 
     @property
     def written(self) -> str:
@@ -70,30 +44,14 @@ class Fact:
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Parameters
-    ----------
-    key
-        Name in JSON. "" shows the column to people only.
-    label
-        Heading. "" keeps the column to JSON.
-    values
-        One per row; None or nan where there is none.
-    unit
-        Of all rows, or one per row. JSON has no units: where rows differ, a column of its own names them.
-    shown
-        How values are written.
-    meaning
-        What the column says, in a noun phrase.
-    """
-
-    key: str
-    label: str
-    values: Sequence[Any] | np.ndarray
-    unit: str | Sequence[str] = ""
+    key: str  # name in JSON; "" shows the column to people only
+    label: str  # heading; "" keeps the column to JSON
+    values: Sequence[Any] | np.ndarray  # one per row; None or nan where there is none
+    unit: str | Sequence[str] = ""  # of all rows, or one per row; JSON has none
     shown: Shown = "number"
-    meaning: str = ""
+    meaning: str = ""  # what the column says, in a noun phrase
 
     @property
     def is_text(self) -> bool:
@@ -134,22 +92,22 @@ class Table:
         """
         out = []
         for column in self.columns:
+            if not column.label:
+                continue
             unit, values = column.only_unit, column.values[: self.top]
-            if column.label and unit is None:
+            if unit is None:
                 cells = [written(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
                 out.append((column, "", cells))
-            elif column.label:
-                factor, unit = self._prefixed(unit or "") if column.is_number else (1.0, unit or "")
-                scaled = (
-                    value / factor if factor != 1.0 and _is_number(value) else value for value in values
-                )
-                out.append((column, pretty(unit), [written(value, "", column.shown) for value in scaled]))
+                continue
+            factor, unit = self._prefixed(unit) if column.is_number else (1.0, unit)
+            scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
+            out.append((column, pretty(unit), [written(value, "", column.shown) for value in scaled]))
         return out
 
     def _prefixed(self, unit: str) -> tuple[float, str]:
-        alike = [
+        alike = (
             c.values[: self.top] for c in self.columns if c.label and c.is_number and c.only_unit == unit
-        ]
+        )
         sizes = [abs(value) for values in alike for value in values if _is_number(value)]
         return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
@@ -203,31 +161,15 @@ Part = Fact | Table | Drawing | Equations | Section
 
 @dataclass(frozen=True)
 class Result:
-    """The answer of a verb, as a value that terminal, JSON, HTML and PDF show.
+    """The answer of a verb, as a value that terminal, JSON, HTML and PDF show."""
 
-    Parameters
-    ----------
-    title, subtitle
-        What was asked, of what.
-    headline
-        The answer in a line.
-    facts
-        The figures to begin with.
-    parts
-        Tables, drawings, equations and sections, in order.
-    notices
-        What the reader must know before believing the numbers.
-    provenance
-        What it comes from: label and value.
-    """
-
-    title: str
-    subtitle: str = ""
-    headline: str = ""
-    facts: tuple[Fact, ...] = ()
+    title: str  # what was asked
+    subtitle: str = ""  # of what
+    headline: str = ""  # the answer in a line
+    facts: tuple[Fact, ...] = ()  # the figures to begin with
     parts: tuple[Part, ...] = ()
-    notices: tuple[str, ...] = ()
-    provenance: Mapping[str, str] = field(default_factory=dict)
+    notices: tuple[str, ...] = ()  # what the reader must know before believing the numbers
+    provenance: Mapping[str, str] = field(default_factory=dict)  # what it comes from: label and value
 
     def document(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""

@@ -45,39 +45,18 @@ _TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8"
 
 @dataclass(frozen=True)
 class Declared:
-    """Declaration of a variable, a coordinate or an attribute: one line of schema.csv.
-
-    Parameters
-    ----------
-    group, role, name
-        Its table; "variable", "optional" (a variable that may be missing), "coordinate" or "attribute"; and
-        its name there.
-    dims
-        Dimensions; the coordinate of the same name as its dimension holds the labels along it.
-    unit
-        A unit; a kind of `UNITS`; the name of a coordinate that holds one per row, with "@" before it; or "".
-    besides
-        What a variable may hold besides finite numbers: "nan" where a number is not known, "inf" for a share
-        of nothing.
-    kind
-        "number", "whole", "flag" (true or false), "byte" or "text".
-    among
-        "nonnegative" or "positive" of numbers; or the values there may be, with "|" between, of which "1..n"
-        stands for all joints, "units" and "levels" for the names of these. "" for all of the kind.
-    symbol, equation, meaning
-        In formulas; where it is defined, or how; in words.
-    """
+    """A variable, a coordinate or an attribute: one line of schema.csv."""
 
     group: str
-    role: str
+    role: str  # "variable", "optional" (a variable that may be missing), "coordinate" or "attribute"
     name: str
-    dims: tuple[str, ...]
-    unit: str
-    besides: str
-    kind: str
-    among: str
+    dims: tuple[str, ...]  # the coordinate of the same name as its dimension holds the labels along it
+    unit: str  # a unit; a kind of `UNITS`; "@" and the coordinate that holds one per row; or ""
+    besides: str  # finite numbers: "nan" where a number is not known, "inf" for a share of nothing
+    kind: str  # of `_TYPES`
+    among: str  # "nonnegative", "positive", or the values there may be, "|" between: see `choices`
     symbol: str
-    equation: str
+    equation: str  # where it is defined, or how
     meaning: str
 
     def attributes(self, revolute: Sequence[bool]) -> dict[str, str]:
@@ -94,39 +73,36 @@ class Declared:
             out["units"] = unit_of(self.unit, *joints) if self.unit in UNITS else self.unit
         return out
 
-    def require(self, dims: tuple[Any, ...], dtype: np.dtype[Any], values: Any, n_joints: int) -> None:
-        """Raise a StoreError unless dimensions, kind and values are those declared.
-
-        `values` may be an array that reads itself when asked for its `values`; numbers of any sign are not
-        asked for them.
-        """
-        what = f"{self.name} of {self.group}"
-        if dims != self.dims:
-            raise StoreError(f"{what} has other dimensions", expected=str(self.dims), found=str(dims))
-        if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
-            raise StoreError(f"{what} is of another kind", expected=_TYPES[self.kind], found=str(dtype))
-        if not self.among:
-            return
-        held = np.asarray(values)
-        if self.among in ("nonnegative", "positive"):
-            wrong = held[held < 0 if self.among == "nonnegative" else held <= 0]
-            if wrong.size:
-                raise StoreError(f"{what} is not {self.among}", found=str(wrong.min()))
-            return
-        choices = self._choices(n_joints)
-        for value in np.unique(held.astype(str)).tolist():
-            if value not in choices:
-                raise StoreError(f"{what} cannot be {value!r}", expected=", ".join(choices), found=value)
-        if self.role == "coordinate" and self.dims == (self.name,) and held.astype(str).tolist() != choices:
-            raise StoreError(f"{what} is not in order", expected=", ".join(choices), found=str(held.tolist()))
-
-    def _choices(self, n_joints: int) -> list[str]:
+    def choices(self, n_joints: int) -> list[str]:
+        """Values there may be: "1..n" stands for all joints, "units" and "levels" for the names of these."""
         named = {
             "1..n": map(str, range(1, n_joints + 1)),
             "units": [unit for units in UNITS.values() for unit in units],
             "levels": LEVEL_NAMES,
         }
         return [word for part in self.among.split("|") for word in named.get(part, [part])]
+
+    def require(self, dims: tuple[Any, ...], dtype: np.dtype[Any], values: Any, n_joints: int) -> None:
+        """Raise a StoreError unless dimensions, kind and values are those declared.
+
+        `values` may be an array that reads itself when it is asked; numbers of any sign are not asked for.
+        """
+        what = f"{self.name} of {self.group}"
+        if dims != self.dims:
+            raise StoreError(f"{what} has other dimensions", expected=str(self.dims), found=str(dims))
+        if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
+            raise StoreError(f"{what} is of another kind", expected=_TYPES[self.kind], found=str(dtype))
+        if self.among in ("nonnegative", "positive"):
+            held = np.asarray(values)
+            wrong = held[held < 0 if self.among == "nonnegative" else held <= 0]
+            if wrong.size:
+                raise StoreError(f"{what} is not {self.among}", found=str(wrong.min()))
+        elif self.among:
+            choices, words = self.choices(n_joints), np.asarray(values).astype(str)
+            for word in np.setdiff1d(words, choices).tolist():
+                raise StoreError(f"{what} cannot be {word!r}", expected=", ".join(choices), found=word)
+            if self.role == "coordinate" and self.dims == (self.name,) and words.tolist() != choices:
+                raise StoreError(f"{what} is not in order", expected=", ".join(choices), found=str(words))
 
 
 def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
@@ -180,23 +156,9 @@ def table(
     coords: Mapping[str, Any] | None = None,
     attrs: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
-    """Make the table of a group.
+    """Make the table of a group of an arm whose joints are revolute or not, and `validate` it.
 
-    Parameters
-    ----------
-    group
-        One of `GROUPS`.
-    values
-        Arrays by the names declared.
-    revolute
-        Whether each joint of the arm is revolute.
-    coords, attrs
-        Coordinates beside those of the joints, and attributes.
-
-    Raises
-    ------
-    StoreError
-        As `validate`.
+    `values` are arrays by the names declared, `coords` coordinates beside those of the joints.
     """
     import xarray as xr
 
@@ -213,16 +175,9 @@ def table(
 
 
 def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
-    """Check that a table holds what is declared of its group.
+    """Raise a StoreError unless a table holds what is declared of its group; it may have more attributes.
 
-    Values of variables that are numbers of any sign are left to `require_numbers`, as a long one may be read
-    later. Attributes beyond those declared may be there.
-
-    Raises
-    ------
-    StoreError
-        If a variable, a coordinate or an attribute is missing, has other dimensions or another kind of
-        values, or is in another unit; if a variable or a coordinate is unknown.
+    Numbers of any sign are left to `require_numbers`, as a long variable may be read later.
     """
     n, names = len(revolute), [str(name) for name in dataset.data_vars]
     variables = _known(group, names)
@@ -240,11 +195,17 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
                 expected=", ".join(sorted(expected)),
                 found=", ".join(map(str, found)) or f"no {kind}s",
             )
-    for name, one in variables.items():
-        if name in names:
-            array = dataset[name]
-            one.require(array.dims, array.dtype, array, n)
-            _require_unit(array, one, revolute)
+    for name in names:
+        array, one = dataset[name], variables[name]
+        one.require(array.dims, array.dtype, array, n)
+        declared = one.attributes(revolute)
+        for key in ("units", "units_in"):
+            if array.attrs.get(key) != declared.get(key):
+                raise StoreError(
+                    f"{name} of {group} is in other units than declared",
+                    expected=declared.get(key, f"no {key}"),
+                    found=str(array.attrs.get(key, f"no {key}")),
+                )
     for key, array in dataset.coords.items():
         name = str(key)
         if name in coordinates:
@@ -265,14 +226,9 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
 
 
 def require_numbers(values: Array, name: str, group: str) -> None:
-    """Check that values of a variable, or of a coordinate, are finite or what else is declared of it.
+    """Raise a StoreError unless values of a variable or a coordinate are finite, or as else declared of it.
 
-    None is so large that its square would not be a number any more.
-
-    Raises
-    ------
-    StoreError
-        If one is nan, infinite or too large where that cannot be.
+    None may be so large that its square would not be a number any more.
     """
     if values.dtype.kind != "f" or bool((np.abs(values) <= LARGEST_RESULT).all()):
         return
@@ -306,8 +262,6 @@ def _units_by_row(
     group: str, names: Any, revolute: Sequence[bool]
 ) -> dict[str, tuple[tuple[str, ...], Array]]:
     """Coordinates of units joint by joint: none where all joints are of one kind."""
-    if len(set(revolute)) < 2:
-        return {}
     kinds = {GROUPS[group][name].unit: GROUPS[group][name].dims for name in names}
     return {
         _unit_coordinate(kind): (
@@ -315,16 +269,5 @@ def _units_by_row(
             units_of(kind, revolute),
         )
         for kind, dims in kinds.items()
-        if kind in UNITS
+        if kind in UNITS and len(set(revolute)) > 1
     }
-
-
-def _require_unit(array: xr.DataArray, declared: Declared, revolute: Sequence[bool]) -> None:
-    expected = declared.attributes(revolute)
-    for name in ("units", "units_in"):
-        if array.attrs.get(name) != expected.get(name):
-            raise StoreError(
-                f"{declared.name} of {declared.group} is in other units than declared",
-                expected=expected.get(name, f"no {name}"),
-                found=str(array.attrs.get(name, f"no {name}")),
-            )

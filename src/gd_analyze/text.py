@@ -17,13 +17,7 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float) -> str:
-    """Format to three significant digits.
-
-    Examples
-    --------
-    >>> number(41.0), number(12345.0), number(2.1e-14)
-    ('41', '12300', '2.10e-14')
-    """
+    """Format to three significant digits: 41, 12300, 2.10e-14."""
     if value == 0.0:
         return "0"
     if abs(value) < 1e-3 or abs(value) >= 1e5:
@@ -58,11 +52,6 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Unit with the prefix that gives values of that size up to three digits before their point.
 
     Returns what one of the new unit is in the old, and the new; a unit that takes no prefix is unchanged.
-
-    Examples
-    --------
-    >>> prefixed(6.56e-5, "N m"), prefixed(4e-5, "kg m^2"), prefixed(42.0, "N m")
-    ((1e-06, 'µN m'), (1e-06, 'mg m^2'), (1.0, 'N m'))
     """
     size, weighed = abs(largest), unit.startswith("kg")
     takes_one = (weighed or unit.startswith("N")) and " or " not in unit
@@ -76,13 +65,7 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def amount(value: float, unit: str) -> str:
-    """Format to three significant digits with the unit, prefixed where that saves a power of ten.
-
-    Examples
-    --------
-    >>> amount(6.56e-5, "N m"), amount(41.0, "N"), amount(2.1e-14, "N m")
-    ('65.6 µN m', '41 N', '2.10e-14 N m')
-    """
+    """Format to three significant digits with the unit, prefixed where that saves a power of ten."""
     factor, shown = prefixed(value, unit)
     return f"{number(value / factor)} {shown}"
 
@@ -117,13 +100,7 @@ def percent(share: float) -> str:
 
 
 def rounded_up(value: float, digits: int = 3) -> float:
-    """Round to significant digits, never down: a bound is never shown smaller than it is.
-
-    Examples
-    --------
-    >>> rounded_up(0.00931001), rounded_up(158.2, 2)
-    (0.00932, 160.0)
-    """
+    """Round to significant digits, never down: a bound is never shown smaller than it is."""
     if value == 0.0 or not math.isfinite(value):
         return value
     exact = Decimal(value)
@@ -132,24 +109,12 @@ def rounded_up(value: float, digits: int = 3) -> float:
 
 
 def share_up(share: float) -> float:
-    """Round a share up to the digits that `percent` shows.
-
-    Examples
-    --------
-    >>> percent(share_up(0.00931)), percent(share_up(0.9931)), percent(share_up(1.115))
-    ('0.94 %', '100 %', '112 %')
-    """
+    """Round a share up to the digits that `percent` shows."""
     return rounded_up(share, 2 if share < 1.0 or not math.isfinite(share) else 3 + int(math.log10(share)))
 
 
 def named_joints(numbers: Sequence[int], of: int) -> str:
-    """Name joints.
-
-    Examples
-    --------
-    >>> named_joints([3], 6), named_joints([1, 4, 5], 6), named_joints([1, 2], 2)
-    ('joint 3', 'joints 1, 4 and 5', 'every joint')
-    """
+    """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "every joint"."""
     if len(numbers) == of > 1:
         return "every joint"
     *first, last = map(str, numbers)
@@ -163,32 +128,19 @@ def pretty(text: str) -> str:
 
 
 def visible(text: str) -> str:
-    r"""Escape control, format and line characters, which act on a terminal or a page instead of showing.
-
-    Examples
-    --------
-    >>> visible("red \x1b[31m")
-    'red \\x1b[31m'
-    """
+    """Escape control, format and line characters, which act on a terminal or a page instead of showing."""
     if text.isprintable():
         return text
-    # Spaces of every width are not printable to Python, yet do no harm.
-    return "".join(
-        sign
-        if sign.isprintable() or unicodedata.category(sign) == "Zs"
-        else sign.encode("unicode_escape").decode("ascii")
-        for sign in text
-    )
+
+    def escaped(sign: str) -> str:
+        is_harmless = sign.isprintable() or unicodedata.category(sign) == "Zs"  # spaces of every width
+        return sign if is_harmless else sign.encode("unicode_escape").decode("ascii")
+
+    return "".join(map(escaped, text))
 
 
 def in_python(value: object) -> str:
-    """Write a value as Python does; of one that Python refuses to write, such as 10**5000, only its kind.
-
-    Examples
-    --------
-    >>> in_python("0.1"), in_python(10**5000)
-    ("'0.1'", 'int, too large to be shown')
-    """
+    """Write a value as Python does; of one that Python refuses to write, such as 10**5000, only its kind."""
     try:
         return repr(value)
     except (ValueError, RecursionError):
@@ -204,13 +156,7 @@ def shortened(text: str, most: int) -> str:
 
 
 def joined(joints: Iterable[int]) -> str:
-    """Write joints, which count from 0, the way labels have them, from 1.
-
-    Examples
-    --------
-    >>> joined((0, 1)), joined((0, 9)), joined((9,))
-    ('12', '1,10', '10')
-    """
+    """Write joints, which count from 0, the way labels have them, from 1: "12", but "1,10"."""
     numbers = [str(joint + 1) for joint in joints]
     return ("," if any(len(number) > 1 for number in numbers) else "").join(numbers)
 
@@ -273,13 +219,7 @@ _NUMBER = re.compile(rf"[-+]?{UNSIGNED}")
 
 
 def number_in(text: str) -> float | None:
-    """Read a number in decimal digits of ASCII; None where there is none, infinity where it overflows.
-
-    Examples
-    --------
-    >>> number_in(" -1.5e3 "), number_in("1_000"), number_in("nan")
-    (-1500.0, None, None)
-    """
+    """Read a number in decimal digits of ASCII; None where there is none, infinity where it overflows."""
     stripped = text.strip()
     return float(stripped) if _NUMBER.fullmatch(stripped) else None
 
@@ -287,36 +227,21 @@ def number_in(text: str) -> float | None:
 def html_of(
     title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str = "", more: str = ""
 ) -> str:
-    """Write a value as HTML for notebooks; names in it are escaped.
-
-    Parameters
-    ----------
-    title, headings, rows
-        Its table; cells that begin with a letter are aligned left.
-    note
-        A sentence below.
-    more
-        Lines that are folded away.
-
-    Examples
-    --------
-    >>> html_of("an arm", ["joint"], [["1 <waist>"]])
-    '<table><caption>an arm</caption><tr><th>joint</th></tr><tr><td>1 &lt;waist&gt;</td></tr></table>'
-    """
+    """Write a value as HTML for notebooks: a table, a note below, lines folded away; names are escaped."""
 
     def text(shown: str) -> str:
         return str(escape(visible(shown)))
 
     def cell(shown: str) -> str:
-        return f'<td style="text-align: left">{text(shown)}' if shown[:1].isalpha() else f"<td>{text(shown)}"
+        style = ' style="text-align: left"' if shown[:1].isalpha() else ""
+        return f"<td{style}>{text(shown)}</td>"
 
     head = "".join(f"<th>{text(heading)}</th>" for heading in headings)
-    body = "".join(f"<tr>{''.join(f'{cell(one)}</td>' for one in row)}</tr>" for row in rows)
-    table = f"<table><caption>{text(title)}</caption><tr>{head}</tr>{body}</table>"
+    body = "".join(f"<tr>{''.join(map(cell, row))}</tr>" for row in rows)
     below = f"<p>{text(note)}</p>" if note else ""
     lines = "\n".join(text(line) for line in more.splitlines())
     folded = f"<details><summary>equations</summary><pre>{lines}</pre></details>" if more else ""
-    return table + below + folded
+    return f"<table><caption>{text(title)}</caption><tr>{head}</tr>{body}</table>{below}{folded}"
 
 
 # Levels of simplification, here so that the command line offers them without loading NumPy; the levels are

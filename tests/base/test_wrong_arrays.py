@@ -23,7 +23,6 @@ WRONG: dict[str, Any] = {
     "rows of different lengths": [[0.0] * 6, [0.0] * 5],
     "text": "abc",
     "complex numbers": np.full((3, 6), 1j),
-    "objects": np.array([object()] * 6),
     "a mapping": {"a": 1},
     "nan": np.full((3, 6), np.nan),
     "numbers too large": np.full((3, 6), 1e300),

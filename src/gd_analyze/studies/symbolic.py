@@ -100,8 +100,8 @@ def symbolic_result(robot: str) -> Result:
     for name, entries in methods.items():
         alike.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
     sections = []
-    for (*entries, (_, is_text)), titles in alike.items():
-        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in entries))
+    for (*found, (_, is_text)), titles in alike.items():
+        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in found))
         note = "As in FGL87." if is_text else "NOT as in FGL87."
         sections.append(Section("", "; ".join(titles), (equations,), note=note))
     facts = (Fact("text", "", text.entries()), Fact("methods", "", methods))
