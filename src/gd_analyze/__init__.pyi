@@ -33,7 +33,7 @@ from gd_analyze.motions.states import States as States
 from gd_analyze.motions.states import states_in_box as states_in_box
 from gd_analyze.motions.states import states_of as states_of
 from gd_analyze.motions.trajectory import Trajectory as Trajectory
-from gd_analyze.motions.writing import write_trajectory as write_trajectory
+from gd_analyze.motions.trajectory import write_trajectory as write_trajectory
 from gd_analyze.results.findings import Findings as Findings
 from gd_analyze.results.store import load_findings as load_findings
 from gd_analyze.results.store import load_results as load_results

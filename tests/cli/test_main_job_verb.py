@@ -13,7 +13,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.main_job import FORMATS, MADE_AGAIN
 from gd_analyze.files import RESULT_FILES
-from gd_analyze.motions.writing import write_trajectory
+from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
 from several_motions import swung

@@ -11,7 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.plan import PROFILE_NAMES
 from gd_analyze.motions.profiles import PROFILES
-from gd_analyze.motions.writing import recorded_command
+from gd_analyze.motions.trajectory import recorded_command
 
 PLAN = ("plan", "two_link", "--from", "0,0", "--to", "60,-45", "--duration", "2")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.motions.writing import trajectory_csv
+from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.simplification.model_file import save_model
 from recorded_logs import RATE, recorded
 from several_motions import swung

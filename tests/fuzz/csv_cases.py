@@ -16,8 +16,7 @@ from text_changes import BYTES, TEXT
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.motions.writing import GAP, trajectory_csv
+from gd_analyze.motions.trajectory import GAP, Trajectory, trajectory_csv
 from gd_analyze.robots.catalogue import load_arm
 
 ARM = load_arm("two_link")

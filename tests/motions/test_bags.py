@@ -155,7 +155,7 @@ def test_topics_are_chosen_by_the_user(tmp_path: Path, store: Any) -> None:
     for text in (
         "several topics",
         "/joint_states (JointState, 5 messages); /plan (JointTrajectory, 1 messages)",
-        "--topic /joint_states or --topic /plan",
+        "--topic: /joint_states or /plan",
     ):
         assert text in str(caught.value)
     assert_states(path, topic="/joint_states")

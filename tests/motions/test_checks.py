@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.checks import check_against_arm
-from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.limits import check_against_arm, limit_report
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

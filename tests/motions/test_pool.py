@@ -140,7 +140,7 @@ def test_nothing_to_put_together(given_, said):
 
 
 def test_files_names_and_values_together(two_link, swing, tmp_path):
-    from gd_analyze.motions.writing import write_trajectory
+    from gd_analyze.motions.trajectory import write_trajectory
 
     write_trajectory(swung(4.0, "quick"), tmp_path / "quick.csv")
     whole = trajectory_of(["two-link-swing", tmp_path / "quick.csv", swung(5.0, "made")], two_link)

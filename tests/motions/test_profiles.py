@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from log_arms import arm_of
 from scipy.interpolate import PPoly
 
-from gd_analyze.motions.limits import _extremes as extremes
+from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.profiles import PROFILES
 
 NAMES = tuple(PROFILES)
@@ -105,7 +106,8 @@ def test_a_joint_that_stays_put_stays_exactly(motion: tuple[str, np.ndarray, np.
 
 def values_of(path: PPoly) -> np.ndarray:
     """Lowest, highest, rate and acceleration of every joint, shape (4, n)."""
-    return np.array([[e.value for e in extremes(path, j)] for j in range(path.c.shape[2])]).T
+    rows = limit_report(arm_of(*map(str, range(path.c.shape[2]))), path).rows
+    return np.array([(row.lowest, row.highest, row.velocity, row.acceleration) for row in rows]).T
 
 
 @given(motions())

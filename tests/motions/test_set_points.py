@@ -23,7 +23,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most
 from gd_analyze.motions import read as reader
 from gd_analyze.motions.pool import trajectory_of
-from gd_analyze.motions.writing import trajectory_csv
+from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.text import LARGEST

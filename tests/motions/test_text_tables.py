@@ -10,7 +10,6 @@ import pytest
 from log_arms import UR, arm_of
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions import text as text_table
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.read import read_log
 
@@ -67,24 +66,23 @@ def test_layouts(layout: str, read: Read) -> None:
     assert (logged.qdd, logged.torque, logged.measured) == (None, None, True)
 
 
-def test_blocks_are_put_together(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text_table, "_BLOCK", 100)
-    text = LAYOUTS["comments"]
-    logged = read(text, TWO)
-    np.testing.assert_array_equal(logged.q, Q)
-    with pytest.raises(TrajectoryError, match="line 8, column 3"):
-        read(text.replace("0.3333333333333333", "x"), TWO)
-
-
-def test_progress_is_told(log: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text_table, "_BLOCK", 100)
+def test_blocks_are_put_together(log: Callable[..., Path]) -> None:
+    """Files of tens of megabytes are read piece by piece."""
+    cells = "-0.1234567890123456789,0.25" + ",x" * 300
+    rows = (
+        "".join(f"{k}.5,{cells}\n" for k in range(14_000)) + "# here\n\n14000.5,0.5,0.25" + ",x" * 300 + "\n"
+    )
+    path = log("time [s],q1_deg,q2_deg" + "".join(f",note{k}" for k in range(300)) + "\n" + rows)
     told: list[tuple[int, int]] = []
-    path = log(LAYOUTS["comma"])
-    read_log(path, TWO, progress=lambda done, total: told.append((done, total)))
+    logged = read_log(path, TWO, progress=lambda done, total: told.append((done, total)))
+    np.testing.assert_array_equal(logged.time, np.arange(14_001.0))
+    np.testing.assert_allclose(np.degrees(logged.q[[0, -1], 0]), [-0.1234567890123456789, 0.5], rtol=1e-15)
     size = path.stat().st_size
     assert told[-1] == (size, size)
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
-    assert len(told) > 3
+    assert told == sorted(told)
+    path.write_text(path.read_text().replace("\n14000.5,0.5", "\n14000.5,x"))
+    with pytest.raises(TrajectoryError, match="line 14004, column 2"):
+        read_log(path, TWO)
 
 
 def test_empty_cells_are_no_numbers(read: Read) -> None:

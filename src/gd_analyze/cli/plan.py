@@ -78,7 +78,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.motions.writing import trajectory_csv
+        from gd_analyze.motions.trajectory import trajectory_csv
 
         arm = robot.load()
         try:
@@ -142,9 +142,11 @@ def _result(made: Plan) -> Result:
     from gd_analyze.result import Column, Fact, Result, Table
 
     rows, motion = made.limits.rows, made.trajectory
-    degrees = [math.degrees(1.0) if row.unit == "rad" else 1.0 for row in rows]
+    joints = [row.joint for row in rows]
+    degrees = [math.degrees(1.0) if joint.unit == "rad" else 1.0 for joint in joints]
     kept = ["unit", "lowest", "highest", "lower", "upper"]
     kept += ["velocity", "velocity_limit", "acceleration", "acceleration_limit"]
+    held = {key: [getattr(r if hasattr(r, key) else r.joint, key) for r in rows] for key in kept}
     pairs = (
         ("motion", "lowest", "highest", " .. ", degrees, {"rad": "°"}),
         ("range", "lower", "upper", " .. ", degrees, {"rad": "°"}),
@@ -152,16 +154,16 @@ def _result(made: Plan) -> Result:
         ("acc. / limit", "acceleration", "acceleration_limit", " / ", None, {"rad": "rad/s²", "m": "m/s²"}),
     )
     columns = [
-        Column("joint", "joint", [row.joint for row in rows], shown="count"),
-        Column("name", "name", [row.name for row in rows], shown="text"),
+        Column("joint", "joint", list(range(1, len(rows) + 1)), shown="count"),
+        Column("name", "name", [joint.name for joint in joints], shown="text"),
     ]
-    columns += [Column(key, "", [getattr(row, key) for row in rows]) for key in kept]
+    columns += [Column(key, "", held[key]) for key in kept]
     for label, first, second, between, scales, units in pairs:
         shown = [
-            between.join(_shown(getattr(row, key), scale) for key in (first, second))
-            for row, scale in zip(rows, scales or [1.0] * len(rows), strict=True)
+            between.join(_shown(value, scale) for value in pair)
+            for *pair, scale in zip(held[first], held[second], scales or [1.0] * len(rows), strict=True)
         ]
-        unit = [units.get(row.unit, row.unit) for row in rows]
+        unit = [units.get(joint.unit, joint.unit) for joint in joints]
         columns.append(Column(f"{first}_shown", label, shown, unit, "text"))
     shortest = made.shortest_duration
     return Result(

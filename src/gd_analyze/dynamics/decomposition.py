@@ -13,7 +13,7 @@ from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.motions.checks import require_joints
+from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit

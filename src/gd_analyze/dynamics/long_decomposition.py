@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import decompose, decompose_states, labelled, torque_of
-from gd_analyze.motions.checks import require_joints
+from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

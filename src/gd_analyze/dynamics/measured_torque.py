@@ -12,7 +12,7 @@ from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import Friction, JointFit, fit_joint, spread, triangle
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.checks import require_joints
+from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory

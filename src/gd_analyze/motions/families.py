@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from gd_analyze.motions.reading import ROLES
 from gd_analyze.motions.roles import (
@@ -55,53 +56,49 @@ class Family:
         return tuple(column for columns in self.columns.values() for column in columns)
 
 
-# A match: label, columns by joint, columns of other joints, reason, pairs of names.
-_Match = tuple[Words, Mapping[int, tuple[int, ...]], Sequence[int], str, tuple[tuple[str, str], ...]]
+# Makes a family of the columns that one group has, once their joints are known.
+_Make = Callable[..., Family]
 
 
 def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
     """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
     # A log that numbers its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
-    counts = any(m.role in ROLES and m.number is not None and not m.label for m in meanings)
+    beside = any(m.role in ROLES and m.number is not None and not m.label for m in meanings)
     for column, meaning in enumerate(meanings):
         if meaning.role in ROLES:
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, []).append(column)
-    return [
-        Family(*key, label, columns, tuple(extra), why, renamed)
-        for key, of in groups.items()
-        for label, columns, extra, why, renamed in _matched(of, meanings, names, written, counts)
-    ]
+    found: list[Family] = []
+    for group, columns in groups.items():
+        make = partial(Family, *group)
+        named = _by(columns, lambda c: meanings[c].joint)
+        rest = [c for c in columns if meanings[c].joint is None]
+        affixed = None if named else _by_affix(make, rest, meanings, names)
+        if named:
+            found.append(make((), named, tuple(rest), "by name"))
+        elif affixed is not None:
+            found.append(affixed)
+        else:
+            labels = dict.fromkeys(meanings[c].label for c in rest if meanings[c].number is not None)
+            tried = [
+                _by_number(make, label, rest, meanings, names, None if beside else written)
+                for label in labels
+            ]
+            counted = [family for family in tried if family is not None]
+            if len(names) == len(rest) == 1 and not counted and not meanings[rest[0]].label:
+                counted = [make((), {0: (rest[0],)}, (), "the arm's only joint")]
+            found += counted
+    return found
 
 
-def _matched(
-    columns: Sequence[int],
-    meanings: Sequence[Meaning],
-    names: Sequence[str],
-    written: Sequence[str],
-    beside: bool,
-) -> list[_Match]:
-    """Matches among columns whose names differ in the joint alone."""
-    rest = [c for c in columns if meanings[c].joint is None]
-    by_joint: dict[int, tuple[int, ...]] = {}
+def _by(columns: Sequence[int], joint_of_column: Callable[[int], int | None]) -> dict[int, tuple[int, ...]]:
+    """Columns by their joint, those of none left out."""
+    found: dict[int, tuple[int, ...]] = {}
     for column in columns:
-        joint = meanings[column].joint
+        joint = joint_of_column(column)
         if joint is not None:
-            by_joint[joint] = (*by_joint.get(joint, ()), column)
-    if by_joint:
-        return [((), by_joint, rest, "by name", ())]
-    affixed = _by_affix(rest, meanings, names)
-    if affixed is not None:
-        return [affixed]
-    counted: dict[Words, list[int]] = {}
-    for column in rest:
-        if meanings[column].number is not None:
-            counted.setdefault(meanings[column].label, []).append(column)
-    tried = (_by_number(label, of, meanings, names, written, beside) for label, of in counted.items())
-    found = [match for match in tried if match is not None]
-    if len(names) == 1 and len(rest) == 1 and not found and not meanings[rest[0]].label:
-        return [((), {0: (rest[0],)}, (), "the arm's only joint", ())]
+            found[joint] = (*found.get(joint, ()), column)
     return found
 
 
@@ -115,37 +112,38 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 
 
 def _by_number(
+    make: _Make,
     label: Words,
     columns: Sequence[int],
     meanings: Sequence[Meaning],
     names: Sequence[str],
-    written: Sequence[str],
-    beside: bool,
-) -> _Match | None:
-    """Match numbered columns; with words beside the numbers, only with an arm that numbers its joints too."""
+    written: Sequence[str] | None,
+) -> Family | None:
+    """Match columns of a label by number.
+
+    `written` are the names as written where words beside the numbers name joints, not quantities: then only
+    an arm that numbers its joints too is matched.
+    """
     counts = arms_numbers(names)
-    if label and not beside and counts is None:
+    if label and written is not None and counts is None:
         return None
-    numbers = {c: meanings[c].number or 0 for c in columns}
+    numbers = {c: meanings[c].number or 0 for c in columns if meanings[c].label == label}
+    numbers = {c: number for c, number in numbers.items() if meanings[c].number is not None}
     base = 0 if 0 in numbers.values() else 1
     own = range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
-    joints = {number: joint for joint, number in enumerate(own)}
-    matched: dict[int, tuple[int, ...]] = {}
-    for column, number in numbers.items():
-        joint = joints.get(number - base)
-        if joint is not None:
-            matched[joint] = (*matched.get(joint, ()), column)
-    extra = [column for column, number in numbers.items() if number - base not in joints]
+    joints = {number + base: joint for joint, number in enumerate(own)}
+    matched = _by(list(numbers), lambda c: joints.get(numbers[c]))
+    extra = tuple(column for column, number in numbers.items() if number not in joints)
     renamed: tuple[tuple[str, str], ...] = ()
-    if label and not beside and counts is not None and counts[0] != label:
-        renamed = tuple(
-            (as_written(meanings[of[0]].token, written[of[0]]), names[joint])
-            for joint, of in sorted(matched.items())
-        )
-    return label, matched, extra, f"by number, from {base}", renamed
+    if label and written is not None and counts is not None and counts[0] != label:
+        firsts = [(of[0], joint) for joint, of in sorted(matched.items())]
+        renamed = tuple((as_written(meanings[c].token, written[c]), names[joint]) for c, joint in firsts)
+    return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
-def _by_affix(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]) -> _Match | None:
+def _by_affix(
+    make: _Make, columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
+) -> Family | None:
     """Match names that differ in the same words before all of them, such as a prefix of the robot."""
     own = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meanings[c].token) for c in columns}
@@ -169,5 +167,5 @@ def _by_affix(columns: Sequence[int], meanings: Sequence[Meaning], names: Sequen
             used = {c for of in matched.values() for c in of}
             beside = " ".join(prefix).strip()
             why = f"by name, but for {beside!r}" if beside else "by name"
-            return (), matched, [c for c in columns if c not in used], why, ()
+            return make((), matched, tuple(c for c in columns if c not in used), why)
     return None

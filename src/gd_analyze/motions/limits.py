@@ -1,16 +1,20 @@
-"""Extremes of a motion joint by joint, beside the limits of the arm."""
+"""Does a motion suit an arm? Its extremes beside the limits, and warnings of what looks wrong."""
 
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.velocities import contradictions
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Joint
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -18,6 +22,10 @@ if TYPE_CHECKING:
 # Limits are nominal numbers of a few digits; files print positions with ten or so. Less than this past a
 # limit, relative to it, is a rounded digit and no violation.
 ROUNDING = 1e-9
+# A joint without limits may turn several times; numbers beyond two turns are rarely radians.
+_MANY_TURNS = 4 * math.pi
+# Motions of more than this, rad or m, do not creep; and velocities up to this share of the limits are usual.
+_MOVES, _USUAL = 0.1, 1.5
 
 Quantity = Literal["position", "velocity", "acceleration"]
 
@@ -26,15 +34,13 @@ Quantity = Literal["position", "velocity", "acceleration"]
 class Violation:
     """One limit of one joint that a motion exceeds; SI and radians."""
 
-    # Joint number i, from 1, and the joint's name
-    joint: int
+    joint: int  # number i, from 1
     name: str
-    quantity: Quantity  # "position", "velocity" or "acceleration"
-    # The extreme reached (velocity and acceleration as magnitudes) and the limit it exceeds
-    value: float
-    limit: float
+    quantity: Quantity
+    value: float  # the extreme reached; velocity and acceleration as magnitudes
+    limit: float  # the limit it exceeds
     time: float  # the instant of the extreme, s
-    unit: str  # unit of value and limit
+    unit: str  # of value and limit
 
     @property
     def excess(self) -> float:
@@ -47,33 +53,23 @@ class Violation:
             side = "above its upper" if self.value > self.limit else "below its lower"
             value, excess, limit = (angle(x, self.unit) for x in (self.value, self.excess, self.limit))
             return f"{label}: position {value}, {excess} {side} limit {limit}"
-        value, excess = (_number(x, self.limit) for x in (self.value, self.excess))
+        digits = 4 if self.excess > 1e-3 * self.limit else 10
+        value, excess = (f"{x:.{digits}g} {self.unit}" for x in (self.value, self.excess))
         share = self.excess / self.limit
         percent = f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"
-        return (
-            f"{label}: {self.quantity} {value} {self.unit}, {excess} {self.unit} ({percent}) above the limit "
-            f"{self.limit:g} {self.unit}"
-        )
+        limit = f"{self.limit:g} {self.unit}"
+        return f"{label}: {self.quantity} {value}, {excess} ({percent}) above the limit {limit}"
 
 
 @dataclass(frozen=True)
 class JointExtremes:
-    """One row of a limit report; SI and radians, None of a limit that the arm does not state."""
+    """Extremes of one joint's variable, largest magnitudes of its derivatives; SI and radians."""
 
-    # Joint number i, from 1, the joint's name, and the unit of its variable
-    joint: int
-    name: str
-    unit: str
-    # Extremes of the joint variable and its limits
+    joint: Joint  # with its limits
     lowest: float
     highest: float
-    lower: float | None
-    upper: float | None
-    # Largest magnitudes and their limits
     velocity: float
-    velocity_limit: float | None
     acceleration: float
-    acceleration_limit: float | None
 
 
 @dataclass(frozen=True)
@@ -87,15 +83,14 @@ class LimitReport:
     def least_stretch(self) -> float | None:
         """Factor on the duration at which velocities and accelerations just meet their limits.
 
-        Stretching time by k divides velocities by k and accelerations by k^2. Below 1 the motion could be
-        faster; None when the arm states no such limit.
+        Stretching time by k divides velocities by k and accelerations by k^2; None without such limits.
         """
-        factors = [row.velocity / row.velocity_limit for row in self.rows if row.velocity_limit is not None]
-        factors += [
-            math.sqrt(row.acceleration / row.acceleration_limit)
-            for row in self.rows
-            if row.acceleration_limit is not None
-        ]
+        factors = []
+        for row in self.rows:
+            if row.joint.velocity_limit is not None:
+                factors.append(row.velocity / row.joint.velocity_limit)
+            if row.joint.acceleration_limit is not None:
+                factors.append(math.sqrt(row.acceleration / row.joint.acceleration_limit))
         return max(factors, default=None)
 
 
@@ -103,43 +98,24 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
     """Compare extremes with limits: of a trajectory at its set points, of a path between them too."""
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
-        lowest, highest, velocity, acceleration = _extremes(motion, i)
-        rows.append(
-            JointExtremes(
-                i + 1,
-                joint.name,
-                joint.unit,
-                lowest.value,
-                highest.value,
-                joint.lower,
-                joint.upper,
-                velocity.value,
-                joint.velocity_limit,
-                acceleration.value,
-                joint.acceleration_limit,
-            )
-        )
-        checks: list[tuple[Quantity, _Extreme, float | None, str, int]] = [
-            ("position", lowest, joint.lower, "", -1),
-            ("position", highest, joint.upper, "", 1),
-            ("velocity", velocity, joint.velocity_limit, "/s", 1),
-            ("acceleration", acceleration, joint.acceleration_limit, "/s^2", 1),
+        limits: list[tuple[Quantity, float | None, str, int]] = [
+            ("position", joint.lower, "", -1),
+            ("position", joint.upper, "", 1),
+            ("velocity", joint.velocity_limit, "/s", 1),
+            ("acceleration", joint.acceleration_limit, "/s^2", 1),
         ]
+        extremes = _extremes(motion, i)
+        rows.append(JointExtremes(joint, *(value for value, _ in extremes)))
         violations += [
-            Violation(i + 1, joint.name, quantity, extreme.value, limit, extreme.time, joint.unit + per)
-            for quantity, extreme, limit, per, side in checks
-            if limit is not None and side * (extreme.value - limit) > ROUNDING * max(1.0, abs(limit))
+            Violation(i + 1, joint.name, quantity, value, limit, time, joint.unit + per)
+            for (value, time), (quantity, limit, per, side) in zip(extremes, limits, strict=True)
+            if limit is not None and side * (value - limit) > ROUNDING * max(1.0, abs(limit))
         ]
     return LimitReport(tuple(rows), tuple(violations))
 
 
-class _Extreme(NamedTuple):
-    value: float
-    time: float
-
-
-def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[_Extreme]:
-    """Lowest and highest variable, largest magnitudes of velocity and acceleration of a joint (from 0)."""
+def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[float, float]]:
+    """Least and largest variable, largest velocity and acceleration of a joint (from 0), with instants."""
     found = []
     for order in range(3):
         if isinstance(motion, Trajectory):
@@ -148,7 +124,7 @@ def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[_Extre
             instants, values = _candidates(motion.derivative(order) if order else motion, joint)
         values = np.abs(values) if order else values
         for pick in [values.argmax()] if order else [values.argmin(), values.argmax()]:
-            found.append(_Extreme(float(values[pick]), float(instants[pick])))
+            found.append((float(values[pick]), float(instants[pick])))
     return found
 
 
@@ -185,6 +161,91 @@ def angle(value: float, unit: str) -> str:
     return f"{value:.4g} rad ({math.degrees(value):.4g} deg)" if unit == "rad" else f"{value:.4g} {unit}"
 
 
-def _number(value: float, limit: float) -> str:
-    """Digits enough to tell the value from the limit it exceeds."""
-    return f"{value:.4g}" if abs(value - limit) > 1e-3 * limit else f"{value:.10g}"
+def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
+    """Refuse a trajectory of another number of joints; warn of what looks wrong.
+
+    That is each limit that is exceeded, angles that look like degrees (whose limits are not reported as
+    well), velocities that time in milliseconds would explain, and given derivatives that are none.
+    """
+    require_joints(trajectory, arm)
+    suspects = _degree_suspects(arm, trajectory.q)
+    found = []
+    if suspects:
+        labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
+        largest = float(np.abs(trajectory.q[:, suspects]).max())
+        found.append(
+            f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg), which "
+            f"looks like degrees; if they are, name the columns q{suspects[0] + 1}_deg and so on, or "
+            "say --degrees"
+        )
+    smooth = trajectory.recording is not None and trajectory.recording.measured
+    for violation in limit_report(arm, trajectory).violations:
+        set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
+        message = f"{violation}, at set point {set_point} ({violation.time:.4g} s)"
+        derived = {"velocity": "qd", "acceleration": "qdd"}.get(violation.quantity)
+        if smooth and derived:
+            message += "; from smoothed readings: a lower --cutoff smooths more"
+        elif derived in trajectory.derived:
+            message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
+        if violation.joint - 1 not in suspects:
+            found.append(message)
+    # Velocities that come of positions and instants alone, and would be usual if the instants were in ms.
+    moving = np.ptp(trajectory.q, axis=0) > _MOVES
+    limits = arm.limits("velocity_limit")[moving]
+    if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
+        share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
+        if 0.0 < 1000.0 * share <= _USUAL:
+            found.append(
+                f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds; if it "
+                "is in milliseconds, say --time-unit ms"
+            )
+    arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
+    found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
+    for message in found:
+        warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
+
+
+def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
+    """Refuse a trajectory of another number of joints; raises TrajectoryError."""
+    if trajectory.n_joints != arm.n_joints:
+        raise TrajectoryError(
+            f"trajectory {trajectory.name} is not for arm {arm.name}",
+            expected=f"{arm.n_joints} joints",
+            found=f"{trajectory.n_joints} joints",
+            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
+        )
+
+
+def warn_if_radians(name: str, degrees: FloatArray) -> None:
+    """Warn when angles that a file calls degrees, shape (N, k), look like radians.
+
+    Few motions stay within 3.15 degrees of zero in every joint; in radians all within half a turn do.
+    """
+    reach = float(np.nanmax(np.abs(degrees), initial=0.0))
+    if reach <= 3.15 and bool((np.ptp(degrees, axis=0) > 0).any()):
+        warnings.warn(
+            f"trajectory {name}: angles in degrees stay within {reach:.3g} of zero, which looks like "
+            "radians; if they are, name the columns without the unit",
+            GdAnalyzeWarning,
+            stacklevel=3,
+        )
+
+
+def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
+    """Joints (from 0) whose angles look like degrees taken for radians.
+
+    A revolute joint goes beyond a full turn and outside its limits, and the same numbers in degrees stay
+    inside; or it has no limits and goes beyond two turns.
+    """
+    low, high = q.min(axis=0), q.max(axis=0)
+    lower, upper = arm.limits("lower"), arm.limits("upper")
+    reach = np.maximum(np.abs(low), np.abs(high))
+    looks_wrong = np.where(
+        np.isfinite(lower) & np.isfinite(upper),
+        (reach > 2 * math.pi)
+        & ((low < lower) | (high > upper))
+        & (lower <= np.radians(low) + ROUNDING)
+        & (np.radians(high) <= upper + ROUNDING),
+        reach > _MANY_TURNS,
+    )
+    return np.flatnonzero(looks_wrong & np.array(arm.is_revolute)).tolist()

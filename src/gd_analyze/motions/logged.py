@@ -1,12 +1,22 @@
-"""What was understood of a log, and the readings behind a measured trajectory."""
+"""What a log holds of a motion, and the numbers of a trajectory made of it: sorted, unwrapped, smoothed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+import warnings
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.reading import ROLES, Quantity
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.cutoff import Source, chosen
+from gd_analyze.motions.reading import ROLES, Quantity, Treatment, refusal
+from gd_analyze.motions.sampling import FEWEST, Sampling, sampling_of, unwrapped
+from gd_analyze.motions.smoothing import noise_of, smoothed
+from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import figures
 
 Role = Literal["time", "unused"] | Quantity
 
@@ -69,3 +79,135 @@ class Recording:
     def measured(self) -> bool:
         """Whether these are smoothed readings; else a plan that a log holds."""
         return self.cutoff is not None
+
+
+class Treated(NamedTuple):
+    """Numbers of a trajectory, where its derivatives come from, its gaps and the readings behind it."""
+
+    time: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    derivatives_from: str
+    gaps: tuple[int, ...]
+    recording: Recording | None = None
+
+
+def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -> Treated:
+    """Make the numbers of a trajectory; see `Trajectory.from_log`."""
+    if arm is not None and logged.q.shape[1] != arm.n_joints:
+        what, found = f"the log does not fit arm {arm.name}", str(logged.q.shape[1])
+        raise refusal(what, logged.origin or logged.name, f"{arm.n_joints} joints", found)
+    if logged.gaps is not None and not logged.measured:
+        arrays = (logged.time, logged.q, logged.qd, logged.qdd)
+        derivatives = completed(*arrays, logged.gaps, logged.name)
+        return Treated(logged.time, logged.q, *derivatives, logged.gaps)
+    treatment = treatment or Treatment()
+    logged = _without_sparse(logged)
+    needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
+    readable = np.logical_and.reduce([np.isfinite(x).all(axis=1) for x in needed])
+    fewest = FEWEST if logged.measured else FEWEST_SET_POINTS if len(needed) < 3 else 1
+    name = logged.origin or logged.name
+    sampling = sampling_of(logged.time, readable, treatment.largest_gap, name, fewest)
+    q, notes = logged.q[sampling.rows], sampling.notes
+    if arm is not None:
+        q, turns = unwrapped(q, arm, sampling.stretches)
+        notes += turns
+    qd, qdd, torque = (
+        None if x is None else x[sampling.rows] for x in (logged.qd, logged.qdd, logged.torque)
+    )
+    kept = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
+    if logged.measured:
+        return _smoothed(kept, sampling, treatment, notes)
+    derivatives = completed(kept.time, q, qd, qdd, sampling.gaps, name)
+    nothing = np.zeros(q.shape[1])
+    recording = Recording(q, torque, torque, None, nothing, nothing, kept.columns, notes)
+    return Treated(kept.time, q, *derivatives, sampling.gaps, recording)
+
+
+def _without_sparse(logged: Logged) -> Logged:
+    """Leave out velocities and accelerations of fewer than half of the rows that hold positions."""
+    held = np.isfinite(logged.q).all(axis=1)
+    count = int(held.sum())
+    for name in ("qd", "qdd"):
+        values = getattr(logged, name)
+        beside = count if values is None else int((held & np.isfinite(values).all(axis=1)).sum())
+        if 2 * beside < count:
+            warnings.warn(
+                f"log {logged.name}: {name} left out, given in {beside} of {count} rows that hold positions",
+                GdAnalyzeWarning,
+                stacklevel=5,
+            )
+            logged = replace(logged, qd=None) if name == "qd" else replace(logged, qdd=None)
+    return logged
+
+
+def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
+    source, cutoffs, rule = chosen(_sources(kept, sampling, treatment), sampling, treatment)
+    from_velocities = source.order == 1
+    q, qd, qdd = _smooth(sampling, kept.q, cutoffs, (0, 1, 2))
+    if from_velocities:
+        qd, qdd = _smooth(sampling, source.values, cutoffs, (0, 1))
+    noise_qdd = source.left(cutoffs)
+    if kept.qdd is not None:
+        (qdd,) = _smooth(sampling, kept.qdd, cutoffs, (0,))
+        noise_qdd = noise_of(kept.qdd, qdd, sampling.step, cutoffs, left=True)
+    torque = None
+    if kept.torque is not None:
+        # What the motion holds of any joint acts on all.
+        (torque,) = _smooth(sampling, kept.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
+    hertz = " and ".join(dict.fromkeys(f"{figures(float(cutoff))} Hz" for cutoff in cutoffs))
+    whence = "the measured velocities" if from_velocities else "the measured positions"
+    done = f"smoothed without delay, cut-off {hertz} ({rule})"
+    derived = "qdd" if from_velocities else "qd and qdd"
+    left = f"noise left in qdd {figures(float(noise_qdd.min()))} to {figures(float(noise_qdd.max()))} per s^2"
+    recording = Recording(
+        kept.q,
+        kept.torque,
+        torque,
+        cutoffs,
+        noise_of(kept.q, q, sampling.step, cutoffs),
+        noise_qdd,
+        kept.columns,
+        (*notes, f"accelerations from {whence}, {done}; {left}"),
+    )
+    how = f"{derived} derived: from {whence}, {done}" if kept.qdd is None else f"given: measured, {done}"
+    return Treated(kept.time, q, qd, qdd, how, sampling.gaps, recording)
+
+
+def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:
+    """Positions, and velocities where there are any that do not contradict them."""
+    sources = [Source.of(sampling, kept.q, 2)]
+    if kept.qd is None or not treatment.use_velocities:
+        return sources
+    # The longest stretch: velocities are compared with changes of positions, of which a gap says nothing.
+    longest = max(sampling.stretches, key=lambda stretch: stretch.stop - stretch.start)
+    found = contradictions(kept.time[longest], kept.q[longest], kept.qd[longest], None)
+    if found:
+        warnings.warn(
+            f"log {kept.name}: {'; '.join(found)}; the measured velocities are not used",
+            GdAnalyzeWarning,
+            stacklevel=6,
+        )
+        return sources
+    return [*sources, Source.of(sampling, kept.qd, 1)]
+
+
+def _smooth(
+    sampling: Sampling, values: FloatArray, cutoffs: FloatArray, orders: tuple[int, ...]
+) -> list[FloatArray]:
+    """Derivatives of smoothed readings at the set points, shape (N, n) each; joint by joint, to save memory.
+
+    Where a cell is empty, the others of its stretch tell; a stretch with fewer than three has none.
+    """
+    out = [np.full_like(values, np.nan) for _ in orders]
+    for stretch in sampling.stretches:
+        time = sampling.time[stretch]
+        for i, cutoff in enumerate(cutoffs.tolist()):
+            known = np.isfinite(values[stretch, i])
+            if np.count_nonzero(known) < 3:
+                continue
+            spline = smoothed(time[known], values[stretch, i][known], cutoff)
+            for array, order in zip(out, orders, strict=True):
+                array[stretch, i] = spline(time, order)
+    return out

@@ -9,11 +9,19 @@ from dataclasses import dataclass, field, replace
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, arms_numbers, families_of
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Quantity, Reading, refusal
-from gd_analyze.motions.roles import Meaning, as_written, is_of_set_points, known_joints, meaning_of, words_of
+from gd_analyze.motions.roles import (
+    Meaning,
+    as_written,
+    fitting_unit,
+    is_of_set_points,
+    known_joints,
+    meaning_of,
+    units_of,
+    words_of,
+)
 from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.time_axis import TimeColumns, time_columns
-from gd_analyze.motions.units import fitting_unit, units_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 from gd_analyze.text import in_python
@@ -21,18 +29,19 @@ from gd_analyze.text import in_python
 _NONE = "none"
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
+_TIMED = ("time", "sec", "nanosec", "index")
 # Names that a message lists.
 _MOST = 12
 
 
 @dataclass(frozen=True)
 class Use:
-    """A column that is used: its role, the joint from 0, the unit of its numbers, and the reason."""
+    """A column that is used."""
 
     column: int
     role: Quantity
-    joint: int
-    unit: str
+    joint: int  # from 0
+    unit: str  # of its numbers
     why: str
 
 
@@ -48,9 +57,16 @@ class Choice:
     remarks: tuple[str, ...] = ()  # what to warn of
     families: Mapping[str, Family] = field(default_factory=dict)  # the families chosen, by role
 
-    def of(self, role: str) -> tuple[Use, ...]:
+    def of(self, role: str) -> list[Use]:
         """Columns of a role, in the order of the joints."""
-        return tuple(sorted((use for use in self.uses if use.role == role), key=lambda use: use.joint))
+        return sorted((use for use in self.uses if use.role == role), key=lambda use: use.joint)
+
+    @property
+    def wanted(self) -> tuple[list[int], tuple[int, ...]]:
+        """Columns to read as numbers, and as instants; set points have their instants as they stand."""
+        columns = {use.column for use in self.uses}
+        times = self.time.columns if self.time is not None else ()
+        return (sorted({*columns, *times}), ()) if self.set_points else (sorted(columns), times)
 
 
 class AmbiguityError(TrajectoryError):
@@ -61,14 +77,14 @@ class AmbiguityError(TrajectoryError):
 
 @dataclass(frozen=True)
 class _Log:
-    """A log whose names were read: its table, the arm, what the user says, families, those of zeros."""
+    """A log whose names were read."""
 
     table: LogTable
     arm: RobotArm
     reading: Reading
-    meanings: Sequence[Meaning]
+    meanings: Sequence[Meaning]  # of its columns
     families: Sequence[Family]
-    zero: frozenset[object]
+    zero: frozenset[object]  # keys of families that are 0 throughout
 
 
 def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()) -> Choice:
@@ -90,38 +106,38 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     chosen: dict[str, Family] = {}
     uses: list[Use] = []
     for role in ROLES:
-        given = {joint: column for (of, joint), column in said.items() if of == role and joint >= 0}
-        if (role, -1) in said:
+        given = {joint: column for (of, joint), column in said.items() if of == role}
+        if -1 in given:
             continue
-        family = None
-        if len(given) < arm.n_joints:
-            family = _family(log, role, chosen.get("q"), given)
+        family = _family(log, role, chosen.get("q"), given) if len(given) < arm.n_joints else None
         if family is not None:
             chosen[role] = family
         if family is not None or given:
             uses += _uses(log, role, family, given)
-    target = "q" in chosen and chosen["q"].kind == "target"
-    accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
-    named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
-    planned = target or accelerated or named if table.planned is None else table.planned
+    planned = table.planned
+    if planned is None:
+        named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
+        accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
+        planned = named or accelerated or ("q" in chosen and chosen["q"].kind == "target")
     measured = not planned if reading.measured is None else reading.measured
     time = _time(log, said)
-    exact = table.set_points and not measured and reading.rate is None and time is not None
+    exact = table.set_points and not measured and reading.rate is None
     if exact and time is not None:
         why = "as files of set points have it" if reading.time_unit is None else "as given"
         time = replace(time, unit=reading.time_unit or "s", why=why)
     unused = _unused(log, {use.column for use in uses}, chosen)
-    if exact and not (reading.columns or reading.map or reading.family):
-        _require_no_rest(unused, table, arm)
-    return Choice(
-        uses=tuple(uses),
-        time=time,
-        unused=unused,
-        measured=measured,
-        set_points=exact,
-        remarks=tuple(_remarks(log, chosen)),
-        families=chosen,
-    )
+    if exact and unused and not (reading.columns or reading.map or reading.family):
+        column = min(unused)
+        kind = table.names[column].strip().lower().removesuffix("_deg").rstrip("0123456789")
+        raise refusal(
+            f"column {table.names[column]} does not fit arm {arm.name}",
+            table.where(None, column),
+            f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all",
+            _listed(table.names),
+            "choose the arm that the file is of, or complete the columns",
+        )
+    remarks = tuple(_remarks(log, chosen))
+    return Choice(tuple(uses), time, unused, measured, exact, remarks, chosen)
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
@@ -133,9 +149,8 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
             known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
     named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
     only = set() if named else set(reading.columns)
-    missing = only - set(table.names)
-    if missing:
-        raise _no_column(sorted(missing)[0], table, "--columns")
+    for name in sorted(only - set(table.names)):
+        raise _no_column(name, table, "--columns")
     meanings = []
     for k, name in enumerate(table.names):
         meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
@@ -148,30 +163,20 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         if meaning.role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}:
             meaning = Meaning("other")
         meanings.append(meaning)
-    return _named_in_rows(meanings, table, known)
-
-
-def _named_in_rows(
-    meanings: list[Meaning], table: LogTable, known: Mapping[tuple[str, ...], int]
-) -> list[Meaning]:
-    """Give numbered columns the joints' names where the log has columns name0, name1 and so on."""
-    labels, cells = {}, {}
+    # Columns name0, name1 and so on name the joints of the numbered ones.
+    cells = {}
     for k, meaning in enumerate(meanings):
-        if meaning.role == "name" and meaning.number is not None:
-            text = next((cell for cell in table.head(k) if isinstance(cell, str)), None)
-            if text is not None:
-                labels[meaning.number], cells[k] = words_of(text), text
-    if not labels:
-        return meanings
-    if isinstance(table, TextTable):
+        texts = [cell for cell in table.head(k) if isinstance(cell, str)] if meaning.role == "name" else []
+        if texts and meaning.number is not None:
+            cells[k] = texts[0]
+    if cells and isinstance(table, TextTable):
         table.require_constant(cells, or_empty=True)
-    found = []
-    for meaning in meanings:
-        label = labels.get(meaning.number) if meaning.number is not None else None
+    labels = {meanings[k].number: words_of(text) for k, text in cells.items()}
+    for k, meaning in enumerate(meanings):
+        label = labels.get(meaning.number)
         if meaning.role in ROLES and label is not None and meaning.joint is None:
-            meaning = replace(meaning, token=() if label in known else label, joint=known.get(label))
-        found.append(meaning)
-    return found
+            meanings[k] = replace(meaning, token=() if label in known else label, joint=known.get(label))
+    return meanings
 
 
 def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
@@ -199,13 +204,9 @@ def _joint_named(name: str, arm: RobotArm) -> int:
     if name.isascii() and name.isdigit() and 1 <= int(name[:9]) <= arm.n_joints:
         return int(name) - 1
     near = difflib.get_close_matches(name, names, n=1)
-    raise refusal(
-        f"arm {arm.name} has no joint {name!r}",
-        "--map",
-        f"{', '.join(names)}, or a number from 1 to {arm.n_joints}",
-        repr(name),
-        f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints",
-    )
+    expected = f"{', '.join(names)}, or a number from 1 to {arm.n_joints}"
+    step = f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints"
+    raise refusal(f"arm {arm.name} has no joint {name!r}", "--map", expected, repr(name), step)
 
 
 def column_named(column: str, table: LogTable, where: str = "--map") -> int:
@@ -215,32 +216,25 @@ def column_named(column: str, table: LogTable, where: str = "--map") -> int:
         if 1 <= number <= len(table.names):
             return number - 1
     found = [k for k, name in enumerate(table.names) if name == column]
-    if len(found) == 1:
-        return found[0]
-    if found:
+    if not found:
+        raise _no_column(column, table, where)
+    if len(found) > 1:
         numbers, step = ", ".join(f"#{k + 1}" for k in found), f"give its number: #{found[0] + 1}"
         raise refusal(f"{len(found)} columns are named {column}", where, "one column", numbers, step)
-    raise _no_column(column, table, where)
+    return found[0]
 
 
 def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
     near = difflib.get_close_matches(column, table.names, n=3)
-    return refusal(
-        f"the log has no column {column!r}",
-        f"{where}; {table.where()}",
-        f"a name, or a number from #1 to #{len(table.names)}",
-        _all_names(table),
-        f"did you mean {' or '.join(near)}?" if near else "check the name",
-    )
-
-
-def _all_names(table: LogTable) -> str:
-    return _listed([name for name in table.names if name]) or "columns without names"
+    place, expected = f"{where}; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
+    step = f"did you mean {' or '.join(near)}?" if near else "check the name"
+    return refusal(f"the log has no column {column!r}", place, expected, _listed(table.names), step)
 
 
 def _listed(names: Sequence[str]) -> str:
     """Names as one line of a message, of many the first."""
-    first = ", ".join(names[:_MOST])
+    names = [name for name in names if name]
+    first = ", ".join(names[:_MOST]) or "columns without names"
     return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
 
 
@@ -263,9 +257,8 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
         beside = 0 if q is None else int(family.group != q.group)
         return beside, _ORDER[family.kind], family.rank, int(bool(family.label))
 
-    ranked = alive or complete
-    best = min(map(preference, ranked))
-    choices = [family for family in ranked if preference(family) == best]
+    best = min(map(preference, alive or complete))
+    choices = [family for family in alive or complete if preference(family) == best]
     if len(choices) > 1:
         raise _ambiguous(role, choices, log.table)
     return choices[0]
@@ -278,13 +271,9 @@ def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, 
         if joint in given:
             column, why = given[joint], "as given"
         elif not columns or family is None:
-            raise refusal(
-                f"{role} is given of some joints only",
-                "--map",
-                f"a column for each joint, {role}:{of.name} too",
-                ", ".join(log.arm.joints[j].name for j in sorted(given)),
-                f"add --map '{role}:{of.name}=COLUMN'",
-            )
+            known = ", ".join(log.arm.joints[j].name for j in sorted(given))
+            expected, step = f"a column for each joint, {of.name} too", f"add --map '{role}:{of.name}=COLUMN'"
+            raise refusal(f"{role} is given of some joints only", "--map", expected, known, step)
         elif len(columns) > 1:
             raise refusal(
                 f"{len(columns)} columns hold {role} of joint {of.name}",
@@ -300,67 +289,47 @@ def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, 
 
 
 def _unit(log: _Log, role: str, column: int, joint: Joint) -> str:
-    meaning = log.meanings[column]
-    revolute = joint.kind == "revolute"
-    if meaning.unit:
-        unit = fitting_unit(meaning.unit, role, revolute)
-        if unit is None:
-            raise refusal(
-                f"column {log.table.names[column]} is in {meaning.unit}, but its joint is {joint.kind}",
-                log.table.where(None, column),
-                ", ".join(units_of(role, revolute)),
-                meaning.unit,
-                "check which joint it is of; --map names another column",
-            )
-        return unit
-    if log.reading.degrees and revolute and role != "torque":
-        return {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}[role]
-    return next(iter(units_of(role, revolute)))
+    said, revolute = log.meanings[column].unit, joint.kind == "revolute"
+    if not said:
+        degrees = log.reading.degrees and revolute and role != "torque"
+        unit = fitting_unit("deg", role, revolute) if degrees else next(iter(units_of(role, revolute)))
+    else:
+        unit = fitting_unit(said, role, revolute)
+    if unit is None:
+        what = f"column {log.table.names[column]} is in {said}, but its joint is {joint.kind}"
+        where, expected = log.table.where(None, column), ", ".join(units_of(role, revolute))
+        raise refusal(what, where, expected, said, "check which joint it is of; --map names another column")
+    return unit
 
 
 def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
-    found = None
+    """Column of time; None where rows are counted."""
+    table = log.table
     if ("time", 0) in said:
-        column = said["time", 0]
-        unit = log.meanings[column].unit if log.meanings[column].unit in TIME_UNITS else ""
-        found = TimeColumns((column,), unit, "as given")
-    elif ("time", -1) not in said:
-        timed = ("time", "sec", "nanosec", "index")
-        stand = [meaning.role in timed and log.table.stands(k) for k, meaning in enumerate(log.meanings)]
-        found = time_columns(log.table.names, log.meanings, stand, log.table.where())
+        unit = log.meanings[said["time", 0]].unit
+        return TimeColumns((said["time", 0],), unit if unit in TIME_UNITS else "", "as given")
+    found = None
+    if ("time", -1) not in said:
+        stand = [meaning.role in _TIMED and table.stands(k) for k, meaning in enumerate(log.meanings)]
+        found = time_columns(table.names, log.meanings, stand, table.where())
     if found is None and log.reading.rate is None:
-        next_step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
+        step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
         expected = "a column such as time, timestamp or header.stamp, in numbers"
-        for k, name in enumerate(log.table.names):
-            cells = log.table.head(k)
+        for k, name in enumerate(table.names):
+            cells = table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
                 what = f"the time in column {name} is text, of which no instants are read"
-                raise refusal(what, log.table.where(None, k), expected, in_python(cells[0]), next_step)
-        raise refusal(
-            "no column is known to be the time", log.table.where(), expected, _all_names(log.table), next_step
-        )
+                raise refusal(what, table.where(None, k), expected, in_python(cells[0]), step)
+        what = "no column is known to be the time"
+        raise refusal(what, table.where(), expected, _listed(table.names), step)
     return found
-
-
-def _require_no_rest(unused: Mapping[int, str], table: LogTable, arm: RobotArm) -> None:
-    """Refuse columns of a file of set points that are not of this arm, or of some joints only."""
-    for column in sorted(unused):
-        name = table.names[column]
-        role = name.strip().lower().removesuffix("_deg").rstrip("0123456789")
-        raise refusal(
-            f"column {name} does not fit arm {arm.name}",
-            table.where(None, column),
-            f"{role}1..{role}{arm.n_joints}, or no {role} at all",
-            _all_names(table),
-            "choose the arm that the file is of, or complete the columns",
-        )
 
 
 def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
     why = {}
     for column, meaning in enumerate(log.meanings):
-        if column not in used and meaning.role not in ("time", "sec", "nanosec", "index"):
+        if column not in used and meaning.role not in _TIMED:
             why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
     for family in log.families:
         reason = "0 throughout" if family.key in log.zero else "of another family"
@@ -444,18 +413,18 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         if meaning.role == "q" and meaning.token and meaning.joint is None
     }
     if strangers:
-        pairs = [f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False)]
-        return refusal(
+        pairs = (f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False))
+        what, step = (
             f"the log's joints are not those of arm {arm.name}",
-            table.where(),
-            ", ".join(names),
-            _listed(list(strangers)),
-            f"if they are the same in this order: {' '.join(pairs)}",
+            "if they are the same in this order: ",
+        )
+        return refusal(
+            what, table.where(), ", ".join(names), _listed(list(strangers)), step + " ".join(pairs)
         )
     return refusal(
         "no column is known to be a position of a joint",
         table.where(),
         f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}",
-        _all_names(table),
+        _listed(table.names),
         f"name the columns: --map 'q:{names[0]}=COLUMN' and so on",
     )

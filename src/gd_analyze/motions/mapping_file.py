@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -15,9 +14,9 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import read_at_most, write_text
 from gd_analyze.motions.mapping import Choice, Use, column_named
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, refusal
+from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
-from gd_analyze.motions.units import units_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import TableLines
 from gd_analyze.text import LARGEST, in_python
@@ -65,14 +64,9 @@ def write_mapping(choice: Choice, table: LogTable, arm: RobotArm, reading: Readi
     for k, role, joint, unit in columns:
         name = table.names[k]
         unique = name and table.names.count(name) == 1 and not name.startswith("#")
-        lines += [
-            "",
-            "[[columns]]",
-            f"column = {_quoted(name if unique else f'#{k + 1}')}",
-            f'role = "{role}"',
-        ]
-        lines += [f"joint = {_quoted(joint)}"] if joint else []
-        lines.append(f"unit = {_quoted(unit)}")
+        lines += ["", "[[columns]]", f"column = {_quoted(name if unique else f'#{k + 1}')}"]
+        lines += [f'role = "{role}"', *([f"joint = {_quoted(joint)}"] if joint else [])]
+        lines += [f"unit = {_quoted(unit)}"]
     write_text(reading.save_mapping or "", "\n".join(lines) + "\n")
 
 
@@ -90,8 +84,8 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         lines = TableLines(path, content)
         return Mapping.model_validate(tomllib.loads(content)), lines
     except OSError as error:
-        found, expected = error.strerror or str(error), "a mapping file that may be read"
-        raise _misfit(Location(path), found, expected) from None
+        found = error.strerror or str(error)
+        raise _misfit(Location(path), found, "a mapping file that may be read") from None
     except UnicodeDecodeError:
         raise _misfit(Location(path), "no text", "TOML in UTF-8") from None
     except tomllib.TOMLDecodeError as error:
@@ -109,56 +103,48 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
 
 
 def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
-    return refusal(
-        "the mapping file cannot be used", where, expected, found, "write one anew with --save-mapping"
-    )
+    step = "write one anew with --save-mapping"
+    return refusal("the mapping file cannot be used", where, expected, found, step)
 
 
 def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
     """Columns as a mapping file says; TrajectoryError if log or arm lack them, or a role joints."""
     names = [joint.name for joint in arm.joints]
-    uses, times = [], []
+    uses: list[Use] = []
+    times: dict[str, int] = {}
     for k, of in enumerate(mapping.columns):
         column = column_named(of.column, table, str(lines.locate(("columns", k, "column"))))
-        joint = 0
-        if of.role == "time":
-            units = [*TIME_UNITS, SAMPLE]
-        elif of.joint in names:
-            joint = names.index(of.joint)
-            units = list(units_of(of.role, arm.joints[joint].kind == "revolute"))
-        else:
+        units = [*TIME_UNITS, SAMPLE]
+        if of.role != "time" and of.joint not in names:
             near = difflib.get_close_matches(of.joint, names, n=1)
             expected = f"a joint of arm {arm.name}: {', '.join(names)}" + (f" ({near[0]}?)" if near else "")
             raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
+        if of.role != "time":
+            joint = names.index(of.joint)
+            units = list(units_of(of.role, arm.joints[joint].kind == "revolute"))
+            uses.append(Use(column, of.role, joint, of.unit, "mapping file"))
+        elif of.unit in times:
+            raise _misfit(lines.locate(("columns", k, "column")), f"another time in {of.unit}", "one")
+        else:
+            times[of.unit] = column
         if of.unit not in units:
             raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join(units))
-        if of.role == "time":
-            times.append((column, of.unit))
-        else:
-            uses.append(Use(column, of.role, joint, of.unit, "mapping file"))
     for role in ROLES:
         having = [use.joint for use in uses if use.role == role]
         wrong = next((j for j in range(len(names)) if having.count(j) != 1), None)
         if (having or role == "q") and wrong is not None:
             found = f"{having.count(wrong)} columns for {role} of {names[wrong]}"
             raise _misfit(Location(lines.path), found, f"one column for {role} of every joint")
-    used = {use.column for use in uses} | {column for column, _ in times}
-    return Choice(
-        uses=tuple(uses),
-        time=_time(times, mapping, lines),
-        unused={k: "not in the mapping file" for k in range(len(table.names)) if k not in used},
-        measured=mapping.measured,
-    )
-
-
-def _time(times: Sequence[tuple[int, str]], mapping: Mapping, lines: TableLines) -> TimeColumns | None:
-    units = [unit for _, unit in times]
-    if sorted(units) == ["ns", "s"]:
-        return TimeColumns(
-            tuple(c for c, unit in sorted(times, key=lambda t: t[1] == "ns")), "s", "mapping file"
-        )
-    if len(times) > 1 or ((not times or SAMPLE in units) and mapping.rate is None):
+    time = None
+    if set(times) == {"s", "ns"}:
+        time = TimeColumns((times["s"], times["ns"]), "s", "mapping file")
+    elif len(times) > 1 or (mapping.rate is None and (not times or SAMPLE in times)):
         found = f"{len(times)} columns of time" + (", no rate" if mapping.rate is None else "")
         expected = "one column of time, a pair in s and ns, or samples and their rate"
         raise _misfit(Location(lines.path), found, expected)
-    return TimeColumns((times[0][0],), times[0][1], "mapping file") if times else None
+    elif times:
+        ((unit, column),) = times.items()
+        time = TimeColumns((column,), unit, "mapping file")
+    used = {use.column for use in uses} | set(times.values())
+    unused = {k: "not in the mapping file" for k in range(len(table.names)) if k not in used}
+    return Choice(tuple(uses), time, unused, mapping.measured)

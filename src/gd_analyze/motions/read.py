@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import sys
 import warnings
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
@@ -16,21 +15,18 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
-from gd_analyze.motions.bags import read_bag
-from gd_analyze.motions.checks import check_against_arm, warn_if_radians
-from gd_analyze.motions.echo import echoed_names, read_yaml
-from gd_analyze.motions.layout import is_number, refuse_long_names
+from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.logged import ColumnUse, Logged
 from gd_analyze.motions.mapping import AmbiguityError, Choice, choose
 from gd_analyze.motions.mapping_file import choice_by, read_mapping, write_mapping
 from gd_analyze.motions.parquet import ParquetTable
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, Treatment, refusal
-from gd_analyze.motions.table import Columns, LogTable, Progress, Stamps, no_progress
-from gd_analyze.motions.text import TextTable
+from gd_analyze.motions.roles import units_of
+from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
+from gd_analyze.motions.table import Columns, LogTable, Progress, no_progress
+from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.time_axis import SAMPLE, in_seconds, unit_by_velocity
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.motions.units import units_of
-from gd_analyze.motions.writing import recorded_command
+from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import in_python, visible
@@ -179,7 +175,7 @@ def read_log(
         choice = choice_by(mapping, lines, table, arm)
         if reading.measured is not None:
             choice = replace(choice, measured=reading.measured)
-        columns = table.read(*_wanted(choice), progress)
+        columns = table.read(*choice.wanted, progress)
     else:
         choice, columns = _chosen(table, arm, reading, progress)
     for remark in choice.remarks:
@@ -325,13 +321,6 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
     return TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
 
 
-def _wanted(choice: Choice) -> tuple[list[int], tuple[int, ...]]:
-    columns = {use.column for use in choice.uses}
-    times = choice.time.columns if choice.time is not None else ()
-    # Set points have their instants as they stand, not from the first one on.
-    return (sorted({*columns, *times}), ()) if choice.set_points else (sorted(columns), times)
-
-
 def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress) -> tuple[Choice, Columns]:
     """Choose columns and read them, and choose again where those of a family are 0 throughout."""
     zero: frozenset[object] = frozenset()
@@ -340,7 +329,7 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
         try:
             choice = choose(table, arm, reading, zero)
             families = tuple(choice.families.values())
-            numbers, times = _wanted(choice)
+            numbers, times = choice.wanted
         except AmbiguityError as error:
             ambiguity, families = error, error.families
             numbers, times = sorted({k for family in families for k in family.all_columns}), ()
@@ -359,26 +348,36 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
 def _logged(
     table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
 ) -> Logged:
-    numbers, _ = _wanted(choice)
-    held = {k: columns.numbers[:, i] for i, k in enumerate(numbers)}
-    arrays: dict[str, FloatArray | None] = dict.fromkeys(ROLES)
+    numbers, _ = choice.wanted
+    held = dict(zip(numbers, columns.numbers.T, strict=True))
+    arrays: dict[str, FloatArray] = {}
     for role in ROLES:
         uses = choice.of(role)
         sizes = [units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit] for use in uses]
         if uses:
             array = np.column_stack([held[use.column] * size for use, size in zip(uses, sizes, strict=True)])
-            arrays[role] = array if role == "q" or np.isfinite(array).any() else None
+            if role == "q" or np.isfinite(array).any():
+                arrays[role] = array
     q = arrays["q"]
-    if q is None or not len(q):
+    if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
     gaps = None
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         time = held[choice.time.columns[0]] * TIME_UNITS[unit]
-        _require_complete(table, choice, held)
+        _require_complete(table, choice.time.columns[0], held)
         gaps = columns.gaps
+    elif choice.time is None:
+        time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
     else:
-        time, unit, why = _time(table, reading, choice, columns.stamps, q, arrays["qd"])
+        column, hint = choice.time.columns[0], ""
+        if "qd" in arrays and len(columns.stamps) == 1:
+            judged = columns.stamps[0].rest[:_JUDGED]
+            likely = unit_by_velocity(judged, q[:_JUDGED], arrays["qd"][:_JUDGED])
+            hint = "" if likely is None else f"; the log's own velocities say --time-unit {likely}"
+        rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
+        place = (table.label(column), table.where(None, column))
+        time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place, hint)
     # Rows of other topics, and those without an instant, say nothing of the motion.
     known = np.isfinite(time) & np.isfinite(q).any(axis=1)
     if not known.any():
@@ -386,17 +385,15 @@ def _logged(
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
     if not known.all():
         why += f"; rows without time or positions, left out: {int((~known).sum())}"
-        time, arrays = time[known], {of: None if x is None else x[known] for of, x in arrays.items()}
-    q = arrays["q"]
-    assert q is not None
+        time, arrays = time[known], {role: array[known] for role, array in arrays.items()}
     if reading.save_mapping is not None:
         write_mapping(choice, table, arm, reading, unit)
     return Logged(
         time=time if gaps is not None else time - time[0],
-        q=q,
-        qd=arrays["qd"],
-        qdd=arrays["qdd"],
-        torque=arrays["torque"],
+        q=arrays["q"],
+        qd=arrays.get("qd"),
+        qdd=arrays.get("qdd"),
+        torque=arrays.get("torque"),
         measured=choice.measured,
         columns=_uses(table, arm, choice, unit, why),
         name=name,
@@ -405,44 +402,18 @@ def _logged(
     )
 
 
-def _time(
-    table: LogTable,
-    reading: Reading,
-    choice: Choice,
-    stamps: Sequence[Stamps],
-    q: FloatArray,
-    qd: FloatArray | None,
-) -> tuple[FloatArray, str, str]:
-    """Time in s, the unit it was in, and the reason for that unit."""
-    if choice.time is None:
-        return np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
-    column = choice.time.columns[0]
-    hint = ""
-    if qd is not None and len(stamps) == 1:
-        unit = unit_by_velocity(stamps[0].rest[:_JUDGED], q[:_JUDGED], qd[:_JUDGED])
-        hint = "" if unit is None else f"; the log's own velocities say --time-unit {unit}"
-    rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
-    place = (table.label(column), table.where(None, column))
-    return in_seconds(stamps, choice.time, reading.time_unit, rate, *place, hint)
-
-
-def _require_complete(table: LogTable, choice: Choice, held: dict[int, FloatArray]) -> None:
+def _require_complete(table: LogTable, time_column: int, held: dict[int, FloatArray]) -> None:
     """Refuse set points with empty cells, or whose time does not increase."""
     for column, values in held.items():
-        empty = np.flatnonzero(np.isnan(values))
-        if empty.size:
-            row, step = int(empty[0]), "give a number there, or remove the set point"
+        for row in np.flatnonzero(np.isnan(values))[:1].tolist():
             found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
-            what = f"{table.label(column)} is no finite number"
+            what, step = f"{table.label(column)} is no finite number", "give one, or remove the set point"
             raise refusal(what, table.where(row, column), "a number", found, step)
-    column = choice.time.columns[0] if choice.time is not None else 0
-    time = held[column]
-    wrong = np.flatnonzero(np.diff(time) <= 0)
-    if wrong.size:
-        k = int(wrong[0])
-        expected = f"more than {time[k]!s}, the time of the line before"
+    time = held[time_column]
+    for k in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
+        where, expected = table.where(k + 1, time_column), f"more than {time[k]!s}, as the line before has"
         step = "sort the set points by time and keep one for each instant"
-        raise refusal("time does not increase", table.where(k + 1, column), expected, str(time[k + 1]), step)
+        raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 
 def _uses(table: LogTable, arm: RobotArm, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:

@@ -1,13 +1,83 @@
-"""What the name of a column says: role, joint, measured or target, unit."""
+"""What the name of a column says: role, joint, measured or target, unit; and the units that logs are in."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from gd_analyze.motions.units import unit_in_words, word_set
+from gd_analyze.motions.reading import TIME_UNITS
+
+
+def word_set(words: str) -> frozenset[str]:
+    """Words between blanks."""
+    return frozenset(words.split())
+
+
+_ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2 * math.pi}
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
+_TORQUES = {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3}
+_FORCES = {"N": 1.0, "kN": 1e3}
+
+# Other spellings.
+_SPELT = {
+    spelt: unit
+    for unit, all_spelt in {
+        "deg": "degree degrees degs °",
+        "rad": "radian radians rads",
+        "m": "meter meters metre metres",
+        "s": "sec secs second seconds",
+        "ms": "msec msecs millis milliseconds",
+        "us": "µs μs usec usecs micros microseconds",
+        "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
+        "rev": "turn turns revs revolutions",
+        "cN m": "ncm n*cm cnm",
+        "mN m": "nmm n*mm mnm",
+        "N m": "nm n*m n.m n·m n-m",
+        "kN m": "knm",
+        "N": "n newton",
+        "kN": "kn",
+    }.items()
+    for spelt in all_spelt.split()
+}
+_TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
+# Of drives, of counts of unknown size, and of no use in a motion.
+_FOREIGN = word_set(
+    "a ma amp amps v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
+    "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm"
+)
+
+
+def unit_in_words(text: str) -> str | None:
+    """Read a unit as somebody wrote it; None where it is no known one."""
+    bare = re.sub(r"\s+", "", text).lower().replace("²", "^2").replace("**2", "^2")
+    if bare == "rpm":
+        return "rpm"
+    base, slash, per = bare.partition("/")
+    if re.sub(r"[-.*·]", "", base) in _FOREIGN and (not slash or per in _TIMES):
+        return bare
+    shown = _SPELT.get(base, base)
+    if not slash:
+        return shown if shown in {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES} else None
+    return shown + _TIMES[per] if shown in {*_ANGLES, *_LENGTHS} and per in _TIMES else None
+
+
+def units_of(role: str, revolute: bool) -> dict[str, float]:
+    """Units that a joint's q, qd, qdd or torque may be in, the SI unit first, and their size in it."""
+    if role == "torque":
+        return _TORQUES if revolute else _FORCES
+    units = {f"{unit}{_PER[role]}": size for unit, size in (_ANGLES if revolute else _LENGTHS).items()}
+    return units | ({"rpm": 2 * math.pi / 60.0} if revolute and role == "qd" else {})
+
+
+def fitting_unit(said: str, role: str, revolute: bool) -> str | None:
+    """Unit of a role that a name means by `said`; None where that is of another quantity."""
+    known = units_of(role, revolute)
+    return next((unit for unit in (said, said + _PER.get(role, "")) if unit in known), None)
+
 
 Said = Literal["time", "sec", "nanosec", "index", "q", "qd", "qdd", "torque", "name", "other"]
 Kind = Literal["measured", "plain", "target"]
@@ -73,24 +143,12 @@ def is_of_set_points(name: str) -> bool:
 
 
 def words_of(name: str) -> Words:
-    """Split a name into words, in lower case.
-
-    Examples
-    --------
-    >>> words_of("shoulder_pan_joint"), words_of("PositionCmptd1"), words_of("tau_J[0]")
-    (('shoulder', 'pan', 'joint'), ('position', 'cmptd', '1'), ('tau', 'j', '0'))
-    """
+    """Split a name into words, in lower case."""
     return tuple(word.lower() for word in _WORD.findall(name))
 
 
 def unit_taken_out(name: str) -> tuple[str, str]:
-    """Split a unit in brackets or at the end off a name; "" where there is none.
-
-    Examples
-    --------
-    >>> unit_taken_out("q1 (rad/s)"), unit_taken_out("q1_deg"), unit_taken_out("q[0]")
-    (('q1 ', 'rad/s'), ('q1', 'deg'), ('q[0]', ''))
-    """
+    """Split a unit in brackets or at the end off a name; "" where there is none."""
     for found in _BRACKETED.finditer(name):
         unit = unit_in_words(found[1] or found[2])
         if unit is not None:
@@ -107,13 +165,7 @@ def unit_taken_out(name: str) -> tuple[str, str]:
 
 
 def joint_of(words: Words) -> tuple[Words, int | None]:
-    """Split the words of a joint's name into those that name it and its number.
-
-    Examples
-    --------
-    >>> joint_of(("fer", "joint", "1")), joint_of(("shoulder", "pan", "joint")), joint_of(("q", "3"))
-    ((('fer',), 1), (('shoulder', 'pan'), None), (('q',), 3))
-    """
+    """Split the words of a joint's name into those that name it and its number."""
     label = list(without_fillers(words))
     for k in reversed(range(len(label))):
         if _is_count(label[k]):
@@ -127,13 +179,7 @@ def without_fillers(words: Words) -> Words:
 
 
 def as_written(words: Words, name: str) -> str:
-    """Words as they stand in a name that contains them, or joined by underscores.
-
-    Examples
-    --------
-    >>> as_written(("fer", "joint", "1"), "/joint_states/fer_joint1/position")
-    'fer_joint1'
-    """
+    """Words as they stand in a name that contains them, or joined by underscores."""
     found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
     return found[0] if found and words else "_".join(words)
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import Location
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.motions.reading import refusal
 
 # Called with how much of how much has been read.
 Progress = Callable[[int, int], None]
@@ -34,9 +35,6 @@ class Stamps:
     @classmethod
     def of(cls, values: FloatArray | NDArray[np.int64]) -> Stamps:
         """Split instants that are held exactly."""
-        if values.dtype.kind in "iu":
-            base = int(values[0]) if len(values) else 0
-            return cls(base, (values - base).astype(float))
         finite = values[np.isfinite(values)]
         base = int(finite[0]) if finite.size and abs(finite[0]) < 2.0**62 else 0
         return cls(base, (values - base).astype(float, copy=False))
@@ -44,11 +42,11 @@ class Stamps:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What was read: numbers, shape (N, k), instants, and rows before which the file states a gap."""
+    """What was read."""
 
-    numbers: FloatArray
+    numbers: FloatArray  # (N, k)
     stamps: tuple[Stamps, ...]
-    gaps: tuple[int, ...] = ()
+    gaps: tuple[int, ...] = ()  # rows before which the file states a gap
 
 
 class LogTable(ABC):
@@ -57,22 +55,22 @@ class LogTable(ABC):
     path: str | Path  # where it was read, for messages
     names: tuple[str, ...]  # names of the columns; all empty where there is no header
     planned: bool | None = None  # whether the kind of message is a plan; None where it does not say
-    # Whether the file's own header is that of set points: time, q1, qd1_deg and so on
-    set_points: bool = False
+    set_points: bool = False  # whether the file's own header is that of set points: time, q1, qd1_deg
 
     @abstractmethod
     def head(self, column: int) -> list[str | float]:
         """First cells of a column: floats, or text where they are no numbers."""
 
     @abstractmethod
-    def stands(self, column: int) -> bool:
-        """Whether the first cells of a column are several, and the same to their last digit."""
-
-    @abstractmethod
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
     ) -> Columns:
         """Read columns, counted from 0; nan where a cell is empty."""
+
+    def stands(self, column: int) -> bool:
+        """Whether the first numbers of a column are several, and the same."""
+        first = self.head(column)
+        return len(first) > 1 and len(set(first)) == 1
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place of a row, a column or both, counted from 0."""
@@ -97,12 +95,7 @@ class ArrayTable(LogTable):
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""
-        return [float(x) for x in self.columns[column][:HEAD_ROWS]]
-
-    def stands(self, column: int) -> bool:
-        """Whether the first numbers are all the same."""
-        first = self.columns[column][:HEAD_ROWS]
-        return len(first) > 1 and bool((first == first[0]).all())
+        return list(self.columns[column][:HEAD_ROWS].tolist())
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
@@ -113,3 +106,9 @@ class ArrayTable(LogTable):
             table[:, k] = self.columns[column]
         progress(1, 1)
         return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps))
+
+
+def missing_library(library: str, path: str | Path) -> TrajectoryError:
+    """Error of a log that needs a library which is not installed."""
+    what, step = f"this log needs the library {library}", f"pip install {library}"
+    return refusal(what, Location(path), library, "it is not installed", step)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import re
 import warnings
@@ -13,29 +14,161 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.layout import EMPTY, Layout, layout_of, require_number, split_cells, wrong_width
+from gd_analyze.arrays import are_possible
+from gd_analyze.errors import Location
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.roles import is_of_set_points
+from gd_analyze.motions.roles import is_of_set_points, unit_in_words
 from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Stamps, no_progress
-from gd_analyze.motions.writing import GAP
-from gd_analyze.text import LARGEST, number_in
+from gd_analyze.motions.trajectory import GAP
+from gd_analyze.text import LARGEST, in_python, number_in
 
 _BLOCK = 8_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000
+# Lines by which a file's layout is judged.
+_JUDGED = 8
+# Names of columns in logs of robots, topics included, are shorter.
+_LONGEST_NAME = 200
 # Doubles hold smaller instants to a few nanoseconds; of larger ones the whole part is taken off first.
 _EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
-_NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
+_EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
+_NOT_GIVEN = sorted({word for empty in _EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
+_INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
+_WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the lines of a text table are to be read."""
+
+    delimiter: str  # comma, semicolon or tab; a blank stands for any white space
+    decimal: str  # point or comma
+    names: tuple[str, ...]  # names of the columns, empty ones where no line has them
+    header: int  # line of the names, from 1; 0 where there is none
+    first: int  # line of the first row, from 1
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.names)
+
+    def plain(self, cell: str) -> str:
+        """A cell with a decimal point."""
+        return cell.replace(",", ".") if self.decimal == "," else cell
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number, with a point or a comma."""
+    short = len(cell) <= _LONGEST_NAME  # of many digits and a letter, the expressions take quadratic time
+    return short and (number_in(cell) is not None or bool(_WITH_COMMA.fullmatch(cell.strip())))
+
+
+def _split(line: str, delimiter: str, where: Location) -> list[str]:
+    """Cells of a line; TrajectoryError where a quote is left open or a cell is far too long."""
+    if delimiter == " ":
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=delimiter, strict=True), [])
+    except csv.Error as error:
+        expected = "short cells between commas, every quote closed"
+        raise refusal("the line is not CSV", where, expected, str(error)) from None
+
+
+def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
+    """Find out how a text table is laid out; TrajectoryError if there is no row, or a name is no column's."""
+    rows = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not rows:
+        found = "comments only" if any(line.strip() for line in lines) else "no data"
+        expected = "a line of names, such as time,q1,q2, and a line per instant"
+        step = "check the recording; `gd-analyze plan --help` shows how to make a trajectory"
+        raise refusal("the file is empty", Location(path), expected, found, step)
+    # The sign that stands equally often in every line; a decimal comma does so too, and comes last.
+    judged = [line for _, line in rows[:_JUDGED]]
+    even = (sign for sign in "\t;," if len({line.count(sign) for line in judged}) == 1 and sign in judged[0])
+    most = max("\t;,", key=judged[0].count)
+    delimiter = next(even, most if most in judged[0] else " ")
+    number, first = rows[0]
+    cells = [cell.strip() for cell in _split(first.lstrip("%"), delimiter, Location(path, number))]
+    # Two numbers, then text: a `ros2 topic echo --csv` of few joints.
+    echoed = len(cells) > 4 and all(re.fullmatch("[0-9]+", cell) for cell in cells[:2])
+    if sum(map(is_number, cells)) <= len(cells) / 2 and not echoed:
+        if first.startswith("%") and cells:
+            cells[0] = f"%{cells[0]}"
+        if len(rows) == 1:
+            expected, step = "one line per instant", "check the recording, or add a line for each instant"
+            raise refusal("the file holds a header only", Location(path, number), expected, "none", step)
+        header = number
+        names, (begin, row) = _with_units(cells, rows[1:3], delimiter)
+    else:
+        names, header = _commented_names(lines[: number - 1], delimiter, len(cells))
+        begin, row = number, first
+    refuse_long_names(names, Location(path, header))
+    values = _split(row, delimiter, Location(path, begin))
+    # Between commas a decimal comma stands in quotes.
+    comma = any(_WITH_COMMA.fullmatch(cell.strip()) for cell in values)
+    return Layout(delimiter, "," if comma else ".", names, header, begin)
+
+
+def _with_units(
+    names: Sequence[str], following: Sequence[tuple[int, str]], delimiter: str
+) -> tuple[tuple[str, ...], tuple[int, str]]:
+    """Names with the units of a line below them, if it is one, and the first row."""
+    units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
+    said = [unit for unit in units if unit not in ("", "-", "1")]
+    if len(following) < 2 or len(units) != len(names) or not said or None in map(unit_in_words, said):
+        return tuple(names), following[0]
+    pairs = zip(names, units, strict=True)
+    return tuple(f"{name} [{unit}]" if unit in said else name for name, unit in pairs), following[1]
+
+
+def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple[tuple[str, ...], int]:
+    """Names in the last comment above the rows, as numpy.savetxt writes them, and its line."""
+    comments = (k for k in range(len(before), 0, -1) if before[k - 1].strip().startswith("#"))
+    number = next(comments, 0)
+    text = before[number - 1].strip().lstrip("# \t") if number else ""
+    for sign in (delimiter, ",", "\t", " "):
+        cells = text.split() if sign == " " else [cell.strip() for cell in text.split(sign)]
+        if len(cells) == width and text and not any(map(is_number, cells)):
+            return tuple(cells), number
+    return ("",) * width, 0
+
+
+def refuse_long_names(names: Sequence[str], where: Location) -> None:
+    """Raise a TrajectoryError where a name is longer than any column's."""
+    for column, name in enumerate(names, start=1):
+        if len(name) > _LONGEST_NAME:
+            what, place = (
+                f"the name of column {column} is far too long",
+                Location(where.path, where.line, column),
+            )
+            expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
+            raise refusal(what, place, expected, in_python(name), "check that the file is a log")
+
+
+def _require_number(cell: str, name: str, where: Location) -> None:
+    """Raise a TrajectoryError where a cell is no finite number of a possible size."""
+    number = number_in(cell)
+    if number is None and cell.lower() in _EMPTY | _INFINITE:
+        expected, step = "a finite number", "replace or remove the line; gaps are not filled in"
+        raise refusal(f"{name} is no finite number", where, expected, cell or "an empty cell", step)
+    if number is None:
+        expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
+        step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell"
+        raise refusal(f"{name} is not a number", where, expected, in_python(cell), step)
+    if not are_possible(number):
+        expected, step = f"numbers up to {LARGEST:g}", "check its unit: time is in seconds"
+        raise refusal(f"{name} is too large for any motion", where, expected, in_python(cell), step)
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Some rows: their bytes without comments, their lines in the file, and gaps before them."""
+    """Some rows."""
 
-    data: bytes
-    numbers: Sequence[int]
-    gaps: Sequence[int] = ()
+    data: bytes  # lines without comments
+    numbers: Sequence[int]  # their numbers in the file
+    gaps: Sequence[int] = ()  # rows before which there is a gap
 
     @property
     def lines(self) -> list[str]:
@@ -62,8 +195,10 @@ class TextTable(LogTable):
         self._head: list[list[str]] = []
         for number, line in enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first):
             if line.strip() and not line.lstrip().startswith("#") and len(self._head) < HEAD_ROWS:
-                cells = split_cells(line, self.layout.delimiter, Location(path, number))
-                self._head.append([cell.strip() for cell in cells])
+                self._head.append(self._cells(line, number))
+
+    def _cells(self, line: str, number: int) -> list[str]:
+        return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
 
     @property
     def first_cells(self) -> list[str]:
@@ -74,20 +209,14 @@ class TextTable(LogTable):
         """Raise a TrajectoryError where a column of text is not in every row as in the first, or empty."""
         columns = sorted(first)
         for block in self._blocks(no_progress):
-            if not block.numbers:
-                continue
-            frame = self._parsed(block, columns, frozenset(columns))
-            for column in columns:
-                for row, cell in enumerate(frame[column].to_numpy(dtype=object)):
+            frame = self._parsed(block, columns, frozenset(columns)) if block.numbers else {}
+            for column, cells in frame.items():
+                for row, cell in enumerate(cells if column in first else ()):
                     # An empty cell is read as nan.
                     if cell.strip() != first[column] if isinstance(cell, str) else not or_empty:
-                        raise refusal(
-                            "the joints' names change",
-                            Location(self.path, block.numbers[row], column + 1),
-                            "the same names in every row",
-                            [str(cell), f"{first[column]} before"],
-                            "keep the rows of one arm in a file of their own",
-                        )
+                        where = Location(self.path, block.numbers[row], column + 1)
+                        expected, step = f"{first[column]}, as before", "write each arm's rows to a file"
+                        raise refusal("the joints' names change", where, expected, str(cell), step)
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column."""
@@ -95,11 +224,11 @@ class TextTable(LogTable):
         for row in self._head:
             cell = row[column] if column < len(row) else ""
             number = number_in(self.layout.plain(cell))
-            read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
+            read.append(float("nan") if cell.lower() in _EMPTY else cell if number is None else number)
         return read
 
     def stands(self, column: int) -> bool:
-        """Whether the first cells are all the same."""
+        """Whether the first cells are several, and the same to their last digit."""
         cells = {row[column] for row in self._head if column < len(row)}
         return len(self._head) > 1 and len(cells) == 1 and "" not in cells
 
@@ -111,7 +240,7 @@ class TextTable(LogTable):
     def cell(self, row: int, column: int) -> str:
         """A cell as it is written."""
         number, line = self._line(row)
-        return split_cells(line, self.layout.delimiter, Location(self.path, number))[column].strip()
+        return self._cells(line, number)[column]
 
     def _line(self, row: int) -> tuple[int, str]:
         for block in self._blocks(no_progress):
@@ -146,20 +275,7 @@ class TextTable(LogTable):
         return Columns(table, instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
-        """Columns of a block as a frame; a fault in it is refused with its line and column."""
-        frame = self._frame(block, columns, as_text)
-        if (
-            frame is None
-            or len(frame) != len(block.numbers)
-            or not self._widths_fit(block, frame[self.layout.width - 1])
-        ):
-            self._locate(block, columns, as_text)
-            where, expected = Location(self.path, block.numbers[0]), f"{self.layout.width} cells in each line"
-            raise refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
-        return frame
-
-    def _frame(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> Any:
-        """Columns of a block, and the last one, as pandas reads them; None where it cannot."""
+        """Columns of a block, and the last one, as a frame; a fault is refused with its line and column."""
         import pandas as pd
 
         layout = self.layout
@@ -172,7 +288,7 @@ class TextTable(LogTable):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", pd.errors.ParserWarning)
-                return pd.read_csv(
+                frame = pd.read_csv(
                     io.BytesIO(block.data),
                     header=None,
                     names=range(layout.width),
@@ -190,7 +306,12 @@ class TextTable(LogTable):
                     **exact,
                 )
         except (ValueError, OverflowError, pd.errors.ParserWarning):
-            return None
+            frame = None
+        if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
+            self._locate(block, columns, as_text)
+            where, expected = Location(self.path, block.numbers[0]), f"{layout.width} cells in each line"
+            raise refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
+        return frame
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
         """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
@@ -198,7 +319,7 @@ class TextTable(LogTable):
         if sign == " ":
             return all(len(line.split()) == width for line in block.data.splitlines())
         if b'"' in block.data:
-            return all(len(split_cells(line, sign, Location(self.path))) == width for line in block.lines)
+            return all(len(_split(line, sign, Location(self.path))) == width for line in block.lines)
         if block.data.count(sign.encode()) != (width - 1) * len(block.numbers):
             return False
         lines = block.data.split(b"\n") if last.isna().any() else []
@@ -208,15 +329,19 @@ class TextTable(LogTable):
         """Raise for the first wrong cell of a block; slow, but knows where it is."""
         layout = self.layout
         for number, line in zip(block.numbers, block.lines, strict=True):
-            cells = split_cells(line, layout.delimiter, Location(self.path, number))
+            cells = self._cells(line, number)
             if len(cells) != layout.width:
-                raise wrong_width(len(cells), layout, self.path, number)
+                raise refusal(
+                    f"the line has too {'few' if len(cells) < layout.width else 'many'} columns",
+                    Location(self.path, number, min(len(cells), layout.width) + 1),
+                    f"{layout.width} columns, as in the {'header' if layout.header else 'first line'}",
+                    str(len(cells)),
+                    "complete the line, or remove it if the recording broke off there",
+                )
             for column in set(columns) - as_text:  # stamps may be of any size, and text is not read here
-                cell = cells[column].strip()
-                if cell.lower() not in EMPTY:
-                    require_number(
-                        layout.plain(cell), self.label(column), Location(self.path, number, column + 1)
-                    )
+                if cells[column].lower() not in _EMPTY:
+                    where = Location(self.path, number, column + 1)
+                    _require_number(layout.plain(cells[column]), self.label(column), where)
 
     def _stamps(self, cells: Any, column: int) -> Stamps:
         """Instants from their digits, so that nothing is lost of an epoch in nanoseconds."""
@@ -225,7 +350,7 @@ class TextTable(LogTable):
         for row, text in enumerate(texts):
             number = float("nan") if text == "nan" else number_in(text)
             if number is None or abs(number) == float("inf"):
-                require_number(text, self.label(column), self.where(row, column))
+                _require_number(text, self.label(column), self.where(row, column))
             values[row] = number
         known = values[np.isfinite(values)]
         if not known.size or np.abs(known).max() < _EXACT_ENOUGH or np.abs(known).max() > 2.0**62:
@@ -252,8 +377,9 @@ class TextTable(LogTable):
                 lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
                 if lines:
                     self._refuse_binary(lines)
-                    block, number = _block_of(lines, number, self.layout.first)
-                    yield block
+                    lines = lines.removesuffix(b"\n") + b"\n"
+                    yield _block_of(lines, number, self.layout.first)
+                    number += lines.count(b"\n")
                 if not piece:
                     return
 
@@ -261,12 +387,9 @@ class TextTable(LogTable):
         try:
             return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
         except OSError as error:
-            raise TrajectoryError(
-                "cannot read the file",
-                where=Location(self.path),
-                found=error.strerror or str(error),
-                next_step="give the path of a file you may read",
-            ) from None
+            where, found = Location(self.path), error.strerror or str(error)
+            step = "give the path of a file you may read"
+            raise refusal("cannot read the file", where, "a file", found, step) from None
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
@@ -279,20 +402,17 @@ class TextTable(LogTable):
             )
 
 
-def _block_of(data: bytes, number: int, begin: int) -> tuple[_Block, int]:
+def _block_of(lines: bytes, number: int, begin: int) -> _Block:
     """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
-    if not data.endswith(b"\n"):
-        data += b"\n"
-    following = number + data.count(b"\n")
-    if number >= begin and not _NEEDS_LOOK.search(data[:-1]):
-        return _Block(data, range(number, following)), following
+    if number >= begin and not _NEEDS_LOOK.search(lines[:-1]):
+        return _Block(lines, range(number, number + lines.count(b"\n")))
     kept: list[bytes] = []
     numbers: list[int] = []
     gaps: list[int] = []
-    for k, line in enumerate(data[:-1].split(b"\n"), number):
+    for k, line in enumerate(lines[:-1].split(b"\n"), number):
         if k >= begin and line.strip() and not line.lstrip().startswith(b"#"):
             kept.append(line + b"\n")
             numbers.append(k)
         elif k >= begin and line.rstrip() == GAP.encode():
             gaps.append(len(numbers))
-    return _Block(b"".join(kept), numbers, gaps), following
+    return _Block(b"".join(kept), numbers, gaps)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,28 +28,29 @@ _ROW_TIME, _STAMP, _ANY = 0, 1, 2
 
 @dataclass(frozen=True)
 class TimeColumns:
-    """The column of time, or the pair of seconds and nanoseconds; its unit, "" if unknown; the reason."""
+    """The column of time, or the pair of seconds and nanoseconds."""
 
     columns: tuple[int, ...]
-    unit: str
+    unit: str  # "" if unknown
     why: str
 
 
 def time_columns(
     names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
 ) -> TimeColumns | None:
-    """Find the time of the rows; `stand` tells of which columns all first cells are the same.
-
-    TrajectoryError if several columns may be it.
-    """
+    """Find the time of the rows; `stand` tells of which columns all first cells are the same."""
     found = []
     for k, meaning in enumerate(meanings):
+        name = names[k].strip()
+        rank = _ROW_TIME if name.startswith("__") else _ANY + ("duration" in meaning.group)
+        if rank and "stamp" in meaning.group and name != "stamp":
+            rank = _STAMP
         if meaning.role == "time" and not stand[k]:
-            found.append((_rank(names[k], meaning), TimeColumns((k,), meaning.unit, "name")))
-        pair = _partner(k, meanings)
-        if pair is not None and not (stand[k] and stand[pair]):
-            rank = min(_rank(names[k], meaning), _STAMP)
-            found.append((rank, TimeColumns((k, pair), "s", "seconds and nanoseconds")))
+            found.append((rank, TimeColumns((k,), meaning.unit, "name")))
+        fits = (m.role == "nanosec" and m.group[:-1] == meaning.group[:-1] for m in meanings)
+        pair = next((i for i, fit in enumerate(fits) if fit), None)
+        if meaning.role == "sec" and pair is not None and not (stand[k] and stand[pair]):
+            found.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
     if not found:
         counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
         return TimeColumns((counts[0],), SAMPLE, "name") if len(counts) == 1 else None
@@ -59,22 +61,6 @@ def time_columns(
         step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
         raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
     return choices[0]
-
-
-def _rank(name: str, meaning: Meaning) -> int:
-    if name.strip().startswith("__"):
-        return _ROW_TIME
-    if "stamp" in meaning.group and name.strip() != "stamp":
-        return _STAMP
-    return _ANY + ("duration" in meaning.group)
-
-
-def _partner(k: int, meanings: Sequence[Meaning]) -> int | None:
-    """Column of nanoseconds that belongs to one of seconds."""
-    if meanings[k].role != "sec":
-        return None
-    fits = (m.role == "nanosec" and m.group[:-1] == meanings[k].group[:-1] for m in meanings)
-    return next((i for i, fit in enumerate(fits) if fit), None)
 
 
 def in_seconds(
@@ -91,65 +77,25 @@ def in_seconds(
     `stamps` are the column of time, or seconds and nanoseconds; `hint` is what velocities say of the
     unit. TrajectoryError if the unit is unknown, or contradicts the rate.
     """
-    without = "leave --rate out, or the column: --map time=none"
-    if rate is not None and (len(stamps) == 2 or chosen.unit in TIME_UNITS):
-        what = f"{name} is a time in {chosen.unit}, which a rate contradicts"
-        raise refusal(
-            what, where, "a rate where the log counts samples, or has no time", f"{rate:g} Hz", without
-        )
-    if len(stamps) == 2:
+    if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
         values = seconds.rest + 1e-9 * (nano.rest + nano.base)
         return values - _first(values), "s", chosen.why
-    (stamp,) = stamps
-    values = stamp.rest - _first(stamp.rest)
-    first = stamp.base + _first(stamp.rest)
-    told = _stated_unit(chosen, first)
+    stamp = stamps[0]
+    values, first = stamp.rest - _first(stamp.rest), stamp.base + _first(stamp.rest)
+    # The unit by the column's name or by its first instant, since 1970.
+    dated = (known for known, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1])
+    told = next(((known, "since 1970") for known in dated), None)
+    if chosen.unit in TIME_UNITS:
+        told = chosen.unit, chosen.why
     if rate is not None:
-        if told:
-            what = f"{name} counts no samples, so a rate does not tell its time"
-            raise refusal(what, where, "whole numbers that count samples", f"time in {told[0]}", without)
-        _require_samples(values, first, chosen, name, where)
+        _require_samples(values, first, chosen, told, name, where)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
     if told:
         return values * TIME_UNITS[told[0]], *told
-    return _by_steps(values, chosen, name, where, hint)
-
-
-def _require_samples(
-    values: FloatArray, first: float, chosen: TimeColumns, name: str, where: Location
-) -> None:
-    steps = np.diff(values[np.isfinite(values)])
-    step = float(steps[steps > 0].min()) if (steps > 0).any() else 1.0
-    found = "" if _whole(values) else f"{first:.10g} first"
-    if chosen.unit != SAMPLE and step > 1.0:
-        found = found or f"steps of {step:g} at least"
-    if found:
-        raise refusal(
-            f"{name} counts no samples, so a rate does not tell its time",
-            where,
-            "whole numbers in steps of 1, or a name such as sample",
-            found,
-            "give its unit with --time-unit, or leave the column out: --map time=none",
-        )
-
-
-def _stated_unit(chosen: TimeColumns, first: float) -> tuple[str, str] | None:
-    """Unit by the column's name or by its first instant, since 1970, and which of them tells it."""
-    if chosen.unit in TIME_UNITS:
-        return chosen.unit, chosen.why
-    known = (unit for unit, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1])
-    return next(((unit, "since 1970") for unit in known), None)
-
-
-def _by_steps(
-    values: FloatArray, chosen: TimeColumns, name: str, where: Location, hint: str
-) -> tuple[FloatArray, str, str]:
-    """Tell the unit by the median step."""
-    steps = np.diff(values[np.isfinite(values)])
-    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    step = _steps(values, np.median)
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
         raise refusal(
             f"{name} counts samples, or its unit is unknown",
@@ -160,11 +106,34 @@ def _by_steps(
         )
     if step <= _DOUBTFUL:
         return values, "s", "no unit stated"
-    likely = [unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
+    likely = [known for known, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
     if len(likely) == 1:
         return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
     expected, next_step = "time in s, or a name such as time_ms", f"--time-unit s, ms, us or ns{hint}"
     raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
+
+
+def _require_samples(
+    values: FloatArray,
+    first: float,
+    chosen: TimeColumns,
+    told: tuple[str, str] | None,
+    name: str,
+    where: Location,
+) -> None:
+    """Refuse a rate where a column holds instants."""
+    found, step = "", _steps(values, np.min)
+    if told:
+        found = f"time in {told[0]}"
+    elif not _whole(values):
+        found = f"{first:.10g} first"
+    elif chosen.unit != SAMPLE and step > 1.0:
+        found = f"steps of {step:g} at least"
+    if found:
+        what = f"{name} counts no samples, so a rate does not tell its time"
+        expected = "whole numbers in steps of 1, or a name such as sample"
+        remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
+        raise refusal(what, where, expected, found, remedy)
 
 
 def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str | None:
@@ -189,3 +158,9 @@ def _first(values: FloatArray) -> float:
 def _whole(values: FloatArray) -> bool:
     known = values[np.isfinite(values)]
     return bool((known == np.round(known)).all())
+
+
+def _steps(values: FloatArray, of: Callable[[FloatArray], Any]) -> float:
+    """Median or least of the steps forwards; 0 where there are none."""
+    steps = np.diff(values[np.isfinite(values)])
+    return float(of(steps[steps > 0])) if (steps > 0).any() else 0.0

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, are_possible, array_of
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.logged import Logged, Recording
+from gd_analyze.files import write_text
+from gd_analyze.motions.logged import Logged, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
-from gd_analyze.motions.treated import treated
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+# A line of its own where nothing is known of the motion between the set points above and below.
+GAP = "# gap"
+
+_COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
 
 
 @dataclass(frozen=True)
@@ -287,3 +294,29 @@ def _require_shapes(
         if found != wanted:
             raise refusal(f"{what} has the wrong shape", what, str(wanted), str(found))
     return shape
+
+
+def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
+    """Text of a trajectory's CSV file: comments, header, numbers in full precision, gaps as `# gap`."""
+    table = np.column_stack([trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd])
+    # Adding 0.0 turns -0.0 into 0.0; repr is the shortest text that reads back as the same number.
+    rows = [",".join(map(repr, row)) for row in (table + 0.0).tolist()]
+    for gap in reversed(trajectory.gaps):
+        rows.insert(gap, GAP)
+    joints = range(1, trajectory.n_joints + 1)
+    header = ",".join(["time", *(f"{role}{i}" for role in ("q", "qd", "qdd") for i in joints)])
+    lines = [f"# {line}".rstrip() for comment in comments for line in comment.splitlines()]
+    return "\n".join([*lines, header, *rows]) + "\n"
+
+
+def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterable[str] = ()) -> None:
+    """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
+
+    `comments` come first, without their `#`: by custom the command that makes the file. Raises OutputError.
+    """
+    write_text(path, trajectory_csv(trajectory, comments))
+
+
+def recorded_command(lines: Iterable[str]) -> str | None:
+    """Find the `gd-analyze plan` command in the comments of a trajectory file, or None."""
+    return next((found[1] for line in lines if (found := _COMMAND.fullmatch(line))), None)

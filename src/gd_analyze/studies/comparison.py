@@ -13,7 +13,7 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import QUANTITIES
 from gd_analyze.figures.figure import Axis, Curve, Figure, Marker, Panel, decades_axis, ends_named
-from gd_analyze.motions.checks import check_against_arm, require_joints
+from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.states import states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount

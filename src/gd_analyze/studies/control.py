@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.motions.checks import check_against_arm, require_joints
+from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.provenance import provenance_of_run

@@ -22,7 +22,7 @@ from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
-from gd_analyze.motions.checks import check_against_arm
+from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory

@@ -15,8 +15,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.checks import require_joints
-from gd_analyze.motions.limits import ROUNDING, Quantity, Violation
+from gd_analyze.motions.limits import ROUNDING, Quantity, Violation, require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

@@ -1,0 +1,284 @@
+"""Messages of ROS that carry an arm's motion: in bags, and as `ros2 topic echo` prints them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.roles import TARGET, words_of
+from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
+from gd_analyze.motions.text import is_number
+
+STATE, TRAJECTORY, CONTROLLER, DYNAMIC = "JointState", "JointTrajectory", "controller state", "dynamic state"
+_KINDS = {
+    "sensor_msgs/msg/JointState": STATE,
+    "trajectory_msgs/msg/JointTrajectory": TRAJECTORY,
+    "control_msgs/msg/JointTrajectoryControllerState": CONTROLLER,
+    "control_msgs/msg/DynamicJointState": DYNAMIC,
+}
+# Fields of states and of points, and the ends of the columns' names made of them.
+_FIELDS = {
+    **{word: word for word in ("position", "velocity", "effort")},
+    **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"},
+}
+_SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
+_TOLD_EVERY = 1000
+_LARGEST_YAML = 400_000_000
+# A message in memory takes 35 times the room of its text.
+_LARGEST_MESSAGE = 30_000_000
+# Messages nest five deep.
+_DEEPEST = 50
+_BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
+_INTEGER = re.compile(r"[0-9]{1,19}")
+
+
+def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
+    """Read one topic of a rosbag2 (.db3, .mcap or folder, its metadata.yaml may be missing) or ROS 1 bag."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise missing_library("rosbags", path) from None
+    gathering = Gathering()
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            chosen = _connections(reader.connections, topic, path)
+            total = sum(connection.msgcount for connection in chosen)
+            messages = reader.messages(connections=chosen)
+            for done, (connection, received, raw) in enumerate(messages):
+                message = reader.deserialize(raw, connection.msgtype)
+                gathering.add(message, _KINDS[connection.msgtype], received)
+                if not done % _TOLD_EVERY:
+                    progress(done, total)
+            progress(total, total)
+            states = all(_KINDS[connection.msgtype] == STATE for connection in chosen)
+            commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
+            return gathering.table(path, commanded=commanded)
+    except TrajectoryError:
+        raise
+    # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
+    except Exception as error:
+        raise refusal(
+            "the bag cannot be read",
+            Location(path),
+            "a bag of ROS, with the definitions of its messages where they are none of ROS itself",
+            str(error).split("\n", 1)[0] or type(error).__name__,
+            "`ros2 bag info` or `rosbag info` tells whether it is whole",
+        ) from None
+
+
+def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:
+    """Connections of the topic to read."""
+    fitting = [c for c in connections if c.msgtype in _KINDS and c.msgcount]
+    topics = list(dict.fromkeys(connection.topic for connection in fitting))
+    listed = (
+        f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in fitting or connections
+    )
+    if not topics or topic not in (None, *topics):
+        what = "the bag holds no motion of joints" + ("" if topic is None else f" on topic {topic}")
+        expected = ", ".join(topics) or "a topic of JointState, JointTrajectory or a controller's state"
+        step = "give one of these with --topic" if topics else "record /joint_states too"
+        raise refusal(what, Location(path), expected, "; ".join(listed) or "no messages", step)
+    if topic is None and len(topics) > 1:
+        what, step = "several topics of the bag carry motions of joints", " or ".join(topics[:6])
+        raise refusal(what, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
+    return [connection for connection in fitting if connection.topic == (topic or topics[0])]
+
+
+def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
+    """Names of the columns of an echoed JointState in CSV, by its first row; None of any other row.
+
+    A row has seconds, nanoseconds, frame, joints' names and what is given of each; an empty list is one cell.
+    """
+    if len(cells) < 5 or not all(_INTEGER.fullmatch(cell) for cell in cells[:2]) or is_number(cells[2]):
+        return None
+    joints = []
+    for cell in cells[3:]:
+        if is_number(cell) or not cell:
+            break
+        joints.append(cell)
+    names = ["header/stamp/sec", "header/stamp/nanosec", "", *([""] * len(joints))]
+    for field in ("position", "velocity", "effort") if joints else ():
+        if len(names) < len(cells):
+            names += [f"{joint}/{field}" for joint in joints] if cells[len(names)] else [""]
+    return tuple(names) if joints and len(names) == len(cells) else None
+
+
+def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
+    """Read echoed messages with `---` between them."""
+    data = read_at_most(path, _LARGEST_YAML)
+    if data is None:
+        raise _too_large(Location(path), _LARGEST_YAML)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise _not_read(Location(path), f"byte 0x{data[error.start]:02x}") from None
+    gathering = Gathering()
+    for number, message in enumerate(_documents(text, path, progress), 1):
+        try:
+            gathering.add(message, _kind_of(message))
+        except (ValueError, TypeError, AttributeError, OverflowError) as error:
+            raise _not_read(Location(path), f"in document {number}, {error}") from None
+    return gathering.table(path)
+
+
+def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
+    """Documents, one at a time: all of them would take far more room than their text."""
+    import yaml
+
+    begin, line = 0, 0
+    ends = [found.span() for found in _BETWEEN.finditer(text)]
+    for end, following in [*ends, (len(text), len(text))]:
+        document = text[begin:end]
+        where = Location(path, line + 1)
+        if len(document) > _LARGEST_MESSAGE:
+            raise _too_large(where, _LARGEST_MESSAGE)
+        try:
+            depth = 0
+            # Building a document that nests deeper than any message would exhaust the stack.
+            for event in yaml.parse(document, Loader=yaml.CSafeLoader):
+                depth += isinstance(event, yaml.CollectionStartEvent)
+                depth -= isinstance(event, yaml.CollectionEndEvent)
+                if depth > _DEEPEST:
+                    raise ValueError(f"lists or maps in each other, more than {_DEEPEST} of them")
+            message = yaml.load(document, Loader=yaml.CSafeLoader)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark
+            where = Location(path) if mark is None else Location(path, line + mark.line + 1, mark.column + 1)
+            raise _not_read(where, error.problem or "no YAML") from None
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            raise _not_read(where, str(error).split("\n", 1)[0]) from None
+        if message is not None:
+            yield message
+        line += document.count("\n")
+        begin = following
+        progress(following, len(text))
+
+
+def _too_large(where: Location, most: int) -> TrajectoryError:
+    step = "record a bag, or echo with --csv"
+    return refusal("the log is too large to be read as YAML", where, f"up to {megabytes(most)}", "more", step)
+
+
+def _not_read(where: Location, found: str) -> TrajectoryError:
+    expected = "what `ros2 topic echo --full-length` prints of JointState or JointTrajectory"
+    step = "echo the topic anew, or record a bag"
+    return refusal("the log cannot be read as messages in YAML", where, expected, found, step)
+
+
+def _field(message: Any, name: str) -> Any:
+    """A field of a message, which is a mapping in YAML and an object in a bag; None where it is not there."""
+    return message.get(name) if isinstance(message, Mapping) else getattr(message, name, None)
+
+
+def _kind_of(message: Any) -> str:
+    """Kind of a message by its fields."""
+    named = _field(message, "joint_names") is not None
+    if _field(message, "points") is not None and named:
+        return TRAJECTORY
+    if _field(message, "interface_values") is not None:
+        return DYNAMIC
+    if _field(message, "name") is not None and _field(message, "position") is not None:
+        return STATE
+    if named and any(_field(message, side) is not None for side in _SIDES):
+        return CONTROLLER
+    raise ValueError("a document that is no JointState, JointTrajectory or controller state")
+
+
+def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
+    """Rows of a message: ns from its stamp on, values of joints by the column's name."""
+    names = _field(message, "name" if kind == STATE else "joint_names")
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise ValueError("names of joints that are no list of words")
+    if kind == TRAJECTORY:
+        for point in _field(message, "points"):
+            yield _nanoseconds(_field(point, "time_from_start")), dict(_values(point, names, ""))
+    elif kind == STATE:
+        yield 0, dict(_values(message, names, ""))
+    elif kind == DYNAMIC:
+        found: dict[str, float] = {}
+        for name, of in zip(names, _field(message, "interface_values"), strict=True):
+            for interface, value in zip(_field(of, "interface_names"), _field(of, "values"), strict=True):
+                found[f"{name}/{interface}"] = float(value)
+        yield 0, found
+    else:
+        sides = ((side, _field(message, side)) for side in _SIDES)
+        of_sides = (_values(point, names, f"{side}/") for side, point in sides if point is not None)
+        yield 0, {key: value for values in of_sides for key, value in values}
+
+
+def _nanoseconds(stamp: Any) -> int:
+    """Instant of a stamp or a duration, ns; 0 where there is none, ValueError where it is no stamp."""
+    if stamp is None:
+        return 0
+    whole = []
+    for names in (("sec", "secs"), ("nanosec", "nsecs")):
+        value = next((x for name in names if (x := _field(stamp, name)) is not None), None)
+        if not isinstance(value, int | np.integer) or abs(int(value)) >= 2**40:
+            raise ValueError("a stamp without sec and nanosec")
+        whole.append(int(value))
+    return whole[0] * 1_000_000_000 + whole[1]
+
+
+def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str, float]]:
+    for key, shown in _FIELDS.items():
+        values = _field(point, key)
+        if values is None or len(values) == 0:
+            continue
+        if isinstance(values, str) or any(isinstance(x, str) and "..." in x for x in values):
+            raise ValueError("numbers cut short by ...: echo with --full-length")
+        if len(values) != len(names):
+            raise ValueError(f"{len(values)} of {key} for {len(names)} joints")
+        for name, value in zip(names, values, strict=True):
+            if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+                raise ValueError(f"a {key} that is no number")
+            yield f"{before}{name}/{shown}", float(value)
+
+
+class Gathering:
+    """Rows of messages gathered into columns; nan of joints that a row does not have."""
+
+    def __init__(self) -> None:
+        self._columns: dict[str, list[float]] = {}
+        self._stamps: list[int] = []
+        self._received: list[int] = []
+        self._plans: list[int] = []  # points of each JointTrajectory
+
+    def add(self, message: Any, kind: str, received: int = 0) -> None:
+        """Append the rows of a message; ValueError if it contradicts itself, or something is no number."""
+        stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
+        rows = list(_rows_of(message, kind))
+        if kind == TRAJECTORY:
+            self._plans.append(len(rows))
+        for later, values in rows:
+            count = len(self._stamps)
+            self._stamps.append(stamp + later)
+            self._received.append(received + later)
+            for key, value in values.items():
+                column = self._columns.setdefault(key, [])
+                column.extend([np.nan] * (count - len(column)))
+                column.append(value)
+
+    def table(self, path: str | Path, *, commanded: bool = False) -> ArrayTable:
+        """All rows; TrajectoryError if there are none, or several trajectories of several points."""
+        count = len(self._stamps)
+        if not count or not self._columns:
+            expected = "messages with names and positions of joints"
+            found = f"{count} messages without numbers" if count else "no message"
+            raise refusal("the log holds no motion", Location(path), expected, found, "check the recording")
+        several = [str(points) for points in self._plans if points > 1]
+        if len(several) > 1:
+            what, found = f"the log holds {len(several)} trajectories", f"{', '.join(several[:6])} points"
+            expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
+            raise refusal(what, Location(path), expected, found, step)
+        columns = [np.array(column + [np.nan] * (count - len(column))) for column in self._columns.values()]
+        times = (np.array(self._stamps, dtype=np.int64), np.array(self._received, dtype=np.int64))
+        names = ("header/stamp_ns", "received/time_ns", *self._columns)
+        return ArrayTable(path, names, (*times, *columns), commanded or bool(self._plans) or None)
