@@ -18,6 +18,7 @@ import numpy as np
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.text import number_in
 
 # The largest description among 90 public robots has 0.5 MB.
 LARGEST_XML = 10_000_000
@@ -56,18 +57,15 @@ class Node:
         self, key: str, count: int, default: str | None = None, least: float = -math.inf
     ) -> list[float]:
         """Numbers of an attribute; ArmError unless so many, all finite, none below the least."""
-        text = self.attributes.get(key, default)
-        try:
-            values = [float(word) for word in (text or "").split()]
-        except ValueError:
-            values = []
-        if len(values) == count and all(least <= value and abs(value) < math.inf for value in values):
-            return values
+        values = [number_in(word) for word in self.words(key, default or "")]
+        found = [value for value in values if value is not None and least <= value and abs(value) < math.inf]
+        if len(found) == len(values) == count:
+            return found
         what = "a finite number" if count == 1 else f"{count} finite numbers"
         raise ArmError(
             f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on"),
             where=self.where,
-            found="nothing" if text is None else repr(text),
+            found=repr(self.attributes[key]) if key in self.attributes else "nothing",
             next_step="fix the attribute there",
         )
 
