@@ -80,13 +80,9 @@ class RobotArm:
                 raise ArmError(problem, where=where, expected=f"{n} {what}", found=found)
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
-                raise ArmError(
-                    f"link {link.name} states its inertia about the joint axis only",
-                    where=link.place,
-                    expected="this of the first link, behind a revolute joint, at most",
-                    found=f"link {index + 1}",
-                    next_step="state the full inertia",
-                )
+                what = f"link {link.name} states its inertia about the joint axis only"
+                expected = "this of the first link, behind a revolute joint, at most"
+                raise ArmError(what, where=link.place, expected=expected, next_step="state the full inertia")
 
     def __repr__(self) -> str:
         return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
@@ -164,12 +160,8 @@ class RobotArm:
             If the arm describes no drives.
         """
         if not self.drives:
-            raise ArmError(
-                f"arm {self.name} describes no drives",
-                where=f"arm {self.name}",
-                expected="one [[drives]] table per joint",
-                next_step="add the drives to the arm file, or ask for the links alone",
-            )
+            way = "add one [[drives]] table per joint to the arm file, or ask for the links alone"
+            raise ArmError(f"arm {self.name} describes no drives", where=f"arm {self.name}", next_step=way)
         return _read_only([drive.inertia for drive in self.drives])
 
 

@@ -142,12 +142,9 @@ def _link(link: Link) -> dict[str, Any]:
     values |= {"frame_xyz": link.frame.translation} | _turn(link.frame.rotation, "frame_")
     known = link.uncertainty
     if known is not None and known.body_mass is not None:
-        raise ArmError(
-            f"link {link.name} carries a payload, and its uncertainties are of the link alone",
-            where=link.place,
-            expected="a link whose uncertainties are its own",
-            next_step="write the arm without its payload, and give the payload where the arm is used",
-        )
+        what = f"link {link.name} carries a payload, and its uncertainties are of the link alone"
+        way = "write the arm without its payload, and give the payload where the arm is used"
+        raise ArmError(what, where=link.place, next_step=way)
     inertia = None if known is None or known.inertia is None else _tensor(known.inertia)
     about = None if known is None or inertia is None or known.inertia_about == "com" else known.inertia_about
     return values | {

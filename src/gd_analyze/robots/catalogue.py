@@ -94,12 +94,8 @@ def load_arm(
         warn_of_implausible(arm, stacklevel=2)
         return arm
     if tip is not None or base is not None or locked:
-        raise ArmError(
-            f"arm {name_or_path} has no other links or joints to choose from",
-            where="--tip, --base, --lock",
-            expected="none of them: its file describes one chain, all of which moves",
-            next_step="leave them out",
-        )
+        what = f"arm {name_or_path} is one chain, all of which moves: there is nothing to choose"
+        raise ArmError(what, where="--tip, --base, --lock", next_step="leave them out")
     return with_limits(read_arm(path), limits)
 
 
@@ -130,17 +126,10 @@ def _path_of(name_or_path: object) -> Path:
         if path.is_file() and not is_log:
             return path
         if is_folder or path.is_file():
-            raise ArmError(
-                "this is no robot's file",
-                where=Location(path),
-                expected="the path of an arm's URDF, MJCF or TOML file, or a built-in arm's name",
-                found="a folder" if is_folder else f"a {path.suffix} file, as logs and set points are",
-                next_step="name the file in it" if is_folder else "name the robot first, then the log",
-            )
+            found = "a folder" if is_folder else f"a {path.suffix} file, as logs and set points are"
+            way = "name the file in it" if is_folder else "name the robot first, then the log"
+            raise ArmError("this is no robot's file", where=Location(path), found=found, next_step=way)
     near = difflib.get_close_matches(given, builtin, n=1)
-    raise ArmError(
-        f"there is no arm {given!r}",
-        expected=f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file",
-        found="neither a known name nor an existing file",
-        next_step=f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms",
-    )
+    way = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"
+    expected = f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file"
+    raise ArmError(f"there is no arm {given!r}", expected=expected, next_step=way)

@@ -28,13 +28,9 @@ def chain_of(
         path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
-            raise ArmError(
-                f"link {tip} is not beyond link {base}",
-                where=f"--base {base} --tip {tip}",
-                expected="a tip that the base carries",
-                found=f"the way to {tip} passes {named(joint.link for joint in path) or 'no joint'}",
-                next_step="name a base on that way, or none",
-            )
+            found = f"the way to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
+            what, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
+            raise ArmError(what, where=where, found=found, next_step="name a base on that way, or none")
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
     moving = {joint.index for joint in free}
@@ -48,13 +44,9 @@ def chain_of(
                 master = held.get(index_of.get(mimic.master, -1), 0.0)
                 held[follower] = mimic.multiplier * master + mimic.offset
     if not free:
-        raise ArmError(
-            "the robot has no joint that moves",
-            where=tree.where,
-            expected="at least one revolute or prismatic joint",
-            found=f"{len(joints)} joints, all of them held" if joints else "fixed joints alone",
-            next_step="hold fewer joints" if joints else "check that it is the file of an arm",
-        )
+        found = f"{len(joints)} joints, all of them held" if joints else "fixed joints alone"
+        way = "hold fewer joints" if joints else "check that it is the file of an arm"
+        raise ArmError("the robot has no joint that moves", where=tree.where, found=found, next_step=way)
     _refuse_floating_and_loops(tree, free)
     _refuse_branches(tree, free)
     _refuse_other_kinds(tree, free)
@@ -70,12 +62,8 @@ def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
     by_name = {joint.name: joint for joint in reversed(tree.joints)}
     joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
     if value and not joint.moves_simply:
-        raise ArmError(
-            f"joint {name} is {joint.kind} and can be held at 0 only, in the pose of the file",
-            where=f"--lock {name}",
-            found=f"{name}={value:g}",
-            next_step="place its link in the file",
-        )
+        what = f"joint {name} is {joint.kind} and can be held at 0 only, in the pose of the file"
+        raise ArmError(what, where=f"--lock {name}={value:g}", next_step="place its link in the file")
     return joint
 
 
@@ -84,13 +72,9 @@ def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]
     if name in known:
         return name
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    raise ArmError(
-        f"there is no {what} {name!r}",
-        where=f"{option} {name}",
-        expected=f"a {what} of {tree.where}",
-        found=named(known),
-        next_step=f"did you mean {' or '.join(near)}?" if near else "take a name of the file",
-    )
+    way = f"did you mean {' or '.join(near)}?" if near else "take a name of the file"
+    problem, expected = f"there is no {what} {name!r} in {tree.where}", named(known)
+    raise ArmError(problem, where=f"{option} {name}", expected=expected, next_step=way)
 
 
 def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
@@ -109,43 +93,31 @@ def _locks(joints: Iterable[TreeJoint]) -> str:
 def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if joint.kind == "floating":
-            raise ArmError(
-                f"the robot floats: joint {joint.name} lets link {joint.link} move freely",
-                where=tree.line("joint", joint.name),
-                expected="an arm on a fixed base",
-                next_step=f"--base {joint.link} takes that link as fixed; or use a file with a fixed base",
-            )
+            what = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
+            way = f"--base {joint.link} takes that link as fixed; or use a file with a fixed base"
+            raise ArmError(what, where=tree.line("joint", joint.name), next_step=way)
     for *links, where in tree.notes.loops:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
         between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
         if between:
-            raise ArmError(
-                f"links {links[0]} and {links[1]} close a loop",
-                where=where,
-                expected="an arm whose joints are a chain without loops",
-                found=f"joints that move in the loop: {named(joint.name for joint in between)}",
-                next_step=f"{_locks(between)} holds them; or --tip takes an arm without the loop",
-            )
+            found = f"joints that move in the loop: {named(joint.name for joint in between)}"
+            way = f"{_locks(between)} holds them; or --tip takes an arm without the loop"
+            what = f"links {links[0]} and {links[1]} close a loop"
+            raise ArmError(what, where=where, found=found, next_step=way)
 
 
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         where, mimic = tree.line("joint", joint.name), tree.notes.mimics.get(joint.name)
         if mimic is not None:
-            raise ArmError(
-                f"joint {joint.name} mimics joint {mimic.master} and moves mass",
-                where=where,
-                expected="joints that move independently",
-                found=f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}",
-                next_step=f"--lock {joint.name}=0 holds it, --lock {mimic.master}=0 both of them",
-            )
+            what = f"joint {joint.name} mimics joint {mimic.master} and moves mass"
+            found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}"
+            way = f"--lock {joint.name}=0 holds it, --lock {mimic.master}=0 both of them"
+            raise ArmError(what, where=where, found=found, next_step=way)
         if not joint.moves_simply:
-            raise ArmError(
-                f"joint {joint.name} is {joint.kind}, which is not supported",
-                where=where,
-                expected="revolute and prismatic joints",
-                next_step=f"--lock {joint.name}=0 holds it; or pick an arm without it by --base and --tip",
-            )
+            what = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
+            way = f"--lock {joint.name}=0 holds it; or pick an arm without it by --base and --tip"
+            raise ArmError(what, where=where, next_step=way)
 
 
 def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
@@ -172,10 +144,6 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         tips = [joint.link for joint in (*stem[-1:], *ends)]
         way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
-    raise ArmError(
-        f"the robot branches at link {fork}" if stem else "the robot branches at its base",
-        where=tree.line("link", fork) if stem else tree.where,
-        expected="one chain of moving joints",
-        found=f"{len(at)} branches: {named(names)}",
-        next_step=way,
-    )
+    what = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
+    where = tree.line("link", fork) if stem else tree.where
+    raise ArmError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)

@@ -36,13 +36,9 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     """Read a <mujoco>; ArmError if only MuJoCo itself can expand it, or it describes no possible robot."""
     for node in root.walk():
         if node.tag in _EXPANDED_BY_MUJOCO:
-            raise ArmError(
-                f"the file uses <{node.tag}>, which is not read",
-                where=node.where,
-                expected="MJCF in one file, with its bodies written out",
-                next_step='let MuJoCo write it out: set <compiler saveinertial="true"/>, load the file, and '
-                "call mujoco.mj_saveLastXML('robot.xml', model)",
-            )
+            way = "load the file with MuJoCo and call mujoco.mj_saveLastXML('robot.xml', model)"
+            way = f'set <compiler saveinertial="true"/>, {way}'
+            raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=way)
     world = root.first("worldbody")
     if world is None:
         next_step = "name the robot's own file, not that of a scene or of defaults"

@@ -48,13 +48,10 @@ def _read(path: Path) -> Tree:
         what, expected = "the robot has more links than any", f"at most {_MOST_LINKS}"
         raise ArmError(what, where=root.where, expected=expected, found=str(links))
     if root.tag not in ("robot", "mujoco"):
-        raise ArmError(
-            "the XML is not a robot's",
-            where=root.where,
-            expected="<robot> (URDF) or <mujoco> (MJCF) as the outermost element",
-            found=f"<{root.tag}>",
-            next_step="convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else ""),
-        )
+        expected = "<robot> (URDF) or <mujoco> (MJCF) as the outermost element"
+        way = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
+        what, found = "the XML is not a robot's", f"<{root.tag}>"
+        raise ArmError(what, where=root.where, expected=expected, found=found, next_step=way)
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
 
 

@@ -24,12 +24,9 @@ def read_urdf(path: Path, root: Node) -> Tree:
     for node in root.walk():
         unexpanded = [value for value in node.attributes.values() if "${" in value or "$(arg" in value]
         if node.tag.startswith("xacro:") or (unexpanded and node.tag not in ("mesh", "texture")):
-            raise ArmError(
-                "the file is xacro that was not expanded",
-                where=node.where,
-                found=unexpanded[0] if unexpanded else f"<{node.tag}>",
-                next_step="expand it first: `xacro robot.urdf.xacro > robot.urdf`",
-            )
+            found = unexpanded[0] if unexpanded else f"<{node.tag}>"
+            what, way = "the file is xacro that was not expanded", "`xacro robot.urdf.xacro > robot.urdf`"
+            raise ArmError(what, where=node.where, found=found, next_step=way)
     notes = Notes(path)
     links, joints = root.all("link"), root.all("joint")
     for node in links + joints:
@@ -49,12 +46,9 @@ def _refuse_loops(joints: list[Node], notes: Notes) -> None:
     for joint in joints:
         child = _end(joint, "child")
         if child in leads:
-            raise ArmError(
-                f"link {child} closes a loop: it is the child of two joints",
-                where=joint.where,
-                found=f"joints {leads[child].attributes['name']} and {joint.attributes['name']}",
-                next_step="remove one of the joints, or the branch that closes the loop",
-            )
+            found = f"joints {leads[child].attributes['name']} and {joint.attributes['name']}"
+            what = f"link {child} closes a loop: it is the child of two joints"
+            raise ArmError(what, where=joint.where, found=found, next_step="remove one of the joints")
         leads[child] = joint
         notes.above[child] = _end(joint, "parent")
     try:
@@ -79,12 +73,9 @@ def _link(node: Node, notes: Notes) -> Node:
     name = node.attributes["name"]
     mass, inertia = inertial.first("mass"), inertial.first("inertia")
     if mass is None or inertia is None:
-        raise ArmError(
-            f"the inertial of link {name} lacks its " + ("mass" if mass is None else "inertia"),
-            where=inertial.where,
-            expected='<mass value="..."/> and <inertia ixx="..." .../>',
-            next_step="add it, or remove the <inertial> of a link without mass",
-        )
+        what = f"the inertial of link {name} lacks its <{'mass' if mass is None else 'inertia'}>"
+        way = "add it, or remove the <inertial> of a link without mass"
+        raise ArmError(what, where=inertial.where, next_step=way)
     (value,) = mass.numbers("value", 1, least=0)
     moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
     if value == 0.0 and any(moment != [0.0] for moment in moments.values()):
