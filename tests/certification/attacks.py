@@ -4,54 +4,49 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.certification.box import Box
-from gd_analyze.certification.tube import Tube
-from gd_analyze.dynamics.decomposition import decompose_states
+import gd_analyze as gd
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.motions.states import States
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.model import SimplifiedModel
 from made_models import model_of
 
 
-def model_with(arm: RobotArm, torques: Torques) -> SimplifiedModel:
+def model_with(arm: gd.RobotArm, torques: Torques) -> gd.SimplifiedModel:
     return model_of(ExactForm(arm), TERM, torques)
 
 
-def damaged(arm: RobotArm, rng: np.random.Generator) -> SimplifiedModel:
+def damaged(arm: gd.RobotArm, rng: np.random.Generator) -> gd.SimplifiedModel:
     """A model that lacks some torque terms and has others with wrong coefficients."""
     torques = {t: w * (0.9 if rng.random() < 0.3 else 1.0) for t, w in ExactForm(arm).torques.items()}
     return model_with(arm, {t: w for t, w in torques.items() if rng.random() < 0.7})
 
 
-def errors_at(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+def errors_at(model: gd.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     """Shape (N, n)."""
-    exact = decompose_states(model.arm, States(q, qd, qdd), christoffel=False, drives=model.drives)["torque"]
+    states = gd.States(q, qd, qdd)
+    exact = gd.decompose_states(model.arm, states, christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
-def round_off(model: SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
+def round_off(model: gd.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
     """Round-off of two programs of one torque: some hundred eps of the largest, or of its larger terms."""
     return 1e-12 * float(np.abs(model.torque(q, qd, qdd)).max() + errors_at(model, q, qd, qdd).max())
 
 
-def round_off_in(model: SimplifiedModel, tube: Tube) -> float:
+def round_off_in(model: gd.SimplifiedModel, tube: gd.Tube) -> float:
     box = tube.enclosing
     farthest = (box.farthest[None], box.velocity[None], box.acceleration[None])
     return round_off(model, *farthest) * (1.0 + float(box.farthest.max())) ** 2
 
 
-def drawn_box(arm: RobotArm, rng: np.random.Generator) -> Box:
+def drawn_box(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Box:
     """Ranges from none to more than a turn."""
     n = arm.n_joints
     middle, half = rng.uniform(-1.0, 1.0, n), rng.choice([0.0, 0.3, 1.5, 4.0], n)
-    return Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
+    return gd.Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
 
 
-def drawn_states(box: Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+def drawn_states(box: gd.Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     """States of a box, most of them with velocities, accelerations and some positions at their limits."""
     n = box.n_joints
     signs = np.where(rng.random((2, count, n)) < 0.5, 1.0, -1.0)
@@ -62,7 +57,7 @@ def drawn_states(box: Box, count: int, rng: np.random.Generator) -> tuple[np.nda
 
 
 def largest_excess(
-    model: SimplifiedModel, tube: Tube, along: np.ndarray, rng: np.random.Generator, rounds: int = 1
+    model: gd.SimplifiedModel, tube: gd.Tube, along: np.ndarray, rng: np.random.Generator, rounds: int = 1
 ) -> float:
     """Largest error above the bounds of the pieces (pieces, n) that an adversary finds.
 
@@ -80,14 +75,14 @@ def largest_excess(
         kind, k = (turn // tube.n_joints) % 3, turn % tube.n_joints
         tried = np.stack([states, states, states])
         tried[1][:, kind, k], tried[2][:, kind, k] = lower[:, kind, k], upper[:, kind, k]
-        q, qd, qdd = tried.reshape(-1, 3, tube.n_joints).transpose(1, 0, 2)
-        errors = errors_at(model, q, qd, qdd).reshape(3, len(pieces), -1)
+        errors = errors_at(model, *tried.reshape(-1, 3, tube.n_joints).transpose(1, 0, 2))
+        errors = errors.reshape(3, len(pieces), -1)
         excess = max(excess, float((errors - along[pieces]).max()))
         states = tried[errors[:, rows, joints].argmax(axis=0), rows]
     return excess
 
 
-def drawn_motion(arm: RobotArm, rng: np.random.Generator) -> Trajectory:
+def drawn_motion(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Trajectory:
     """Smooth and finely sampled, smooth and coarse, or set points that contradict one another."""
     n, count = arm.n_joints, int(rng.choice([2, 4, 25]))
     time = np.linspace(0.0, 1.5, count)
@@ -96,4 +91,4 @@ def drawn_motion(arm: RobotArm, rng: np.random.Generator) -> Trajectory:
     q, qd, qdd = size * np.sin(angle), size * speed * np.cos(angle), -size * speed**2 * np.sin(angle)
     if rng.random() < 0.25:
         qd, qdd = rng.uniform(-2.0, 2.0, (2, count, n))
-    return Trajectory(time, q, qd, qdd)
+    return gd.Trajectory(time, q, qd, qdd)
