@@ -190,6 +190,13 @@ def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
     )
 
 
+def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Column]:
+    """Columns of attributes that the rows have: name, label, and how it is shown."""
+    return [
+        Column(name, label, [getattr(row, name) for row in rows], shown=how) for name, label, how in columns
+    ]
+
+
 def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
     """Write one value as a person reads it, with its unit."""
     if _is_unknown(value):

@@ -41,14 +41,15 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     """
     if form is not None and (robot is None or output.as_json):
         raise click.UsageError("--to needs a ROBOT, and goes without --json")
-    if form is not None and robot is not None:
-        with output.working():
-            text = _toml(robot)
-        lines(text)
-        return
     with output.working():
-        result = _catalogue() if robot is None else _inspection(robot)
-    output.give(result)
+        if form is None:
+            result = _catalogue() if robot is None else _inspection(robot)
+        elif robot is not None:
+            text = _toml(robot)
+    if form is None:
+        output.give(result)
+    else:
+        lines(text)
 
 
 def _toml(robot: GivenRobot) -> str:
@@ -62,18 +63,17 @@ def _toml(robot: GivenRobot) -> str:
 
 def _catalogue() -> Result:
     from gd_analyze.motions.read import shipped_trajectories
-    from gd_analyze.result import Column, Fact, Result, Table
+    from gd_analyze.result import Column, Fact, Result, Table, columns_of
 
     found = [gd.load_arm(name) for name in gd.builtin_arms()]
-    columns = (
-        Column("name", "name", [arm.name for arm in found], shown="text"),
-        Column("title", "title", [arm.title for arm in found], shown="text"),
+    columns = columns_of(found, ("name", "name", "text"), ("title", "title", "text"))
+    columns += [
         Column("joints", "joints", [arm.n_joints for arm in found], shown="count"),
         Column("drives", "drives", [bool(arm.drives) for arm in found], shown="flag"),
-    )
+    ]
     trajectories = Fact("trajectories", "Shipped trajectories", list(shipped_trajectories()))
     note = "Your own arm is a URDF, MJCF or TOML file; `gd-analyze arms puma560 --to toml` prints an example."
-    return Result("Built-in arms", parts=(Table("arms", "", columns), trajectories), notices=(note,))
+    return Result("Built-in arms", parts=(Table("arms", "", tuple(columns)), trajectories), notices=(note,))
 
 
 def _inspection(robot: GivenRobot) -> Result:

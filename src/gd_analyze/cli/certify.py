@@ -9,12 +9,12 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import FILE, TRAJECTORY, margin_option
+from gd_analyze.cli.options import TRAJECTORY, margin_option, model_argument
 from gd_analyze.cli.output import Output, reporting
 
 
 @click.command(short_help="Bound a model's torque error along a motion or over a box.")
-@click.argument("model", type=FILE, help="A model.json that `simplify` wrote.")
+@model_argument("`simplify`")
 @click.option(
     "--along",
     type=TRAJECTORY,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 import gd_analyze as gd
@@ -11,10 +9,6 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
 from gd_analyze.cli.options import TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
-
-if TYPE_CHECKING:
-    from gd_analyze.motions.logged import Logged
-    from gd_analyze.result import Result
 
 
 @click.command(short_help="Show how the columns of a log are understood.")
@@ -35,27 +29,23 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     """
     with output.working() as stage:
         stage("reading")
+        from gd_analyze.result import Fact, Result, Table, columns_of
+
         arm = robot.load()
-        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked(), progress=progress_shown())
-    output.give(_result(logged, arm))
-
-
-def _result(logged: Logged, arm: gd.RobotArm) -> Result:
-    from gd_analyze.result import Column, Fact, Result, Table
-
-    def column(key: str, label: str) -> Column:
-        return Column(key, label, [getattr(use, key) for use in logged.columns], shown="text")
-
-    headings = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
-    return Result(
-        title=f"Columns of {logged.name}",
-        subtitle=arm.title or arm.name,
-        facts=(
-            Fact("log", "", logged.name),
-            Fact("arm", "", arm.name),
-            Fact("measured", "Kind", logged.measured, text="readings" if logged.measured else "plan"),
-            Fact("rows", "Rows", len(logged.time), shown="count"),
-            Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
-        ),
-        parts=(Table("columns", "Columns", tuple(column(*pair) for pair in headings.items())),),
+        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked()[0], progress=progress_shown())
+    labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
+    shown = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
+    output.give(
+        Result(
+            title=f"Columns of {logged.name}",
+            subtitle=arm.title or arm.name,
+            facts=(
+                Fact("log", "", logged.name),
+                Fact("arm", "", arm.name),
+                Fact("measured", "Kind", logged.measured, text="readings" if logged.measured else "plan"),
+                Fact("rows", "Rows", len(logged.time), shown="count"),
+                Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
+            ),
+            parts=(Table("columns", "Columns", tuple(shown)),),
+        )
     )

@@ -6,19 +6,17 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.given import GivenRobot, load_arm_carrying, payload_option, robot_given
+from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (
     command_line,
     formats_option,
     out_option,
     overwrite_option,
+    payload_option,
     trajectory_argument,
 )
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
-
-FORMATS = ("html", "pdf", "json")
+from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
@@ -31,7 +29,7 @@ FORMATS = ("html", "pdf", "json")
 )
 @out_option("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
 @overwrite_option
-@formats_option(FORMATS)
+@formats_option()
 @reporting
 def compare(
     robot: GivenRobot,
@@ -65,7 +63,7 @@ def compare(
         from gd_analyze.studies import comparison
         from gd_analyze.studies.study_files import StudyFolder
 
-        arm = load_arm_carrying(robot, payload)
+        arm = robot.load(payload)
         motion = None if trajectory is None else read_motion(trajectory, arm)
         names = comparison.names_of(arm, motion)
         folder = out or Path("reports") / "-".join(["compare", *filter(None, names)])
@@ -75,8 +73,8 @@ def compare(
         found = comparison.compare(
             arm, motion, command=command_line(), warned=output.warnings, progress=stage.advance
         )
-        output.warnings.extend(warning for warning in found.warnings if warning not in output.warnings)
+        output.warn(found.warnings)
         result = comparison.comparison_result(found)
         stage(f"writing {', '.join(formats)}")
         files.write(result)
-    output.give(result, wrote=[*files.paths.values()])
+    output.give(result, *files.paths.values())

@@ -2,71 +2,56 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import carrying, payload_option
 from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import (
-    FILE,
-    TRAJECTORY,
-    PositiveNumber,
     command_line,
     formats_option,
-    number_read,
+    model_argument,
     out_option,
     overwrite_option,
+    payload_option,
+    positive_number,
     together,
+    trajectory_argument,
 )
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
-
-FORMATS = ("html", "pdf", "json")
+from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.text import number_in
 
 
-class _Numbers(click.ParamType[tuple[float, ...]]):
-    """Numbers above zero, comma-separated; of rates also the word for a loop without a period."""
+def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
+    """Reader of numbers above zero, comma-separated, or the word for infinity."""
 
-    name = "list"
-
-    def __init__(self, word: str = "") -> None:
-        self._word = word
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        """Read them."""
-        if isinstance(value, tuple):
-            return value
+    def read(words: str) -> tuple[float, ...]:
         numbers = []
-        for place, entry in enumerate(str(value).split(","), start=1):
-            word = entry.strip()
-            number = float("inf") if self._word and word == self._word else number_read(word)
-            if not number > 0 or (number == float("inf") and word != self._word):
-                more = f", or {self._word}" if self._word else ""
-                self.fail(f"entry {place}, {word!r}, is not a number above 0{more}", param, ctx)
+        for place, word in enumerate(map(str.strip, words.split(",")), start=1):
+            number = math.inf if endless and word == endless else number_in(word)
+            if number is None or not number > 0 or (number == math.inf and word != endless):
+                more = f", or {endless}" if endless else ""
+                raise click.BadParameter(f"entry {place}, {word!r}, is not a number above 0{more}")
             numbers.append(number)
         return tuple(numbers)
 
-
-class _Scale(PositiveNumber):
-    """A number above zero, or off."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Read it; infinity stands for off."""
-        if value == float("inf") or str(value).strip() == "off":
-            return float("inf")
-        return super().convert(value, param, ctx)
+    return read
 
 
+def _scale(words: str) -> float | None:
+    return None if words == "off" else positive_number(words)
+
+
+# Named as the fields of `ControlSettings`.
 _loop_options = together(
     click.option(
         "--loop-rate",
         "rates",
-        type=_Numbers("continuous"),
+        type=_numbers("continuous"),
         default="continuous,500,100",
         show_default=True,
         metavar="LIST",
@@ -74,7 +59,7 @@ _loop_options = together(
     ),
     click.option(
         "--speeds",
-        type=_Numbers(),
+        type=_numbers(),
         default="0.25,0.5,1,2",
         show_default=True,
         metavar="LIST",
@@ -82,7 +67,7 @@ _loop_options = together(
     ),
     click.option(
         "--bandwidth",
-        type=PositiveNumber(),
+        type=positive_number,
         default=20.0,
         show_default=True,
         metavar="NUMBER",
@@ -90,7 +75,7 @@ _loop_options = together(
     ),
     click.option(
         "--damping",
-        type=PositiveNumber(),
+        type=positive_number,
         default=1.0,
         show_default=True,
         metavar="NUMBER",
@@ -98,8 +83,9 @@ _loop_options = together(
     ),
     click.option(
         "--torque-limits",
-        type=_Scale(),
-        default=1.0,
+        "limits",
+        type=_scale,
+        default="1.0",
         show_default=True,
         metavar="NUMBER|off",
         help="Hold torque within so many times the limits of the arm's drives, or not at all.",
@@ -107,45 +93,36 @@ _loop_options = together(
     click.option(
         "--friction", is_flag=True, help="Apply the drives' friction, which no controller knows of."
     ),
-    click.option(
-        "--within",
-        metavar="LIST",
-        help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.  "
-        "[default: 0.1deg,1mm]",
-    ),
 )
 
 
 @click.command(short_help="Control the arm with a simplified model, and see how it tracks.")
-@click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
-@click.argument(
-    "trajectory",
-    type=TRAJECTORY,
-    help="CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, or - for "
-    "standard input.",
-)
+@model_argument()
+@trajectory_argument()
 @log_options
 @payload_option
 @_loop_options
+@click.option(
+    "--within",
+    default="0.1deg,1mm",
+    show_default=True,
+    metavar="LIST",
+    help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.",
+)
 @out_option("Folder for a report; nothing is written without it.")
 @overwrite_option
-@formats_option(FORMATS)
+@formats_option()
 @reporting
 def control(
     model: Path,
     trajectory: str,
     payload: str | None,
-    rates: tuple[float, ...],
-    speeds: tuple[float, ...],
-    bandwidth: float,
-    damping: float,
-    torque_limits: float,
-    friction: bool,
-    within: str | None,
+    within: str,
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
     output: Output,
+    **loop: Any,
 ) -> None:
     r"""Control the exact arm, simulated, along a motion, and say whether the simplified model is good enough.
 
@@ -163,20 +140,12 @@ def control(
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.robots.payload import parse_payload
+        from gd_analyze.robots.payload import carrying, parse_payload
         from gd_analyze.studies.control import names_of
         from gd_analyze.studies.control_result import control_result
         from gd_analyze.studies.study_files import StudyFolder
 
-        settings = gd.ControlSettings(
-            bandwidth=bandwidth,
-            damping=damping,
-            rates=rates,
-            speeds=speeds,
-            limits=None if torque_limits == float("inf") else torque_limits,
-            friction=friction,
-            tolerance=gd.Tolerance() if within is None else gd.Tolerance.parse(within),
-        )
+        settings = gd.ControlSettings(**loop, tolerance=gd.Tolerance.parse(within))
         loaded = gd.load_model(model)
         moved = None if payload is None else carrying(loaded.arm, parse_payload(payload))
         motion = read_motion(trajectory, loaded.arm)
@@ -195,9 +164,9 @@ def control(
             warned=output.warnings,
             progress=stage.advance,
         )
-        output.warnings.extend(text for text in study.warnings if text not in output.warnings)
+        output.warn(study.warnings)
         result = control_result(study)
         if files is not None:
             stage(f"writing {', '.join(formats)}")
             files.write(result)
-    output.give(result, wrote=None if files is None else [*files.paths.values()])
+    output.give(result, *(files.paths.values() if files else ()))

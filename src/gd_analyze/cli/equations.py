@@ -1,32 +1,27 @@
-"""`gd-analyze equations`: the exact equations of motion of an arm."""
+"""`gd-analyze equations`: the exact equations of motion of an arm, or its base inertial parameters."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
-from gd_analyze.cli.base_parameters import give_parameters
+import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import digits_option, number_read, out_option
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.options import digits_option, out_option
+from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
+from gd_analyze.files import write_text
+from gd_analyze.text import number_in
 
 
-class Share(click.ParamType[float]):
-    """A share of 0 to 1, written 1% or 0.01."""
-
-    name = "share"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Read it."""
-        words = str(value).strip()
-        number = number_read(words.removesuffix("%")) / (100 if words.endswith("%") else 1)
-        if not 0 <= number <= 1:
-            self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
-        return number
+def _share(words: str) -> float:
+    """Read a share of 0 to 1, written 1% or 0.01."""
+    number = number_in(words.strip().removesuffix("%"))
+    share = None if number is None else number / (100 if words.strip().endswith("%") else 1)
+    if share is None or not 0 <= share <= 1:
+        raise click.BadParameter(f"{words!r} is not a share of 0 to 1, such as 1% or 0.01")
+    return share
 
 
 @click.command(short_help="Print the exact equations of motion.")
@@ -42,7 +37,7 @@ class Share(click.ParamType[float]):
 @click.option(
     "--min-share",
     metavar="SHARE",
-    type=Share(),
+    type=_share,
     default="0%",
     show_default=True,
     help="Leave out terms that stay below this share of the element's largest term.",
@@ -92,13 +87,12 @@ def equations(
             raise click.UsageError(
                 "--parameters are of the whole arm: without --element, --min-share, --terms"
             )
-        give_parameters(robot, form, digits, out, output)
+        _give_parameters(robot, form, digits, out, output)
         return
     if terms and (form != "text" or out is not None):
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.files import write_text
         from gd_analyze.formulas.equations_result import Heading, equation_text, equations_result, sympy_head
         from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
@@ -118,6 +112,27 @@ def equations(
             stage(f"writing {out.name}")
             write_text(out, header + body)
     if output.as_json or terms or out is not None:
-        output.give(equations_result(harmonics, found, heading.terms, form, body, digits), wrote=out)
+        output.give(equations_result(harmonics, found, heading.terms, form, body, digits), out)
     else:
         lines(body if output.quiet else header + body)
+
+
+def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:
+    """Give the base inertial parameters: tables for the terminal, equations otherwise."""
+    if form not in ("text", "latex"):
+        raise click.UsageError(f"--parameters are written as text or latex, not as {form}")
+    require_outputs(out)
+    with output.working() as stage:
+        from gd_analyze.formulas.base_parameters_result import base_equations, base_parameters_result
+
+        arm = robot.load()
+        stage("regrouping")
+        base = gd.base_parameters(arm)
+        text = "".join(f"{line}\n" for line in base_equations(base, form, digits))
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, text)
+    if output.as_json or out is not None or (form == "text" and not output.quiet):
+        output.give(base_parameters_result(base, form, text, digits), out)
+    else:
+        lines(text)

@@ -11,17 +11,14 @@ from typing import TYPE_CHECKING
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import GivenRobot, drives_option, robot_given
-from gd_analyze.cli.options import NameList
-from gd_analyze.cli.options import Output as Folder
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.options import NameList, OutputPath, drives_option
+from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
 from gd_analyze.exporting.registry import LANGUAGES, language_class
 
 if TYPE_CHECKING:
     from gd_analyze.exporting.export_input import ExportInput
-    from gd_analyze.result import Result
 
 
 @click.command(short_help="Write a model, or exact dynamics, in C, Python, MATLAB, ...")
@@ -49,7 +46,9 @@ if TYPE_CHECKING:
     help="Of a model: prove a bound on its error within the arm's limits, and write both with it.",
 )
 @drives_option
-@click.option("-o", "--out", type=Folder(), default=Path(), help="Folder to write to.  [default: this one]")
+@click.option(
+    "-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.  [default: this one]"
+)
 @click.option("--overwrite", is_flag=True, help="Replace files that are there already.")
 @reporting
 def export(
@@ -84,14 +83,15 @@ def export(
         from gd_analyze.exporting.export import written
 
         subject = _subject(robot, what, name, drives)
-        _require_free(_paths(subject, languages, out), overwrite)
+        suffixes = [suffix for word in languages for suffix in language_class(word).files]
+        _require_free([out / f"{subject.name}{suffix}" for suffix in suffixes], overwrite)
         if subject.model is not None and bound:
             stage("certifying", 100 * subject.n)
             subject = _bounded(subject, stage.advance)
         stage("writing")
         exported = written(subject, languages, "float" if single else "double")
         exported.save(out)
-    output.give(_result(exported.given), wrote=exported.paths(out))
+    output.give(exported.result(), *exported.paths(out))
 
 
 def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> ExportInput:
@@ -113,11 +113,6 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
     if drives:
         raise click.UsageError("--what decomposition is of the links: it goes without --drives")
     return ExportInput.of_decomposition(arm, name)
-
-
-def _paths(subject: ExportInput, languages: tuple[str, ...], out: Path) -> list[Path]:
-    """Files that will be written."""
-    return [out / f"{subject.name}{suffix}" for word in languages for suffix in language_class(word).files]
 
 
 def _require_free(paths: list[Path], overwrite: bool) -> None:
@@ -144,42 +139,3 @@ def _bounded(subject: ExportInput, progress: Callable[[int], None]) -> ExportInp
         )
         return subject
     return replace(subject, certificate=certificate)
-
-
-def _result(given: ExportInput) -> Result:
-    from gd_analyze.result import Column, Fact, Result, Table
-
-    joints, counts = given.arm.joints, [each.count for each in given.functions]
-    names = [joint.name for joint in joints]
-    of = "exact dynamics" if given.model is None else f"model of level {given.model.level}"
-    renamed = [f"{name} is {word}" for name, word in zip(names, given.joints, strict=True) if name != word]
-    return Result(
-        title=given.arm.title or given.arm.name,
-        subtitle=of,
-        facts=(
-            Fact("arm", "", given.arm.name),
-            Fact("of", "", of),
-            Fact("name", "Prefix of all names", given.name),
-            Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
-            Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
-            Fact("", "Constants", ", ".join(given.constants) or "none"),
-        ),
-        parts=(
-            Table(
-                "functions",
-                "Functions",
-                (
-                    Column("function", "function", [each.name for each in given.functions], shown="text"),
-                    Column(
-                        "multiplications",
-                        "multiplications",
-                        [x.multiplications for x in counts],
-                        shown="count",
-                    ),
-                    Column("additions", "additions", [x.additions for x in counts], shown="count"),
-                    Column("sines_cosines", "sin and cos", [x.sines_cosines for x in counts], shown="count"),
-                ),
-            ),
-            Table("joints", "", (Column("name", "", names), Column("identifier", "", given.joints))),
-        ),
-    )

@@ -6,46 +6,21 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import (
+    DRAWN,
     ROBOT,
-    ROBOT_HELP,
-    number_option,
+    drives_option,
+    payload_option,
+    states_options,
     together,
     trajectories_argument,
-    trajectory_argument,
 )
-
-if TYPE_CHECKING:
-    from gd_analyze.robots.parts import Link
-
-_WITHOUT = "Without one: states drawn from the arm's limits."
-trajectory_or_states = trajectory_argument(_WITHOUT)
-trajectories_or_states = trajectories_argument(_WITHOUT)
-
-payload_option = click.option(
-    "--payload",
-    metavar="LIST",
-    help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
-    "link's frame, inertia about the payload's own centre of mass.",
-)
-
-drives_option = click.option(
-    "--drives/--no-drives",
-    default=None,
-    help="Include the drives' inertia, or take the links alone.  [default: included where there are drives]",
-)
-
-states_options = together(
-    number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
-    number_option("--seed", 0, "Seed of these states: the same seed draws the same."),
-)
-
 
 _picking_options = together(
     click.option(
@@ -81,9 +56,14 @@ class GivenRobot:
     lock: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
 
-    def load(self) -> gd.RobotArm:
-        """Read the arm."""
-        return gd.load_arm(self.name, tip=self.tip, base=self.base, lock=self.lock, limits=self.limits)
+    def load(self, payload: str | None = None) -> gd.RobotArm:
+        """Read the arm and attach the payload, if any, to its end effector."""
+        arm = gd.load_arm(self.name, tip=self.tip, base=self.base, lock=self.lock, limits=self.limits)
+        if payload is None:
+            return arm
+        from gd_analyze.robots.payload import carrying, parse_payload
+
+        return carrying(arm, parse_payload(payload))
 
 
 def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -93,7 +73,8 @@ def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None
             picked = {name: words.pop(name) for name in ("tip", "base", "lock", "limits")}
             function(robot=None if robot is None else GivenRobot(robot, **picked), **words)
 
-        argument = click.argument("robot", type=ROBOT, required=required, help=ROBOT_HELP)
+        words = "Built-in arm (see `gd-analyze arms`), or path of an arm's URDF, MJCF or TOML file."
+        argument = click.argument("robot", type=ROBOT, required=required, help=words)
         return together(argument, _picking_options)(verb)
 
     return decorate
@@ -122,7 +103,7 @@ class Given:
         """Read or draw them, and the motion they are of, if any."""
         from gd_analyze.simplification.exact import warn_without_torque
 
-        arm = load_arm_carrying(self.robot, self.payload)
+        arm = self.robot.load(self.payload)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
@@ -139,26 +120,4 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
     options = (log_options, drives_option, payload_option, states_options)
-    return together(robot_given, trajectories_or_states, *options)(verb)
-
-
-def load_arm_carrying(robot: GivenRobot, payload: str | None) -> gd.RobotArm:
-    """Load an arm and attach the payload, if any, to its end effector; its name and title say so."""
-    from gd_analyze.robots.payload import parse_payload
-
-    arm = robot.load()
-    return arm if payload is None else carrying(arm, parse_payload(payload))
-
-
-def carrying(arm: gd.RobotArm, body: Link) -> gd.RobotArm:
-    """Attach a payload to an arm's end effector; its name has every number of it that is not zero."""
-    from gd_analyze.robots.payload import with_payload
-
-    rest = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
-    while rest and rest[-1] == ",0":
-        rest.pop()
-    return dataclasses.replace(
-        with_payload(arm, body.mass, body.com, body.inertia_com),
-        name=f"{arm.name}+{body.mass:g}kg{''.join(rest)}",
-        title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
-    )
+    return together(robot_given, trajectories_argument(DRAWN), *options)(verb)

@@ -9,21 +9,25 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.given import GivenRobot, drives_option, load_arm_carrying, payload_option, robot_given
-from gd_analyze.cli.levels import budget_option, level_option, simplify_options
+from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import (
     FILE,
+    budget_option,
     command_line,
+    drives_option,
     formats_option,
+    level_option,
     margin_option,
     out_option,
     overwrite_option,
+    payload_option,
+    simplify_options,
     top_option,
     trajectories_argument,
 )
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.files import RESULT_FILES, require_one_run
 
 if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
@@ -84,12 +88,11 @@ def analyze(
     """Decompose, rank, simplify, store and report: the main job."""
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.files import RESULT_FILES, require_one_run
         from gd_analyze.studies.main_job import default_folder, source_of
         from gd_analyze.studies.main_job_files import write_findings
 
         how = gd.Settings(christoffel=not no_christoffel, **settings)
-        arm = load_arm_carrying(robot, payload)
+        arm = robot.load(payload)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / RESULT_FILES[name] for name in formats))
@@ -98,7 +101,7 @@ def analyze(
         findings = gd.find(arm, motion, how, command=command_line(), warned=output.warnings, progress=stage)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
-        output.warnings.extend(warning for warning in findings.warnings if warning not in output.warnings)
+        output.warn(findings.warnings)
     _give(findings, folder, formats, output, top)
 
 
@@ -124,7 +127,6 @@ def report(
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.files import RESULT_FILES, require_one_run
         from gd_analyze.studies.main_job_files import write_findings
 
         folder = analysis.parent if out is None else out
@@ -136,12 +138,12 @@ def report(
             strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
+    output.warn(findings.warnings)  # told when they were found: JSON has them, standard error has not
     _give(findings, folder, formats, output, top)
 
 
 def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
-    from gd_analyze.files import RESULT_FILES
     from gd_analyze.result import Section
     from gd_analyze.results.recursion_parts import recursion_parts
     from gd_analyze.results.run_result import run_result
@@ -150,5 +152,4 @@ def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Ou
     if findings.model.level is gd.LEVELS["recursive"] and output.as_json:
         parts = recursion_parts(findings.model, gd.states_of(findings.trajectory), 3)
         result = replace(result, parts=(*result.parts, Section("recursion", "", parts)))
-    output.warnings[:] = dict.fromkeys([*findings.warnings, *output.warnings])
-    output.give(result, wrote=[folder / RESULT_FILES[name] for name in formats])
+    output.give(result, *(folder / RESULT_FILES[name] for name in formats))

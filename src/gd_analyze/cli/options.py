@@ -1,9 +1,8 @@
-"""Kinds of words in a command: how they are checked and completed, and options of several verbs."""
+"""Kinds of words in a command: how they are checked and completed, and the options that verbs share."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,7 +10,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from gd_analyze.files import shipped
-from gd_analyze.text import LARGEST, number_in
+from gd_analyze.text import LARGEST, LEVEL_NAMES, number_in
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -41,7 +40,7 @@ class NameOrFile(click.ParamType[str]):
         return [CompletionItem(incomplete, type="file"), *names]
 
 
-class Output(click.Path):
+class OutputPath(click.Path):
     """A file or folder to write."""
 
     def __init__(self) -> None:
@@ -66,8 +65,6 @@ class NameList(click.ParamType[tuple[str, ...]]):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[str, ...]:
         """Split and check; every name counts once."""
-        if isinstance(value, tuple):
-            return value
         chosen = [entry.strip().lower() for entry in str(value).split(",")]
         for entry in chosen:
             if entry not in self.names:
@@ -79,42 +76,21 @@ class NameList(click.ParamType[tuple[str, ...]]):
     ) -> list[CompletionItem]:
         """Offer the names that may follow the last comma."""
         before, comma, last = incomplete.rpartition(",")
-        taken = before.split(",")
-        return [
-            CompletionItem(before + comma + name)
-            for name in self.names
-            if name.startswith(last) and name not in taken
-        ]
+        rest = [name for name in self.names if name.startswith(last) and name not in before.split(",")]
+        return [CompletionItem(before + comma + name) for name in rest]
 
 
-def number_read(words: str) -> float:
-    """Read a number; nan where there is none."""
-    number = number_in(words)
-    return math.nan if number is None else number
-
-
-class PositiveNumber(click.ParamType[float]):
-    """A number above zero and of a size that anything has; click's own range lets nan and inf pass."""
-
-    name = "number"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Read it."""
-        number = number_read(str(value))
-        if not 0 < number <= LARGEST:
-            self.fail(f"{value!r} is not a number above 0 and up to {LARGEST:g}", param, ctx)
-        return number
+def positive_number(words: str) -> float:
+    """Read a number above zero of a size that anything has; click's own range lets nan and inf pass."""
+    number = number_in(str(words))
+    if number is None or not 0 < number <= LARGEST:
+        raise click.BadParameter(f"{words!r} is not a number above 0 and up to {LARGEST:g}")
+    return number
 
 
 ROBOT = NameOrFile("robot", "robots", ".toml")
 TRAJECTORY = NameOrFile("trajectory", "trajectories", ".csv")
-
 FILE = click.Path(path_type=Path)
-
-ROBOT_HELP = "Built-in arm (see `gd-analyze arms`), or path of an arm's URDF, MJCF or TOML file."
-
-# A double has no more.
-_MOST_DIGITS = 17
 
 
 def together(*options: Callable[[F], F]) -> Callable[[F], F]:
@@ -131,26 +107,19 @@ def together(*options: Callable[[F], F]) -> Callable[[F], F]:
 def number_option(
     name: str, default: int | None, words: str, least: int = 0, most: int | None = None
 ) -> Callable[[F], F]:
-    """Make an option that takes a whole number."""
-    return click.option(
-        name,
-        type=click.IntRange(least, most),
-        default=default,
-        show_default=True,
-        metavar="NUMBER",
-        help=words,
-    )
+    """An option that takes a whole number."""
+    kind = click.IntRange(least, most)
+    return click.option(name, type=kind, default=default, show_default=True, metavar="NUMBER", help=words)
 
 
 def digits_option(words: str) -> Callable[[F], F]:
-    """--digits, three by default."""
-    digits = click.IntRange(1, _MOST_DIGITS)
-    return click.option("--digits", type=digits, default=3, show_default=True, help=words)
+    """--digits, three by default; a double has no more than seventeen."""
+    return click.option("--digits", type=click.IntRange(1, 17), default=3, show_default=True, help=words)
 
 
 def out_option(words: str) -> Callable[[F], F]:
     """--out, a file or a folder."""
-    return click.option("-o", "--out", type=Output(), help=words)
+    return click.option("-o", "--out", type=OutputPath(), help=words)
 
 
 overwrite_option = click.option(
@@ -160,7 +129,7 @@ overwrite_option = click.option(
 )
 
 
-def formats_option(names: tuple[str, ...]) -> Callable[[F], F]:
+def formats_option(names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
     """--format, some of the files that a verb can write; all by default."""
     return click.option(
         "--format",
@@ -184,36 +153,95 @@ def margin_option(words: str) -> Callable[[F], F]:
     )
 
 
+def model_argument(made_by: str = "gd-analyze") -> Callable[[F], F]:
+    """MODEL, a model.json."""
+    return click.argument("model", type=FILE, help=f"A model.json that {made_by} wrote.")
+
+
+_TRAJECTORY_WORDS = "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, "
+DRAWN = "Without one: states drawn from the arm's limits."
+
+
+def trajectory_argument(without: str = "") -> Callable[[F], F]:
+    """TRAJECTORY, which may be left out where `without` says what happens then."""
+    words = f"{_TRAJECTORY_WORDS}or - for standard input. {without}".rstrip()
+    return click.argument("trajectory", type=TRAJECTORY, required=not without, help=words)
+
+
 def trajectories_argument(
-    without: str | None = None, several: str = "of several motions the budget holds on each"
+    without: str = "", several: str = "of several motions the budget holds on each"
 ) -> Callable[[F], F]:
     """TRAJECTORY..., one or several; optional where `without` says what happens then."""
-    words = (
-        "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, - for "
-        f"standard input, or a folder of these; {several}."
-    )
+    words = f"{_TRAJECTORY_WORDS}- for standard input, or a folder of these; {several}. {without}"
     return click.argument(
         "trajectories",
         type=TRAJECTORY,
         nargs=-1,
-        required=without is None,
-        metavar="TRAJECTORY..." if without is None else "[TRAJECTORY]...",
-        help=words if without is None else f"{words} {without}",
+        required=not without,
+        metavar="[TRAJECTORY]..." if without else "TRAJECTORY...",
+        help=words.rstrip(),
     )
 
 
-def trajectory_argument(without: str | None = None) -> Callable[[F], F]:
-    """TRAJECTORY, which may be left out where `without` says what happens then."""
-    words = (
-        "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, or - for "
-        "standard input."
-    )
-    return click.argument(
-        "trajectory",
-        type=TRAJECTORY,
-        required=without is None,
-        help=words if without is None else f"{words} {without}",
-    )
+payload_option = click.option(
+    "--payload",
+    metavar="LIST",
+    help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
+    "link's frame, inertia about the payload's own centre of mass.",
+)
 
+drives_option = click.option(
+    "--drives/--no-drives",
+    default=None,
+    help="Include the drives' inertia, or take the links alone.  [default: included where there are drives]",
+)
+
+states_options = together(
+    number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
+    number_option("--seed", 0, "Seed of these states: the same seed draws the same."),
+)
 
 top_option = number_option("--top", 12, "Rows of the ranking to print.")
+
+BUDGET = (
+    "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
+    "Coulomb friction (10% friction) or parameter uncertainty (uncertainty), or N m (0.5); the larger of "
+    'several joined by "or" (1% or 10% friction); one for all joints, or one per joint, comma-separated.'
+)
+_CHEAPEST = "cheapest"
+
+
+def budget_option(words: str = BUDGET) -> Callable[[F], F]:
+    """--budget."""
+    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=words)
+
+
+def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEAPEST) -> Callable[[F], F]:
+    """--level; None for the cheapest."""
+    words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
+    if default == _CHEAPEST:
+        words.insert(0, f"{_CHEAPEST}: of those promising for the arm, the one of fewest operations")
+        names = (_CHEAPEST, *names)
+    return click.option(
+        "--level",
+        type=click.Choice(names),
+        default=default,
+        show_default=True,
+        callback=lambda context, option, chosen: None if chosen == _CHEAPEST else chosen,
+        help=f"{'; '.join(words)}.",
+    )
+
+
+simplify_options = together(
+    click.option(
+        "--refit",
+        is_flag=True,
+        help="Refit what is kept, to absorb what is dropped; at level term or energy; "
+        "level recursive always does.",
+    ),
+    number_option(
+        "--operations",
+        None,
+        "Multiplications and additions the model may take: the budget is scaled until it does.",
+    ),
+)

@@ -1,9 +1,10 @@
-"""How a verb gives its result: as text, as JSON, or not at all."""
+"""How a verb gives its result, as text, as JSON or not at all, and which files it may write."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
+import os
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.cli.log_options import STAGE
-from gd_analyze.cli.options import together
+from gd_analyze.cli.options import FILE, NameOrFile, together
 from gd_analyze.cli.terminal import Stages, line, print_json, show_result, stages, warnings_collected
+from gd_analyze.errors import UsageError
+from gd_analyze.files import require_writable
 from gd_analyze.simplification.cache import without_cache
 
 if TYPE_CHECKING:
@@ -35,15 +38,19 @@ class Output:
             click.get_current_context().meta[STAGE] = stage
             yield stage
 
-    def give(self, result: Result, wrote: Path | Sequence[Path] | None = None) -> None:
+    def warn(self, texts: Iterable[str]) -> None:
+        """Note warnings that a study kept."""
+        self.warnings[:] = dict.fromkeys([*self.warnings, *texts])
+
+    def give(self, result: Result, *files: Path | None) -> None:
         """Print a result the way that was asked for, and which files hold it."""
-        files = [] if wrote is None else [wrote] if isinstance(wrote, Path) else [*wrote]
+        written = [path for path in files if path is not None]
         if self.as_json:
-            ends = {"warnings": self.warnings, "files": [str(path) for path in files]}
+            ends = {"warnings": self.warnings, "files": list(map(str, written))}
             print_json(result.document() | ends)
         elif not self.quiet:
             show_result(result)
-            for path in files:
+            for path in written:
                 line(f"wrote {path}")
 
 
@@ -61,3 +68,34 @@ def reporting(function: Callable[..., None]) -> Callable[..., None]:
         click.option("--no-cache", is_flag=True, help="Neither read nor write the cache."),
         click.option("--debug", is_flag=True, help="Show Python's traceback on an error."),
     )(verb)
+
+
+def require_outputs(*paths: Path | None, option: str = "--out") -> None:
+    """Refuse outputs that cannot be written, or that the verb reads, before it computes anything."""
+    inputs = list(_inputs(click.get_current_context()))
+    for path in filter(None, paths):
+        require_writable(path, option)
+        for word, status in inputs:
+            if path.exists() and os.path.samestat(path.stat(), status):
+                raise UsageError(
+                    "the output would replace an input",
+                    where=str(path),
+                    found=f"the same file as {word}",
+                    next_step=f"choose another name with {option}",
+                )
+
+
+def _inputs(context: click.Context) -> Iterator[tuple[str, os.stat_result]]:
+    """Words of the command that name what it reads, and the files they stand for."""
+    for parameter in context.command.params:
+        given: Any = context.params.get(parameter.name or "")
+        if given is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
+            continue
+        for word in given if isinstance(given, tuple) else (given,):
+            path = parameter.type.path_of(word) if isinstance(parameter.type, NameOrFile) else Path(word)
+            try:
+                yield str(word), os.fstat(0) if str(path) == "-" else path.stat()
+                # A folder stands for the files in it.
+                yield from ((str(one), one.stat()) for one in (path.iterdir() if path.is_dir() else ()))
+            except (OSError, ValueError):
+                continue  # what cannot be read is for the reader to say

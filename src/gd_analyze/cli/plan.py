@@ -4,28 +4,19 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import PositiveNumber, command_line, number_option, number_read, out_option
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
+from gd_analyze.cli.options import command_line, number_option, out_option, positive_number
+from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
-
-if TYPE_CHECKING:
-    from gd_analyze.motions.planning import Plan
-    from gd_analyze.result import Result
-
+from gd_analyze.text import number_in
 
 # As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
-
-# Extremes below that, in SI, are none.
-_ZERO = 1e-12
 
 # How the library's arguments are called on the command line.
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
@@ -38,7 +29,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
 @number_option("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
 @click.option(
-    "--duration", required=True, type=PositiveNumber(), metavar="SECONDS", help="Time from start to goal."
+    "--duration", required=True, type=positive_number, metavar="SECONDS", help="Time from start to goal."
 )
 @click.option(
     "--profile",
@@ -78,6 +69,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
+        from gd_analyze.motions.plan_result import plan_result
         from gd_analyze.motions.trajectory import trajectory_csv
 
         arm = robot.load()
@@ -98,7 +90,7 @@ def plan(
     if out is None and not output.as_json:
         lines(trajectory_csv(made.trajectory, [command_line()]))
     else:
-        output.give(_result(made), wrote=out)
+        output.give(plan_result(made), out)
 
 
 def _with_options(error: TrajectoryError) -> TrajectoryError:
@@ -125,60 +117,13 @@ def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
         )
     values = []
     for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
-        value = number_read(entry)
-        if not math.isfinite(value):
+        value, revolute = number_in(entry), joint.kind == "revolute"
+        if value is None or not math.isfinite(value):
             raise UsageError(
                 f"{option} holds something that is not a number",
                 where=f"{option}, value {column}",
-                expected="degrees" if joint.kind == "revolute" else "metres",
+                expected="degrees" if revolute else "metres",
                 found=repr(entry),
             )
-        values.append(math.radians(value) if joint.kind == "revolute" else value)
+        values.append(math.radians(value) if revolute else value)
     return values
-
-
-def _result(made: Plan) -> Result:
-    """Extremes of the motion beside the limits, angles in degrees as they were typed."""
-    from gd_analyze.result import Column, Fact, Result, Table
-
-    rows, motion = made.limits.rows, made.trajectory
-    joints = [row.joint for row in rows]
-    degrees = [math.degrees(1.0) if joint.unit == "rad" else 1.0 for joint in joints]
-    kept = ["unit", "lowest", "highest", "lower", "upper"]
-    kept += ["velocity", "velocity_limit", "acceleration", "acceleration_limit"]
-    held = {key: [getattr(r if hasattr(r, key) else r.joint, key) for r in rows] for key in kept}
-    pairs = (
-        ("motion", "lowest", "highest", " .. ", degrees, {"rad": "°"}),
-        ("range", "lower", "upper", " .. ", degrees, {"rad": "°"}),
-        ("velocity / limit", "velocity", "velocity_limit", " / ", None, {"rad": "rad/s", "m": "m/s"}),
-        ("acc. / limit", "acceleration", "acceleration_limit", " / ", None, {"rad": "rad/s²", "m": "m/s²"}),
-    )
-    columns = [
-        Column("joint", "joint", list(range(1, len(rows) + 1)), shown="count"),
-        Column("name", "name", [joint.name for joint in joints], shown="text"),
-    ]
-    columns += [Column(key, "", held[key]) for key in kept]
-    for label, first, second, between, scales, units in pairs:
-        shown = [
-            between.join(_shown(value, scale) for value in pair)
-            for *pair, scale in zip(held[first], held[second], scales or [1.0] * len(rows), strict=True)
-        ]
-        unit = [units.get(joint.unit, joint.unit) for joint in joints]
-        columns.append(Column(f"{first}_shown", label, shown, unit, "text"))
-    shortest = made.shortest_duration
-    return Result(
-        title=f"Plan {motion.name}",
-        facts=(
-            Fact("trajectory", "", motion.name),
-            Fact("set_points", "Set points", motion.n_set_points, shown="count"),
-            Fact("knot_times", "", made.knot_times),
-            Fact("shortest_duration", "" if shortest is None else "Shortest duration", shortest, "s"),
-            *(Fact(name, "", getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
-        ),
-        parts=(Table("joints", "Extremes, between the set points too", tuple(columns)),),
-    )
-
-
-def _shown(value: float | None, scale: float) -> str:
-    # Extremes are found by calculation, which leaves round-off where they are zero.
-    return "?" if value is None else f"{value * scale if abs(value) > _ZERO else 0.0:.3g}"

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.levels import BUDGET, budget_option, level_option, simplify_options
-from gd_analyze.cli.options import command_line, digits_option, margin_option, out_option
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
-
-if TYPE_CHECKING:
-    from gd_analyze.certification.certificate import Certificate
-    from gd_analyze.result import Part, Result
+from gd_analyze.cli.options import (
+    BUDGET,
+    budget_option,
+    command_line,
+    digits_option,
+    level_option,
+    margin_option,
+    out_option,
+    simplify_options,
+)
+from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -74,19 +76,19 @@ def simplify(
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
+    if certified and (refit or operations is not None):
+        raise click.UsageError("--certified goes without --refit and --operations")
+    if margin is not None and not (certified and given.trajectories):
+        raise click.UsageError("--margin goes with --certified and a trajectory")
     require_outputs(out)
     with output.working() as stage:
-        import time
-
+        stage("reading")
         from gd_analyze.results.provenance import provenance
+        from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import SearchOptions
         from gd_analyze.simplification.simplify import simplify_exact
 
         how = SearchOptions(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
-        if certified and (refit or operations is not None):
-            raise click.UsageError("--certified goes without --refit and --operations")
-        if margin is not None and not (certified and given.trajectories):
-            raise click.UsageError("--margin goes with --certified and a trajectory")
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
         allowed = gd.Budget.parse(budget)
         start = time.perf_counter()
@@ -113,104 +115,4 @@ def simplify(
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(model, out)
-
-    output.give(_result(model, exact.states, certificate, seconds, digits), wrote=out)
-
-
-def _result(
-    model: gd.SimplifiedModel,
-    states: gd.States,
-    certificate: Certificate | None,
-    seconds: float,
-    digits: int,
-) -> Result:
-    from gd_analyze.motions.states import in_words
-    from gd_analyze.result import Column, Fact, Result, Table
-    from gd_analyze.results.model_facts import (
-        drives_text,
-        headline,
-        joint_errors,
-        norm_facts,
-        operation_facts,
-        worst_error,
-    )
-
-    accuracy, arm = model.accuracy, model.arm
-    bound = None if certificate is None else certificate.certified
-    joints = joint_errors(model, bound)
-    spread = () if accuracy.uncertainty is None else (Column("uncertainty", "", accuracy.uncertainty),)
-    certified = [None] * arm.n_joints if bound is None else bound
-    joints = replace(joints, columns=(*joints.columns, Column("certified", "", certified), *spread))
-    proven: tuple[Fact, ...] = ()
-    answer = None
-    if certificate is not None and bound is not None:
-        worst = worst_error(model, bound)
-        answer = f"Torque error at most {worst.text} (joint {worst.joint}), proven"
-        proven = (
-            Fact("certified_within", "Proven for every state", certificate.region.where),
-            Fact("", "Proof" * bool(certificate.note), certificate.note),
-        )
-    took = (
-        f"{one.operations} operations" if not one.why else f"not tried: {one.why}" for one in accuracy.levels
-    )
-    levels = [
-        Fact("", f"Level {one.level}", None, text=text)
-        for one, text in zip(accuracy.levels, took, strict=True)
-    ]
-    search = Table(
-        "search",
-        "Operations after each step of the search",
-        (
-            Column("name", "step", [step.name for step in accuracy.steps], shown="text"),
-            Column("operations", "operations", [step.operations for step in accuracy.steps], shown="count"),
-        ),
-        note="Effort used up before the end." if accuracy.cut_short else "",
-    )
-    kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
-    return Result(
-        title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
-        headline=headline(model, answer),
-        facts=(
-            Fact("arm", "", arm.name),
-            Fact("level", "Level", model.level.name, note=kept),
-            Fact("refitted", "", model.refitted),
-            Fact("drives", "", model.drives),
-            Fact("budget", "Budget", accuracy.budget),
-            Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
-            *operation_facts(model),
-            *levels,
-            Fact("levels", "", [one._asdict() for one in accuracy.levels]),
-            Fact("solved", "", accuracy.solved),
-            Fact("cut_short", "", accuracy.cut_short),
-            *proven,
-            *norm_facts(accuracy.norms, arm),
-            Fact("seconds", "Time", seconds, "s"),
-        ),
-        parts=(joints, search, *_model_parts(model, states, digits)),
-        notices=(model.notice,) if model.notice else (),
-    )
-
-
-def _model_parts(model: gd.SimplifiedModel, states: gd.States, digits: int) -> tuple[Part, ...]:
-    """What the model is: parts kept, or equations."""
-    from gd_analyze.formulas.languages import equations
-    from gd_analyze.result import Fact
-    from gd_analyze.results.recursion_parts import recursion_parts
-    from gd_analyze.simplification.element import ELEMENT, parts_of
-    from gd_analyze.simplification.recursive import RECURSIVE
-
-    if model.level is ELEMENT:
-        parts = parts_of(model.arm.n_joints)
-        kept = [part.label for part in parts if part in model.terms]
-        dropped = [part.label for part in parts if part not in model.terms]
-        return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped)
-    title = "Equations, in kg, m, s, rad"
-    written = equations("equations", title, model.formulas, model.legend, digits=digits)
-    facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
-    if model.level is not RECURSIVE:
-        return (*facts, written)
-    return (
-        *facts,
-        Fact("equations", "", list(written.lines)),
-        *recursion_parts(model, states, digits),
-    )
+    output.give(simplified_result(model, exact.states, certificate, seconds, digits), out)

@@ -6,18 +6,14 @@ from pathlib import Path
 
 import click
 
-from gd_analyze.cli.log_options import log_options, read_each
-from gd_analyze.cli.options import FILE, trajectories_argument
-from gd_analyze.cli.options import Output as OutputFile
-from gd_analyze.cli.output import Output, reporting
-from gd_analyze.cli.outputs import require_outputs
-
-# Exit code of a model that fails.
-_FAILED = 1
+import gd_analyze as gd
+from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.options import OutputPath, model_argument, trajectories_argument
+from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Pass or fail a model over files: exact, measured, box.")
-@click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
+@model_argument()
 @trajectories_argument(several="each motion is judged by itself")
 @log_options
 @click.option(
@@ -30,7 +26,7 @@ _FAILED = 1
 @click.option(
     "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show the difference left."
 )
-@click.option("--junit", type=OutputFile(), help="JUnit XML file, with a test per motion and joint.")
+@click.option("--junit", type=OutputPath(), help="JUnit XML file, with a test per motion and joint.")
 @reporting
 def validate(
     model: Path,
@@ -56,17 +52,17 @@ def validate(
     require_outputs(junit, option="--junit")
     with output.working() as stage:
         stage("reading")
-        import gd_analyze as gd
         from gd_analyze.files import write_text
+        from gd_analyze.motions.pool import motions_of
         from gd_analyze.studies.validation_result import junit_xml, validation_result
 
         loaded = gd.load_model(model)
-        motions = read_each(trajectories, loaded.arm)
+        motions = motions_of(trajectories, loaded.arm, read_motion)
         stage("validating", len(motions))
         found = gd.validate(loaded, motions, fail_over=fail_over, progress=stage.advance)
         if junit is not None:
             stage(f"writing {junit.name}")
             write_text(junit, junit_xml(found))
-    output.give(validation_result(found, fit_friction=fit_friction), wrote=junit)
+    output.give(validation_result(found, fit_friction=fit_friction), junit)
     if not found.passed:
-        click.get_current_context().exit(_FAILED)
+        click.get_current_context().exit(1)

@@ -11,6 +11,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.registry import LANGUAGES, language_class
 from gd_analyze.files import replacing_together
+from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.exact_form import ExactForm
@@ -32,6 +33,42 @@ class Exported:
         """The functions and their operations, for a notebook."""
         rows = [[each.name, each.meaning, str(each.count)] for each in self.given.functions]
         return html_of(repr(self), ["function", "gives", "operations"], rows)
+
+    def result(self) -> Result:
+        """The functions written and their operations."""
+        given, joints = self.given, self.given.arm.joints
+        of = "exact dynamics" if given.model is None else f"model of level {given.model.level}"
+        names = zip((joint.name for joint in joints), given.joints, strict=True)
+        renamed = [f"{name} is {word}" for name, word in names if name != word]
+        counted = [
+            ("multiplications", "multiplications"),
+            ("additions", "additions"),
+            ("sines_cosines", "sin and cos"),
+        ]
+        columns = [Column("function", "function", [each.name for each in given.functions], shown="text")]
+        columns += columns_of(
+            [each.count for each in given.functions], *((*pair, "count") for pair in counted)
+        )
+        return Result(
+            title=given.arm.title or given.arm.name,
+            subtitle=of,
+            facts=(
+                Fact("arm", "", given.arm.name),
+                Fact("of", "", of),
+                Fact("name", "Prefix of all names", given.name),
+                Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
+                Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
+                Fact("", "Constants", ", ".join(given.constants) or "none"),
+            ),
+            parts=(
+                Table("functions", "Functions", tuple(columns)),
+                Table(
+                    "joints",
+                    "",
+                    (*columns_of(joints, ("name", "", "text")), Column("identifier", "", given.joints)),
+                ),
+            ),
+        )
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
         """Files that `save` writes."""

@@ -46,6 +46,18 @@ def with_payload(
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
 
 
+def carrying(arm: RobotArm, body: Link) -> RobotArm:
+    """Attach a payload to an arm's end effector; its name has every number of it that is not zero."""
+    rest = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
+    while rest and rest[-1] == ",0":
+        rest.pop()
+    return dataclasses.replace(
+        with_payload(arm, body.mass, body.com, body.inertia_com),
+        name=f"{arm.name}+{body.mass:g}kg{''.join(rest)}",
+        title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
+    )
+
+
 def payload(mass: float, position: ArrayLike, inertia: ArrayLike | None = None) -> Link:
     """A body held by the last link: kg, m and kg m^2 in that link's frame.
 

@@ -1,0 +1,134 @@
+"""Results of ranking single terms, and of simplifying at every level and several budgets."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import asdict
+
+from gd_analyze.figures.trade_off import kind_name
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.result import Column, Fact, Result, Table, columns_of
+from gd_analyze.results.model_facts import drives_text
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_form import too_many_terms
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.ranking import TermRanking
+from gd_analyze.simplification.trade_off import KINDS, TradeOffPoint, curves
+
+# Shares of peak torque for which the result says how many terms they take.
+_SHARES = (0.1, 0.01, 0.001)
+
+
+def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: int) -> Result:
+    """Every term with its torque and the error without it; people see `top` of them."""
+    terms, arm, plain = ranking.terms, exact.arm, Plain()
+    formulas = [term_formula(ranked.term, ranked.weight) for ranked in terms]
+    units = [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms]
+    needed = []
+    for share in _SHARES:
+        count = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
+        if count < len(terms) or ranking.unlisted_share <= share:
+            label = f"Terms for {100 * share:g} % of peak torque"
+            needed.append(Fact(f"needed_for_{share:g}", label, count, shown="count"))
+    table = Table(
+        "terms",
+        "Torque of each term, and error without it and all below",
+        (
+            *columns_of(terms, ("rank", "", "count")),
+            Column("label", "in", [plain.symbol(formula.left) for formula in formulas], shown="text"),
+            Column("quantity", "", [ranked.term.quantity for ranked in terms]),
+            Column("term", "term", [plain.right(formula) for formula in formulas], shown="text"),
+            Column("alone_torque", "alone", [ranked.alone_torque for ranked in terms], units),
+            Column("alone_unit", "", units),
+            *columns_of(
+                terms,
+                ("alone_joint", "joint", "count"),
+                ("alone_share", "of peak", "percent"),
+                ("without_share", "without", "percent"),
+                ("without_joint", "joint", "count"),
+                ("weight", "", "number"),
+                ("below_uncertainty", "", "flag"),
+            ),
+        ),
+        top=top,
+    )
+    unlisted = f"at most {100 * ranking.unlisted_share:.2g} % of peak torque together"
+    return Result(
+        title=f"{arm.title or arm.name}: {len(terms)} {LEVELS[level].keeps}",
+        subtitle=f"ranked over {exact.states.in_words}",
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("level", "", level),
+            Fact("drives", "Drives included" * arm.counts_drives(), exact.form.drives),
+            Fact("states", "", dict(exact.states.described)),
+            *needed,
+            Fact("unlisted", "Terms not ranked" * bool(ranking.unlisted), ranking.unlisted, note=unlisted),
+            Fact("unlisted_share", "", ranking.unlisted_share),
+            Fact("torque_uncertainty", "", ranking.uncertainty),
+            Fact(
+                "not_worth_keeping",
+                "Last terms within the torque's uncertainty",
+                ranking.not_worth_keeping,
+                shown="count",
+                text="unknown: the arm states no uncertainty" if ranking.uncertainty is None else None,
+            ),
+        ),
+        parts=(table,),
+    )
+
+
+def trade_off_result(
+    points: Sequence[TradeOffPoint],
+    kinds: Collection[tuple[Level, bool]],
+    exact: ExactDynamics,
+    budget: Budget,
+) -> Result:
+    """Operations by level and budget."""
+    arm, full, by_kind = exact.arm, exact.form.operations, curves(tuple(points))
+    budgets = [point.budget for point in next(iter(by_kind.values()), ())]
+    curve = Table(
+        "",
+        "Multiplications and additions of one torque evaluation, by budget",
+        (
+            Column("", "budget", budgets, shown="text"),
+            *(
+                Column("", kind_name(level.name, refit), [p.operations.total for p in row], shown="count")
+                for (level, refit), row in by_kind.items()
+            ),
+        ),
+        note="Where no model takes fewer operations, the exact torque counts.",
+    )
+    rows = Table(
+        "points",
+        "",
+        (
+            Column("level", "", [point.level.name for point in points]),
+            *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
+            Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
+            Column("largest_share", "", [point.error_share for point in points]),
+        ),
+    )
+    saves = any(point.operations.total < full.total for point in points)
+    absent = [level.name for level, refit in KINDS if not refit and (level, refit) not in kinds]
+    exact_operations = asdict(full) | {"total": full.total}
+    drives = drives_text(arm, exact.form.drives)
+    return Result(
+        title=f"{arm.title or arm.name}: operations against torque error",
+        subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives])),
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("drives", "", exact.form.drives),
+            Fact("states", "", dict(exact.states.described)),
+            Fact("budget", "", str(budget)),
+            Fact("shares_of", "", budget.shares_of),
+            Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
+            Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
+            Fact(
+                "levels_not_tried", "Levels not tried" * bool(absent), absent, note=too_many_terms(exact.form)
+            ),
+        ),
+        parts=(curve, rows),
+    )

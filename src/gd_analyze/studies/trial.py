@@ -1,0 +1,159 @@
+"""A simplified model elsewhere than it was fitted on: its errors, with a payload too, and its losses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gd_analyze.motions.states import States, in_words, states_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.result import Column, Fact, Result, Table, columns_of, joint_columns
+from gd_analyze.results.model_facts import drives_text, norm_facts, norms_text
+from gd_analyze.robots.parts import Link
+from gd_analyze.robots.payload import carrying
+from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.simplification.evaluation import (
+    Evaluation,
+    Loss,
+    PayloadEffect,
+    evaluate,
+    losses,
+    payload_effect,
+)
+from gd_analyze.simplification.model import SimplifiedModel
+
+# Smallest share of peak torque that people see a loss of.
+_WORTH_A_LINE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A model, what the arm carried, and what came of it."""
+
+    model: SimplifiedModel  # with its accuracy along the motion, where that is one of those it was fitted on
+    fitted_on: Mapping[str, str | int]  # all that it was fitted on
+    payload: Link | None
+    evaluation: Evaluation
+    without_payload: Evaluation | None  # None where there is no payload
+    effect: PayloadEffect
+    lost: tuple[Loss, ...]  # along a motion, without a payload: there the error comes from what is dropped
+
+
+def trial_of(model: SimplifiedModel, given: Trajectory | States, body: Link | None = None) -> Trial:
+    """Evaluate a model along a motion or at states, also against its arm carrying a payload."""
+    along, fitted_on = isinstance(given, Trajectory), model.accuracy.fitted_on
+    if isinstance(given, Trajectory):
+        model = replace(model, accuracy=model.accuracy.along(given.fingerprint))
+        given = states_of(given)
+    evaluation = evaluate(model, given, model.arm if body is None else carrying(model.arm, body))
+    lost = losses(model, evaluation.dynamics) if along and body is None else ()
+    without = None if body is None else evaluate(model, given)
+    return Trial(model, fitted_on, body, evaluation, without, payload_effect(model, given), lost)
+
+
+def trial_result(trial: Trial) -> Result:
+    """Torque error per joint beside what the model promises, and the largest losses."""
+    model, effect, body, found = trial.model, trial.effect, trial.payload, trial.evaluation
+    accuracy, exact, bare, arm = model.accuracy, found.dynamics, trial.without_payload, model.arm
+    where, asked = exact.states.described, accuracy.asked.norm
+    kept = "" if asked is None else "kept here" if found.keeps(asked) else "not kept here"
+    carried = body and {"mass": body.mass, "position": body.com, "inertia": body.inertia_com}
+    within = (bare or found).within(accuracy.allowed).all()
+    fitted = in_words(trial.fitted_on) if trial.fitted_on else "states not named"
+    promised = "measured" if accuracy.measured else "stated by the file"
+    return Result(
+        title=f"{exact.arm.title or exact.arm.name}: torque error of a model of {arm.name}",
+        subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives_text(arm, model.drives)])),
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("level", "Level", model.level.name),
+            Fact("fitted_on", "Model fitted on", dict(trial.fitted_on), text=fitted),
+            Fact("budget", "Budget", accuracy.budget, note=kept),
+            Fact("promised", "", promised),
+            Fact("held_against", "", {"arm": exact.arm.name, "drives": model.drives, "payload": carried}),
+            *(Fact(key, "", where.get(key)) for key in ("trajectory", "set_points", "box", "states", "seed")),
+            *norm_facts(found.norms, exact.arm),
+            Fact("", "Norm without the payload" * bool(bare), norms_text(bare.norms if bare else ())),
+            Fact(
+                "promised_norms",
+                "Norm where the model was fitted" * (asked is not None),
+                [norm._asdict() for norm in accuracy.norms],
+                text=norms_text(accuracy.norms),
+            ),
+            Fact(
+                "mass_within_budget",
+                "Point mass at the end effector within the budget" * bool(within and effect.limiting_joint),
+                effect.largest_mass,
+                "kg",
+                note=f"joint {effect.limiting_joint} first",
+            ),
+            Fact("limiting_joint", "", effect.limiting_joint),
+        ),
+        parts=(_joints(trial), *_lost(trial)),
+    )
+
+
+def _joints(trial: Trial) -> Table:
+    model, effect, bare = trial.model, trial.effect, trial.without_payload
+    accuracy, errors, promised = model.accuracy, trial.evaluation.errors, model.accuracy.errors
+    per_joint, nothing = accuracy.asked.norm is None, [None] * model.arm.n_joints
+    units = [joint.effort_unit for joint in model.arm.joints]
+    # Where the promise was not measured again it is the file's word.
+    heading = "unloaded" if bare else "promised" if accuracy.measured else "stated"
+    beside = bare.errors if bare else promised
+    columns = [
+        *joint_columns(trial.evaluation.dynamics.arm.joints),
+        Column("peak_torque", "peak here", errors.peak_torque, units),
+        Column("largest_error", "error", errors.largest, units),
+        Column(
+            "largest_share_of_peak_here",
+            "" if per_joint else "of peak",
+            errors.largest_share,
+            shown="percent",
+        ),
+        Column("rms_error", "" if per_joint else "RMS", errors.rms, units),
+    ]
+    for key, label, values, of in (
+        ("allowed_error", "allowed", accuracy.allowed, units),
+        ("largest_of_allowed", "of allowed", share_of(errors.largest, accuracy.allowed), ""),
+        ("", heading, share_of(beside.largest, accuracy.allowed), ""),
+        ("promised_of_allowed", "", share_of(promised.largest, accuracy.allowed), ""),
+    ):
+        if per_joint:
+            columns.append(Column(key, label, values, of, "number" if of else "times"))
+        elif key:
+            columns.append(Column(key, "", nothing))
+    within = trial.evaluation.within(accuracy.allowed) if per_joint else nothing
+    columns += [
+        Column("within_allowed", "within" * per_joint, within, shown="flag"),
+        Column("peak_torque_fitted_on", "", promised.peak_torque),
+        Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
+        Column("promised_largest_error", "", promised.largest),
+        Column("largest_error_without_payload", "", bare.errors.largest if bare else nothing),
+        Column("torque_per_kg", "", effect.torque_per_kg),
+        Column("mass_within_budget", "", effect.mass_within_budget),
+    ]
+    return Table("joints", "Torque error here", tuple(columns))
+
+
+def _lost(trial: Trial) -> list[Table]:
+    """What was left out, for people only where the error is beyond the promised one."""
+    arm, accuracy, lost = trial.model.arm, trial.model.accuracy, trial.lost
+    allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(arm.n_joints, np.nan)
+    keys = ("part", "torque_peak", "torque_joint", "torque_share")
+    tables = [Table("largest_losses", "", tuple(columns_of(lost, *((key, "", "number") for key in keys))))]
+    here, promised = (share_of(x.largest, allowed) for x in (trial.evaluation.errors, accuracy.errors))
+    if not (here > promised.max()).any():
+        return tables
+    lost = tuple(loss for loss in lost if loss.torque_share >= _WORTH_A_LINE)
+    units = [arm.joints[loss.torque_joint - 1].effort_unit for loss in lost]
+    shares = [loss.torque_peak / allowed[loss.torque_joint - 1] for loss in lost]
+    columns = (
+        Column("", "what", [loss.part for loss in lost], shown="text"),
+        Column("", "torque", [loss.torque_peak for loss in lost], units),
+        Column("", "joint", [loss.torque_joint for loss in lost], shown="count"),
+        Column("", "of allowed", shares, shown="times"),
+    )
+    return [Table("", "Left out, by torque alone here", columns, top=5), *tables]
