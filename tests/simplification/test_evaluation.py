@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import warnings
 
 import numpy as np
@@ -18,7 +17,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.element import parts_of
-from gd_analyze.simplification.evaluation import evaluate, payload_effect, torque_csv
+from gd_analyze.simplification.evaluation import evaluate, payload_effect
 from gd_analyze.simplification.model import SimplifiedModel
 from made_models import allowing, exact_model, model_of_parts
 from strategies import arms_with_states, examples
@@ -65,15 +64,6 @@ def test_another_arm_is_refused(model, carrying, two_link, pick_and_place, pick_
     assert caught.value.details["where"] == "arm_fingerprint"
     with pytest.raises(ModelError, match="differs from the model in its drives"):
         evaluate(model, decompose(model.arm, pick_and_place, christoffel=False))
-
-
-def test_torques_as_csv_lose_no_digit(model, pick_and_place):
-    found = evaluate(model, pick_and_place)
-    header, *rows = csv.reader(torque_csv(pick_and_place, found).splitlines())
-    assert header == ["time", *(f"exact{i}" for i in range(1, 7)), *(f"simplified{i}" for i in range(1, 7))]
-    numbers = np.array([[float(cell) for cell in row] for row in rows])
-    expected = np.column_stack([pick_and_place.time, found.dynamics.torque, found.torque])
-    np.testing.assert_array_equal(numbers, expected)
 
 
 EPS = float(np.finfo(float).eps)

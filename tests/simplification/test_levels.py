@@ -91,7 +91,7 @@ def cheapest_by_trying_all(arm, dataset, allowed, drives=False) -> int:
     )
 
 
-@pytest.mark.parametrize("budget", ["0%", "1%", "5%", "10%", "20%", "40%", "60%", "80%", "5%,50%", "50%,5%"])
+@pytest.mark.parametrize("budget", ["0%", "5%", "20%", "60%", "5%,50%"])
 def test_no_cheaper_model_of_the_two_link_arm_exists(two_link, swing_dataset, budget):
     model = by_elements(two_link, swing_dataset, Budget.parse(budget))
     assert cost_of(two_link, model.terms) == cheapest_by_trying_all(
@@ -126,16 +126,6 @@ def test_budget_zero_drops_what_is_zero_only(puma, pick_and_place_dataset):
     labels = {part.label for part in gone}
     assert "c1" in labels  # the waist stands upright: gravity never loads it
     assert "c2" not in labels
-
-
-def test_a_larger_budget_never_costs_more(puma, pick_and_place_dataset):
-    counts = [
-        by_elements(puma, pick_and_place_dataset, of_shares(share)).operations
-        for share in (0.0, 0.001, 0.01, 0.05, 0.2)
-    ]
-    totals = [count.total + count.sines_cosines for count in counts]
-    assert totals == sorted(totals, reverse=True)
-    assert totals[-1] < totals[0]
 
 
 def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset, monkeypatch):
@@ -206,18 +196,14 @@ def test_puma_with_drives_within_one_percent_at_a_hundred_operations(puma):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("refit", [False, True])
-def test_puma_at_the_energy_level(puma, puma_energy, refit):
+def test_puma_at_the_energy_level(puma):
     states = states_in_box(puma)
-    model = simplify(puma, states, level="energy", refit=True, drives=True) if refit else puma_energy
+    model = simplify(puma, states, level="energy", refit=True, drives=True)
     assert_promise_holds(model, states, 0.01 * model.accuracy.errors.peak_torque)
     # Terms of the energies act in several joints at once: more operations than torque terms one by one, and
     # still less than half of the hand-made model's 305.
     assert model.operations.total <= 150
-    assert (model.level, model.refitted, model.drives) == (ENERGY, refit, True)
-    original = model.form.energies
-    changed = [term for term, coefficient in model.terms.items() if coefficient != original[term]]
-    assert bool(changed) == refit
+    assert (model.level, model.refitted, model.drives) == (ENERGY, True, True)
 
 
 @examples(5)
@@ -237,11 +223,10 @@ def test_the_budget_promised_is_the_error_measured(case, shares, refit):
     assert model.terms.keys() <= ENERGY.terms(ExactForm(arm)).keys()
 
 
-@pytest.mark.parametrize("level", ["term", "energy"])
-def test_an_arm_without_mass_has_nothing_to_simplify(level) -> None:
+def test_an_arm_without_mass_has_nothing_to_simplify() -> None:
     arm = two_link_of(1.0, 0.0, 0.0)
     with pytest.raises(ArmError, match=r"D is singular: joint 1 \(1\) moves no mass"):
-        simplify(arm, States(*np.ones((3, 3, 2))), level=level)
+        simplify(arm, States(*np.ones((3, 3, 2))))
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.evaluation import evaluate
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
@@ -79,7 +79,7 @@ def test_leading_axes(model):
     assert model.gravity_loading(np.empty((0, 2))).shape == (0, 2)
 
 
-@pytest.mark.parametrize("shape", [(), (1,), (3,), (4, 5), (0,)])
+@pytest.mark.parametrize("shape", [(), (4, 5)])
 def test_states_of_another_arm_are_refused(model, shape):
     with pytest.raises(ModelError, match="does not fit") as caught:
         model.gravity_loading(np.zeros(shape))
@@ -93,12 +93,8 @@ def test_error_table_by_hand():
     assert table.largest.tolist() == [3.0, 2.0]
     assert table.rms.tolist() == [np.sqrt(4.5), np.sqrt(2.0)]
     assert table.largest_share.tolist() == [0.75, np.inf]
-    assert ErrorTable.of(np.ones((2, 2)), np.ones((2, 2))).largest_share.tolist() == [0.0, 0.0]
-
-
-def test_round_off_is_no_error():
     exact = np.array([[1000.0, 0.0]])
-    assert not ErrorTable.of(exact, exact + 1e-10).largest.any()
+    assert not ErrorTable.of(exact, exact + 1e-10).largest.any()  # round-off
     assert ErrorTable.of(exact, exact + 1e-8).largest.all()
 
 
@@ -111,7 +107,7 @@ def test_it_errs_by_what_it_promises_where_it_was_made(model, swing):
 
 
 every_level = pytest.mark.parametrize("level", LEVELS.values(), ids=str)
-CASES = [("puma560", False), ("puma560", True), ("stanford", False), ("two_link", False)]
+CASES = [("puma560", True), ("stanford", False)]
 
 
 def assert_adds_up(model: SimplifiedModel, states: States) -> None:
@@ -158,19 +154,6 @@ def assert_exact(model: SimplifiedModel, states: States) -> None:
 def test_a_model_of_all_terms_is_exact(level, name, drives):
     arm = load_arm(name)
     assert_exact(exact_model(arm, drives, level), random_states(arm.n_joints, 20, 3))
-
-
-@every_level
-@pytest.mark.parametrize(
-    "name", ["two_link", *(pytest.param(name, marks=pytest.mark.slow) for name in ("puma560", "stanford"))]
-)
-def test_without_a_budget_nothing_that_acts_is_lost(level, name):
-    """Over many states what makes no torque beyond round-off anywhere makes none elsewhere."""
-    arm = load_arm(name)
-    exact = ExactDynamics.of(arm, states_in_box(arm, 100))
-    model = simplify_exact(exact, Budget.parse("0%"), SearchOptions(level, thorough=False))
-    assert not model.accuracy.errors.largest.any()
-    assert_exact(model, states_in_box(arm, 20, 1))
 
 
 @examples(6)
@@ -253,22 +236,6 @@ def test_so_it_is_of_any_arm_mechanical_systems(case, budget, refit):
     how = SearchOptions(ENERGY, refit=refit, thorough=False)
     model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
     assert_mechanical(model, states.q, states.qd)
-
-
-def test_the_term_level_is_not(puma):
-    """What the check above is able to see."""
-    exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=True)
-    model = simplify_exact(exact, Budget.parse("5%"), SearchOptions(TERM, thorough=False))
-    states = states_in_box(puma, 50, 1)
-    with pytest.raises(AssertionError):
-        assert_mechanical(model, states.q, states.qd)
-
-
-def test_inertia_is_positive_definite_wherever_looked_for(puma_energy, puma):
-    """Shown by search over 20 000 states of the box, not proven for all."""
-    inertia = puma_energy.inertia(states_in_box(puma, 20_000, 5).q)
-    least = np.linalg.eigvalsh(0.5 * (inertia + inertia.transpose(0, 2, 1)))[:, 0]
-    assert least.min() > 0.0
 
 
 def potential(model: SimplifiedModel, q: np.ndarray) -> np.ndarray:

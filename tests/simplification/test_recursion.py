@@ -77,8 +77,9 @@ def test_what_no_recursion_has(form, step, source, what):
 
 # An equation has some twenty summands and there are some hundred in a row, each rounded once; relative to
 # what is added up, which no random state makes larger than a thousand times the torque.
+
+
 _ROUNDED = 1e-10
-PUMA = load_arm("puma560")
 
 
 def evaluated(reading: Reading, states: States) -> dict[Symbol, np.ndarray]:
@@ -117,17 +118,9 @@ def assert_same_torque(form: ExactForm, changes: Mapping[Change, float], states:
 @examples(7)
 @given(arms(max_joints=7), st.integers(0, 99), st.sampled_from([0.0, 0.1, 0.4]))
 def test_the_equations_are_the_program(arm: RobotArm, seed: int, share: float):
-    form = ExactForm(arm)
-    assert_same_torque(
-        form, random_changes(form.recursion, share, seed), random_states(arm.n_joints, 5, seed)
-    )
-
-
-@pytest.mark.parametrize("arm", [PUMA, scara(), load_arm("stanford")], ids=lambda arm: arm.name)
-def test_they_are_with_drives_and_parallel_axes(arm):
-    form, states = ExactForm(arm, bool(arm.drives)), random_states(arm.n_joints, 5, 0)
-    for seed, share in enumerate((0.0, 0.05, 0.3)):
-        assert_same_torque(form, random_changes(form.recursion, share, seed), states)
+    for form in (ExactForm(arm), ExactForm(load_arm("puma560"), drives=True), ExactForm(scara())):
+        changes = random_changes(form.recursion, share, seed)
+        assert_same_torque(form, changes, random_states(form.arm.n_joints, 5, seed))
 
 
 @examples(5)
@@ -174,7 +167,7 @@ def test_the_field_a_is_what_omega_and_its_rate_make(arm: RobotArm, seed: int):
 
 
 def test_dropped_torque_is_the_difference_of_two_evaluations():
-    form, states = ExactForm(PUMA, True), random_states(6, 50, 3)
+    form, states = ExactForm(load_arm("puma560"), True), random_states(6, 50, 3)
     drawn = (random_changes(form.recursion, 0.1, seed) for seed in range(20))
     # What is taken out of quantities would change the changes.
     changes = next(some for some in drawn if not scales(form, some))

@@ -10,70 +10,51 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import gd_analyze as gd
 from budgets import of_shares
-from few_tries import few_tries
-from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.simplification import simplify as simplify_module
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import Candidates, TooManyTermsError
 from gd_analyze.simplification.effort import Work
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
+from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.level import Costs
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.search import search
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.comparison_costs import generic_chain
-from strategies import arms_with_states, examples, two_link_of
+from strategies import examples, two_link_of
 
 _FORM = ExactForm(two_link_of(1.0, 1.0, 1.0))
 
 
-def candidates_with(
-    effects: FloatArray,
-    costs: Costs,
-    parameter: np.ndarray | None = None,
-    magnitude: FloatArray | None = None,
-) -> Candidates:
-    """Candidates of any effects, whatever they stand for; by default each has a free number of its own."""
-    count = len(effects)
-    return Candidates(
-        level=TERM,
-        form=_FORM,
-        terms=dict.fromkeys(range(count), 1.0),
-        effects=effects,
-        costs=costs,
-        parameter=np.arange(count) if parameter is None else parameter,
-        magnitude=np.ones(count) if magnitude is None else magnitude,
-        ratio=np.ones(count),
-        total=count,
-    )
-
-
 @st.composite
-def candidate_sets(draw: st.DrawFn, most: int = 8) -> Candidates:
+def candidate_sets(draw: st.DrawFn) -> Candidates:
     """Effects some budgets large, costs shared by random groups."""
-    count = draw(st.integers(1, most))
+    count = draw(st.integers(1, 8))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     joints, states = draw(st.integers(1, 3)), draw(st.integers(1, 12))
-    effects = rng.normal(size=(count, joints, states)) * rng.choice([0.3, 1.0, 3.0], (count, 1, 1))
     costs = {frozenset([k]): int(rng.integers(1, 4)) for k in range(count)}
     for _ in range(draw(st.integers(0, 3))):
         members = frozenset(np.flatnonzero(rng.random(count) < 0.5).tolist())
         if len(members) > 1:
             costs[members] = int(rng.integers(1, 5))
-    return candidates_with(effects, costs, rng.integers(0, count, count), rng.uniform(0.5, 2.0, count))
+    return Candidates(
+        level=TERM,
+        form=_FORM,
+        terms=dict.fromkeys(range(count), 1.0),
+        effects=rng.normal(size=(count, joints, states)) * rng.choice([0.3, 1.0, 3.0], (count, 1, 1)),
+        costs=costs,
+        parameter=rng.integers(0, count, count),
+        magnitude=rng.uniform(0.5, 2.0, count),
+        ratio=np.ones(count),
+        total=count,
+    )
 
 
 def cost_of(candidates: Candidates, kept: np.ndarray) -> int:
-    return sum(
-        operations for members, operations in candidates.costs.items() if any(kept[k] for k in members)
-    )
+    return sum(count for members, count in candidates.costs.items() if any(kept[k] for k in members))
 
 
 def largest_error(candidates: Candidates, kept: np.ndarray, scale: np.ndarray | None = None) -> float:
@@ -130,10 +111,9 @@ def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
         change = rng.normal(size=len(kept)) * rng.choice([1e-3, 0.1, 1.0])
         other = scale + change[candidates.parameter]
         assert largest_error(candidates, kept, other) >= least - slack
-    for limit in (0.5 * least, 2.0 * least + 1e-3):
-        found = Refit(dataclasses.replace(candidates, effects=candidates.effects / limit), Work()).within(
-            kept
-        )
+    for limit in (0.5 * least + 1e-9, 2.0 * least + 1e-3):
+        scaled = dataclasses.replace(candidates, effects=candidates.effects / limit)
+        found = Refit(scaled, Work()).within(kept)
         if limit < least - slack:
             assert found is None
         elif limit > least + slack:
@@ -169,23 +149,6 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(along, level):
     assert model.accuracy.search == told + ", optimum proven" * model.accuracy.solved
 
 
-@pytest.mark.parametrize("thorough", [True, False])
-def test_the_same_search_finds_the_same(puma, swing, two_link, thorough):
-    """The integer program on a small arm, all else on a large one."""
-    models = []
-    for _ in range(2):
-        exact = (
-            ExactDynamics.of(two_link, swing)
-            if thorough
-            else ExactDynamics.of(puma, states_in_box(puma, 50), drives=True)
-        )
-        models.append(
-            simplify_exact(exact, Budget.parse("10%"), SearchOptions(refit=True, thorough=thorough))
-        )
-    assert models[0].terms == models[1].terms
-    assert repr(models[0].program.outputs) == repr(models[1].program.outputs)
-
-
 @pytest.mark.parametrize("asked", [0, 40, 10_000])
 def test_as_many_operations_as_asked_for(in_box, asked):
     model = simplify_exact(in_box, Budget(), SearchOptions(ENERGY, operations=asked, thorough=asked == 40))
@@ -214,9 +177,7 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("refit", "effort"), [(False, 1e-7), (False, 1e-4), (True, 1e-7), (True, 1e-4), (True, 1e-2)]
-)
+@pytest.mark.parametrize(("refit", "effort"), [(False, 1e-7), (True, 1e-4), (True, 1e-2)])
 def test_a_search_ends_at_its_effort(puma, refit, effort):
     """The work done is what was granted and the step begun last, and what is given keeps the budget."""
     exact = ExactDynamics.of(puma, states_in_box(puma, 200), drives=False)
@@ -233,51 +194,6 @@ def test_of_terms_too_many_to_weigh_the_next_step_is_the_recursion(rng):
     with pytest.raises(TooManyTermsError, match="too many of the 12064 terms") as caught:
         simplify_exact(exact, Budget.parse("0.1%"), SearchOptions(TERM))
     assert "--level recursive" in caught.value.details["next"]
-
-
-@few_tries()
-@examples(2)
-@given(arms_with_states(max_joints=3, count=30, massive=True), st.sampled_from([0.01, 0.1]))
-def test_no_level_that_was_tried_takes_fewer_operations(case, share):
-    exact = ExactDynamics.of(*case)
-    quick = SearchOptions(thorough=False, effort=0.1)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(simplify_module, "_FEW_JOINTS", 0)
-        patch.setattr(simplify_module, "_FEW", 0.0)
-        model = simplify_exact(exact, of_shares(share), quick)
-    took = {one.level: one.operations for one in model.accuracy.levels}
-    assert list(took) == ["term", "recursive"]
-    assert model.operations.total == min(count for count in took.values() if count is not None)
-    assert took[model.level.name] == model.operations.total
-    assert (model.accuracy.errors.counting <= model.accuracy.allowed).all()
-    for name, count in took.items():
-        if count is not None:
-            alone = simplify_exact(exact, of_shares(share), dataclasses.replace(quick, level=gd.LEVELS[name]))
-            assert alone.operations.total == count
-            assert alone.accuracy.levels == ()
-
-
-def test_where_terms_are_many_they_are_not_tried(two_link, swing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.exact_form._MOST_TERMS", 3)
-    exact = ExactDynamics.of(two_link, swing)
-    assert too_many_terms(exact.form)
-    begun: list[str] = []
-    model = simplify_exact(exact, "20%", stage=begun.append)
-    assert begun == ["searching at level recursive"]
-    assert model.level is RECURSIVE
-    assert [(one.level, one.operations) for one in model.accuracy.levels] == [
-        ("term", None),
-        ("recursive", model.operations.total),
-    ]
-
-
-def test_where_a_search_finds_too_many_to_weigh_the_other_level_is_taken(two_link, swing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.candidates.MANY", 2)
-    monkeypatch.setattr("gd_analyze.simplification.candidates._MOST", 3)
-    model = gd.simplify(two_link, swing, "1%")
-    assert model.level is RECURSIVE
-    assert [one.level for one in model.accuracy.levels if one.operations is None] == ["term"]
-    assert "matter within that budget" in str(model.accuracy.levels)
 
 
 @pytest.mark.slow

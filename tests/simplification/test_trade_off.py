@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from budgets import of_shares
 from few_tries import few_tries
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -25,7 +24,6 @@ from gd_analyze.simplification.trade_off import (
     PATH_FACTORS,
     budget_path,
     curves,
-    kinds_for,
     trade_off,
 )
 from strategies import examples, motions
@@ -58,20 +56,6 @@ def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
     model = simplify_exact(swinging, of_shares(0.05), SearchOptions(TERM))
     assert point.operations == model.operations
     assert point.error_share == model.accuracy.errors.largest_share.max()
-
-
-def test_levels_of_many_terms_are_left_out(swinging, monkeypatch):
-    assert kinds_for(swinging.form) == KINDS
-    monkeypatch.setattr("gd_analyze.simplification.exact_form._MOST_TERMS", 3)
-    assert kinds_for(swinging.form) == ((ELEMENT, False), (RECURSIVE, False))
-    points = trade_off(swinging, thorough=False, factors=(1.0, 5.0))
-    assert {point.level for point in points} == {ELEMENT, RECURSIVE}
-
-
-def test_where_too_many_terms_matter_the_exact_torque_is_every_point(swinging, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.candidates._MOST", 3)
-    for point in trade_off(swinging, thorough=False, factors=(1.0, 5.0), kinds=((TERM, False), (TERM, True))):
-        assert (point.operations, point.error_share) == (swinging.form.operations, 0.0)
 
 
 ONE_PERCENT = Budget()

@@ -99,34 +99,6 @@ def test_it_is_the_root_of_the_squares_of_what_each_parameter_does(case, about, 
     assert np.abs(found - np.sqrt(squares)).max() <= 2 * bound * np.sqrt(10 * arm.n_joints)
 
 
-def test_monte_carlo_over_the_parameters(two_link, rng):
-    states = states_in_box(two_link, 5)
-    uncertainties = [
-        LinkUncertainty(0.02, np.array([0.004, 0.003, 0.002]), 0.01 * np.eye(3)),
-        LinkUncertainty(0.01, np.array([0.003, 0.002, 0.004]), 0.005 * np.ones((3, 3)), "origin"),
-    ]
-    thick = two_link
-    for s in range(2):
-        thick = with_link(thick, s, inertia_com=np.diag([0.15, 0.2, 0.2]))
-    draws = []
-    for _ in range(4000):
-        arm = thick
-        for s, uncertainty in enumerate(uncertainties):
-            weights = rng.normal(size=10)
-            parts = [
-                tuple(w * part for part in p) for w, p in zip(weights, parameters(uncertainty), strict=True)
-            ]
-            change = [sum(p[k] for p in parts) for k in range(3)]
-            arm = with_link(arm, s, **moved(thick.links[s], uncertainty.inertia_about, *change))
-        draws.append(torque(arm, states))
-    for s, uncertainty in enumerate(uncertainties):
-        thick = stated(thick, s, uncertainty)
-    found = torque_uncertainty(thick, states)
-    # A standard deviation of N draws is itself uncertain by 1 / sqrt(2 N), 1.1 % here; four times that. What
-    # goes beyond the first order is com's relative uncertainty squared, below 1e-4.
-    np.testing.assert_allclose(found, np.std(draws, axis=0), rtol=4 / np.sqrt(2 * 4000))
-
-
 def pendulum(uncertainty: LinkUncertainty | None, drives: tuple[Drive, ...] = ()) -> RobotArm:
     """A rod of 2 kg, hanging in a vertical plane, com at 0.4 m of 1 m from the joint."""
     link = Link(
@@ -167,14 +139,6 @@ def test_closed_forms_of_a_pendulum(uncertainty, effect):
     found = torque_uncertainty(pendulum(uncertainty), STATES)
     # Some ten products of numbers of order 1, and a root of their squares.
     np.testing.assert_allclose(found, np.abs(effect), rtol=0, atol=40 * EPS)
-
-
-def test_what_slides_lifts_its_mass():
-    link = Link("slide", 2.0, np.zeros(3), np.zeros((3, 3)), uncertainty=LinkUncertainty(mass=0.1))
-    lift = RobotArm("lift", (Joint("1", "prismatic"),), (link,))
-    np.testing.assert_allclose(
-        torque_uncertainty(lift, STATES), 0.1 * np.abs(ACCELERATION + 9.8062), rtol=4 * EPS
-    )
 
 
 def test_drives_count_where_they_are_part_of_the_torque(puma):
