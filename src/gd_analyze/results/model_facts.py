@@ -12,18 +12,18 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import share_of
-from gd_analyze.simplification.budget import NormShare
+from gd_analyze.simplification.measures import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import percent
 
 
 class WorstError(NamedTuple):
-    """The error of the joint that is off most; `of` says what a share is of, and is "" of a torque."""
+    """The error of the joint that is off most, in the terms of the budget."""
 
-    joint: int  # which one, from 1
-    value: float  # A share, or a torque in `unit`
-    is_bound: bool  # whether it is a bound, which is rounded up
-    of: str  # "peak torque", "allowed error", "" for a torque
+    joint: int  # from 1
+    value: float  # a share, or a torque in `unit`
+    is_bound: bool  # a bound is rounded up
+    of: str  # "peak torque", "allowed error"; "" of a torque
     unit: str  # of a torque
 
     @property
@@ -44,7 +44,7 @@ class WorstError(NamedTuple):
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
-    """Find the joint that is off most, in the terms of the model's budget; by its stated errors by default.
+    """Find the joint that is off most, by the model's stated errors or by a bound, N m, shape (n,).
 
     A budget in shares of peak torque is answered in these, one in N m for all joints in N m, any other in
     shares of the allowed error.
@@ -60,16 +60,14 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
 
 def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
-    count, full = model.operations, model.operations_full
+    counts = (
+        ("operations", "Operations of the model", model.operations),
+        ("operations_full", "Operations of the exact torque", model.operations_full),
+    )
     return (
-        Fact(
-            "operations", "Operations of the model", asdict(count) | {"total": count.total}, text=str(count)
-        ),
-        Fact(
-            "operations_full",
-            "Operations of the exact torque",
-            asdict(full) | {"total": full.total},
-            text=str(full),
+        *(
+            Fact(key, label, asdict(count) | {"total": count.total}, text=str(count))
+            for key, label, count in counts
         ),
         Fact("saves", "", model.saves),
     )
@@ -77,30 +75,26 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
     """Errors that a model states of its joints, and what is proven of them, N m, shape (n,), where known."""
-    accuracy, errors, arm = model.accuracy, model.accuracy.errors, model.arm
-    units = [joint.effort_unit for joint in arm.joints]
+    accuracy, errors, saves = model.accuracy, model.accuracy.errors, model.saves
+    units = [joint.effort_unit for joint in model.arm.joints]
     is_norm, of = accuracy.asked.norm is not None, accuracy.asked.shares_of.removesuffix(" torque")
     of = "of allowed" if of.startswith("allowed") else f"of {of}"
-    nothing = [None] * arm.n_joints
+    nothing = [None] * model.arm.n_joints
     known = proven is not None and bool(np.isfinite(proven).all())
     columns = [
-        *joint_columns(arm.joints),
+        *joint_columns(model.arm.joints),
         Column("peak_torque", "peak torque", errors.peak_torque, units),
-        Column(
-            "allowed_error", "" if is_norm else "allowed", nothing if is_norm else accuracy.allowed, units
-        ),
-        Column("largest_error", "error" if model.saves else "", errors.largest, units),
-        Column("", of if model.saves else "", accuracy.shares, shown="percent"),
-        Column("rms_error", "RMS" if model.saves and not known else "", errors.rms, units),
+        Column("allowed_error", "allowed" * (not is_norm), nothing if is_norm else accuracy.allowed, units),
+        Column("largest_error", "error" * saves, errors.largest, units),
+        Column("", of * saves, accuracy.shares, shown="percent"),
+        Column("rms_error", "RMS" * (saves and not known), errors.rms, units),
         Column("largest_share", "", errors.largest_share),
         Column("rms_share", "", errors.rms_share),
         Column("largest_of_allowed", "", nothing if is_norm else share_of(errors.largest, accuracy.allowed)),
     ]
-    if proven is not None and known and model.saves:
-        columns += [
-            Column("", "proven", proven, units, "bound"),
-            Column("", of, accuracy.shares_of(proven), shown="bound_percent"),
-        ]
+    if proven is not None and known and saves:
+        columns.append(Column("", "proven", proven, units, "bound"))
+        columns.append(Column("", of, accuracy.shares_of(proven), shown="bound_percent"))
     return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
 
 

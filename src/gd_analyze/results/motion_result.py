@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 # Verdicts that say that an element does not matter.
 _NOTHING = {"negligible", "neither"}
 # Elements that a fact names, and motions that have a column each.
-_NAMED, _MOST_COLUMNS = 8, 12
+_NAMED, MOST_COLUMNS = 8, 12
 # A motion that allows a joint so many times less than others is named: it may be what costs the operations.
 _STRICT = 20.0
 # Where to look for the reason why a measured torque contradicts the model.
@@ -43,24 +43,29 @@ def effect_of(row: Row, what: str = "verdict") -> str:
     return "gravity" if row["quantity"] == "gravity_loading" and effect not in _NOTHING else effect
 
 
+def mark_of(verdict: str) -> str:
+    """A verdict where there is no room for words."""
+    return "–" if verdict == "negligible" else LETTERS[verdict]
+
+
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
     """Measured torque beside the model's, and the friction fitted; nothing where none was measured."""
     if "measured_torque" not in findings.tables:
         return ()
     table = findings.tables["measured_torque"]
-    parts: list[Part] = [
+    parts = (
         Fact("described", "", is_described(table)),
         Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
         measured_table(table, findings.arm),
         *friction_tables(table, findings.arm),
-    ]
-    return (Section("measured_torque", "", tuple(parts)),)
+    )
+    return (Section("measured_torque", "", parts),)
 
 
 def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
     """Measured torque beside the exact one, joint by joint."""
     rows = [
-        row | {"effort_unit": joint.effort_unit, "shown_verdict": verdict_text(row)}
+        row | {"effort_unit": joint.effort_unit, "shown_verdict": _verdict_text(row)}
         for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
     ]
     labels = {
@@ -70,41 +75,34 @@ def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
         "explained": ("explained", "", "percent"),
         "shown_verdict": ("verdict", "", "text"),
     }
-    title = "Measured torque beside the exact one"
-    return table_of("joints", title, rows, labels)
+    return table_of("joints", "Measured torque beside the exact one", rows, labels)
 
 
 def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple[Table, ...]:
     """Friction and offset fitted to each joint's difference, with standard errors, where it was asked for."""
     if "coulomb" not in table:
         return ()
-    rows = rows_of(table, "joint")
-    efforts = [joint.effort_unit for joint in arm.joints]
-    viscous = [UNITS["viscous"][unit == "N m"] for unit in efforts]
-
-    def cells(name: str, units: Sequence[str]) -> list[str]:
-        known = ((row[name], row[f"{name}_error"]) for row in rows)
-        pairs = zip(known, units, strict=True)
-        return [
-            "–" if value is None else f"{with_error(value, error or 0.0, 1)} {unit}"
-            for (value, error), unit in pairs
+    rows, efforts = rows_of(table, "joint"), [joint.effort_unit for joint in arm.joints]
+    units = {
+        "coulomb": ("Coulomb", efforts),
+        "viscous": ("viscous", [UNITS["viscous"][unit == "N m"] for unit in efforts]),
+        "offset": ("offset", efforts),
+    }
+    columns = [*joint_columns(arm.joints)]
+    for name, (label, of_joints) in units.items():
+        cells = [
+            "–" if row[name] is None else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {unit}"
+            for row, unit in zip(rows, of_joints, strict=True)
         ]
-
-    columns = (
-        *joint_columns(arm.joints),
-        Column("", "Coulomb", cells("coulomb", efforts), shown="text"),
-        Column("", "viscous", cells("viscous", viscous), shown="text"),
-        Column("", "offset", cells("offset", efforts), shown="text"),
-        Column("", "RMS left", [row["rms_beside_friction"] for row in rows], efforts),
-    )
+        columns.append(Column("", label, cells, shown="text"))
+    columns.append(Column("", "RMS left", [row["rms_beside_friction"] for row in rows], efforts))
     title = f"Friction and offset fitted to the difference{beside}, with standard errors"
-    return (Table("", title, columns),)
+    return (Table("", title, tuple(columns)),)
 
 
-def verdict_text(row: Mapping[str, Any]) -> str:
+def _verdict_text(row: Row) -> str:
     """How a joint's measurement and model go together: "too light by a factor 1.9"."""
-    verdict: str = row["verdict"]
-    slope = row["slope_beside_friction"]
+    verdict, slope = str(row["verdict"]), row["slope_beside_friction"]
     if verdict == "another joint's":
         return f"follows the model of joint {row['resembles']}"
     if verdict in ("too light", "too heavy") and slope:
@@ -124,7 +122,7 @@ def torque_warning(table: xr.Dataset, arm: str) -> str:
     """At which joints a model is not what was measured, and what to check."""
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
     places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
-    said = "; ".join(f"joint {row['joint']} {verdict_text(row)}" for row in rows)
+    said = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
     return f"measured torques contradict the model of {arm}: {said}. Check {', '.join(places)}"
 
 
@@ -136,13 +134,16 @@ def motion_rows(findings: Findings) -> list[Row]:
     """
     table = findings.tables["motions"]
     used = share_of(table.largest_error.values, table.allowed_error.values)
+    alone = {
+        "motion": "motion",
+        "origin": "motion_origin",
+        "set_points": "set_points",
+        "duration": "duration",
+    }
     per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
     return [
         {
-            "motion": str(table.motion.values[k]),
-            "origin": str(table.motion_origin.values[k]),
-            "set_points": int(table.set_points.values[k]),
-            "duration": float(table.duration.values[k]),
+            **{name: table[stored].values[k].item() for name, stored in alone.items()},
             **{name: table[name].values[k].tolist() for name in per_joint},
             "used": used[k].tolist(),
             "worst": float(used[k].max()),
@@ -158,25 +159,23 @@ def verdict_rows(findings: Findings) -> list[Row]:
     That an element is zero along one motion and negligible along another is no change.
     """
     table = findings.tables["motions"]
+    names = ("element", "quantity", "verdict", "torque_share")
     rows = []
-    for k, element in enumerate(table.element.values.tolist()):
-        quantity = str(table.quantity.values[k])
-        found = table.verdict.values[k].tolist()
+    for element, quantity, found, shares in zip(
+        *(table[name].values.tolist() for name in names), strict=True
+    ):
         verdicts = [effect_of({"quantity": quantity, "verdict": verdict}) for verdict in found]
-        rows.append(
-            {
-                "element": element,
-                "verdicts": verdicts,
-                "torque_shares": table.torque_share.values[k].tolist(),
-                "changes": len({"" if verdict in _NOTHING else verdict for verdict in verdicts}) > 1,
-            }
-        )
+        changes = len({"" if verdict in _NOTHING else verdict for verdict in verdicts}) > 1
+        rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows
 
 
-def mark_of(verdict: str) -> str:
-    """A verdict where there is no room for words."""
-    return "–" if verdict == "negligible" else LETTERS[verdict]
+def worst_fact(rows: Sequence[Row]) -> Fact:
+    """The largest share of what is allowed along any motion, of rows of `motion_rows`."""
+    worst = max(rows, key=lambda row: row["worst"])
+    where = f"joint {worst['joint']} along {worst['motion']}"
+    label = "Largest share of the allowed error"
+    return Fact("worst_of_allowed", label, worst["worst"], shown="percent", note=where)
 
 
 def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]:
@@ -184,8 +183,8 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
     if "motions" not in findings.tables:
         return ()
     rows, verdicts = motion_rows(findings), verdict_rows(findings)
-    worst = max(rows, key=lambda row: row["worst"])
     changing = [row for row in verdicts if row["changes"]]
+    names = [row["element"] for row in changing]
     labels = {
         "motion": ("motion", "", "name"),
         "set_points": ("set points", "", "count"),
@@ -194,30 +193,18 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
         "joint": ("joint", "", "count"),
     }
     parts: list[Part] = [
-        Fact(
-            "worst_of_allowed",
-            "Largest share of the allowed error",
-            worst["worst"],
-            shown="percent",
-            note=f"joint {worst['joint']} along {worst['motion']}",
-        ),
-        Fact(
-            "changing",
-            "Verdicts that differ by motion",
-            [row["element"] for row in changing],
-            text=_named([row["element"] for row in changing]),
-        ),
+        worst_fact(rows),
+        Fact("changing", "Verdicts that differ by motion", names, text=_named(names)),
         table_of("each", "Motions", rows, labels),
         Fact("verdicts", "", verdicts),
     ]
-    if changing and len(rows) <= _MOST_COLUMNS:
-        marks = [
-            Column("", row["motion"], [mark_of(one["verdicts"][k]) for one in changing], shown="text")
-            for k, row in enumerate(rows)
-        ]
-        names = Column("", "element", [row["element"] for row in changing], shown="text")
+    if changing and len(rows) <= MOST_COLUMNS:
+        columns = [Column("", "element", names, shown="text")]
+        for k, row in enumerate(rows):
+            marks = [mark_of(one["verdicts"][k]) for one in changing]
+            columns.append(Column("", row["motion"], marks, shown="text"))
         title = "Dominant effect along each motion: T translation, R rotation, – negligible"
-        parts.append(Table("", title, (names, *marks), top=top))
+        parts.append(Table("", title, tuple(columns), top=top))
     return (Section("motions", "", tuple(parts)),)
 
 
@@ -231,14 +218,13 @@ def strict_notice(findings: Findings) -> str:
     if "motions" not in findings.tables:
         return ""
     table, arm, asked = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
-    allowed = table.allowed_error.values
+    allowed, names = table.allowed_error.values, table.motion.values
     ratio = allowed.max(axis=0) / allowed.min(axis=0)
     if not (ratio >= _STRICT).any() or not asked.wholes & {"peak", "uncertainty"}:
         return ""
     joint = int(ratio.argmax())
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
-    names, peak = table.motion.values, float(table.peak_torque.values[least, joint])
-    needs = amount(peak, arm.joints[joint].effort_unit)
+    needs = amount(float(table.peak_torque.values[least, joint]), arm.joints[joint].effort_unit)
     said = (
         f"Joint {joint + 1} needs at most {needs} along {names[least]} and is allowed "
         f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
@@ -256,10 +242,9 @@ def is_recorded(findings: Findings) -> bool:
     return "recording" in findings.tables
 
 
-def noise_rows(findings: Findings) -> list[Row]:
+def _noise_rows(findings: Findings) -> list[Row]:
     """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
-    names = ["cutoff", "noise_q", "noise_qdd", "torque_noise"]
-    rows = rows_of(findings.tables["recording"][names], "joint")
+    table = findings.tables["recording"][["cutoff", "noise_q", "noise_qdd", "torque_noise"]]
     allowed = findings.model.accuracy.allowed.tolist()
     return [
         row
@@ -271,7 +256,7 @@ def noise_rows(findings: Findings) -> list[Row]:
             "allowed": budget,
             "of_allowed": row["torque_noise"] / budget,
         }
-        for row, joint, budget in zip(rows, findings.arm.joints, allowed, strict=True)
+        for row, joint, budget in zip(rows_of(table, "joint"), findings.arm.joints, allowed, strict=True)
     ]
 
 
@@ -280,9 +265,10 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     if not is_recorded(findings):
         return ()
     table = findings.tables["recording"]
-    elements, noise = table.element.values, table.element_noise.values
-    within = elements[table.within_noise.values].tolist()
-    undecided = elements[table.verdict_open.values].tolist()
+    within, undecided = (
+        table.element.values[table[name].values].tolist() for name in ("within_noise", "verdict_open")
+    )
+    noisy = f"Elements of D within twice the noise, of {np.count_nonzero(table.element_noise.values)}"
     labels = {
         "cutoff": ("cut-off", "Hz"),
         "noise_q": ("noise of q", "@unit"),
@@ -293,21 +279,12 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     columns = [
         {key.removeprefix("column_"): value for key, value in row.items()} for row in rows_of(table, "column")
     ]
+    open_ = "Elements whose verdict the noise decides"
     parts = (
         Fact("treatment", "", table.attrs["treatment"].split("\n")),
-        Fact(
-            "within_noise",
-            f"Elements of D within twice the noise, of {np.count_nonzero(noise)}" * bool(within),
-            within,
-            text=_named(within),
-        ),
-        Fact(
-            "verdict_open",
-            "Elements whose verdict the noise decides" * bool(undecided),
-            undecided,
-            text=_named(undecided),
-        ),
-        table_of("joints", "Noise of the readings (standard deviation)", noise_rows(findings), labels),
+        Fact("within_noise", noisy * bool(within), within, text=_named(within)),
+        Fact("verdict_open", open_ * bool(undecided), undecided, text=_named(undecided)),
+        table_of("joints", "Noise of the readings (standard deviation)", _noise_rows(findings), labels),
         Fact("elements", "", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
         Fact("columns", "", columns),
     )
@@ -318,14 +295,12 @@ def recording_notices(findings: Findings) -> list[str]:
     """That the motion was measured, and where its noise exceeds the budget; nothing of a plan."""
     if not is_recorded(findings):
         return []
-    table = findings.tables["recording"]
+    table, rows = findings.tables["recording"], _noise_rows(findings)
+    smoothed = table.attrs["treatment"].split("\n")[-1].partition(";")[0]
     if findings.trajectory.motions:
         lowest = number(float(table.cutoff.values.min()))
         smoothed = f"readings smoothed without delay, cut-off {lowest} Hz or higher"
-    else:
-        smoothed = table.attrs["treatment"].split("\n")[-1].partition(";")[0]
     said = [f"Measured motion, not a plan: {smoothed}."]
-    rows = noise_rows(findings)
     beyond = [row["joint"] for row in rows if row["of_allowed"] > 1.0]
     if beyond:
         said.append(

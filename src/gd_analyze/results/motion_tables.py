@@ -14,6 +14,7 @@ from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.logged import ColumnUse, Recording
 from gd_analyze.motions.trajectory import Motion, Trajectory
+from gd_analyze.results.run_tables import joint_names
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import Accuracy
@@ -26,14 +27,55 @@ if TYPE_CHECKING:
 _ABOUT = ("start", "origin", "derivatives_from", "fingerprint")
 # What of the ranking of the elements is told motion by motion.
 _RANKED = ("verdict", "dominant", "torque_share", "torque_joint")
+# Standard deviations within which noise stays nearly always.
+_NEARLY_ALWAYS = 3.0
+# Times the noise's own torque up to which a torque may be noise: at ends of a stretch there is more of it.
+_MAY_BE_NOISE = 2.0
+# Set points at which D is looked at, evenly spaced.
+_MOST = 1000
+
+
+def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
+    """Tabulate the motion."""
+    gaps = {"stretch_from": [1, *(row + 1 for row in trajectory.gaps)]} if trajectory.gaps else {}
+    return table(
+        "trajectory",
+        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd, **gaps},
+        arm.is_revolute,
+        _over_time(trajectory),
+        {
+            "name": trajectory.name,
+            "origin": trajectory.origin,
+            "velocities": trajectory.derivatives_from,
+            "fingerprint": trajectory.fingerprint,
+        },
+    )
+
+
+def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
+    """The motion that was tabulated."""
+    motion = tables["trajectory"]
+    gaps = (motion.stretch_from.values[1:] - 1).tolist() if "stretch_from" in motion else ()
+    return Trajectory(
+        *(motion[name].values for name in ("time", "q", "qd", "qdd")),
+        *(motion.attrs[name] for name in ("name", "origin", "velocities")),
+        gaps=tuple(gaps),
+        motions=_motions_in(tables["motions"]) if "motions" in tables else (),
+        recording=_recording_in(tables) if "recording" in tables else None,
+    )
 
 
 def rank_by_motion(
     arm: RobotArm, dataset: xr.Dataset, trajectory: Trajectory, allowed: Sequence[FloatArray]
 ) -> list[xr.Dataset]:
     """Rank the elements along each motion by itself, given what the budget allows there, N m, shape (n,)."""
-    alone = [_alone(arm, dataset, motion) for motion in trajectory.motions]
-    return [rank(part, budget=budget) for part, budget in zip(alone, allowed, strict=True)]
+    ranked = []
+    for motion, budget in zip(trajectory.motions, allowed, strict=True):
+        part = dataset.isel(time=motion.rows)
+        bound = round_off_bounds(arm, *(part[name].values for name in ("q", "qd", "qdd")))["torque"]
+        round_off = round_off_of(part.torque.values, bound)
+        ranked.append(rank(part.assign_attrs(torque_round_off=round_off), budget=budget))
+    return ranked
 
 
 def motions_table(
@@ -44,63 +86,39 @@ def motions_table(
     accuracy: Accuracy,
 ) -> xr.Dataset:
     """Tabulate what is found along each motion by itself, in the order of the ranking over all of them."""
-    along, labels = accuracy.motions, dominance.element.values
+    motions, along, labels = trajectory.motions, accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
-    turning = arm.is_revolute
-    columns: dict[str, Any] = {
-        name: np.stack([one[name].values for one in ranked], axis=1) for name in _RANKED
-    }
-    times = [trajectory.time[motion.rows] for motion in trajectory.motions]
+    times = [trajectory.time[motion.rows] for motion in motions]
     return table(
         "motions",
         {
-            "set_points": [motion.n_set_points for motion in trajectory.motions],
+            "set_points": [motion.n_set_points for motion in motions],
             "duration": [float(time[-1] - time[0]) for time in times],
             "peak_torque": np.array([one.errors.peak_torque for one in along]),
             "allowed_error": np.array([one.allowed for one in along]),
             "largest_error": np.array([one.errors.largest for one in along]),
             "rms_error": np.array([one.errors.rms for one in along]),
-            **columns,
+            **{name: np.stack([one[name].values for one in ranked], axis=1) for name in _RANKED},
         },
-        turning,
+        arm.is_revolute,
         {
-            "motion": [motion.name for motion in trajectory.motions],
+            "motion": [motion.name for motion in motions],
             **{
-                f"motion_{name}": ("motion", [getattr(motion, name) for motion in trajectory.motions])
-                for name in _ABOUT
+                f"motion_{name}": ("motion", [getattr(motion, name) for motion in motions]) for name in _ABOUT
             },
-            "joint_name": ("joint", [joint.name for joint in arm.joints]),
+            **joint_names(arm),
             "element": labels,
             "quantity": ("element", dominance.quantity.values),
         },
     )
 
 
-def motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:
+def _motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:
     """Which set points are whose, of the table."""
     ends = np.cumsum(motions.set_points.values).tolist()
-    rows = zip(motions.motion.values.tolist(), [0, *ends[:-1]], ends, strict=True)
-    described = zip(
-        *(motions[f"motion_{name}"].values.tolist() for name in _ABOUT),
-        strict=True,
-    )
-    return tuple(Motion(*row, *more) for row, more in zip(rows, described, strict=True))
-
-
-def _alone(arm: RobotArm, dataset: xr.Dataset, motion: Motion) -> xr.Dataset:
-    """The decomposition of one motion, and what is round-off there."""
-    part = dataset.isel(time=motion.rows)
-    states = (part[name].values for name in ("q", "qd", "qdd"))
-    bound = round_off_bounds(arm, *states)["torque"]
-    return part.assign_attrs(torque_round_off=round_off_of(part.torque.values, bound))
-
-
-# Standard deviations within which noise stays nearly always.
-_NEARLY_ALWAYS = 3.0
-# Times the noise's own torque up to which a torque may be noise: at ends of a stretch there is more of it.
-_MAY_BE_NOISE = 2.0
-# Set points at which D is looked at, evenly spaced.
-_MOST = 1000
+    about = (motions[f"motion_{name}"].values.tolist() for name in _ABOUT)
+    rows = zip(motions.motion.values.tolist(), [0, *ends[:-1]], ends, *about, strict=True)
+    return tuple(Motion(*row) for row in rows)
 
 
 def recording_table(
@@ -119,7 +137,6 @@ def recording_table(
     made = _of_elements(inertia, trajectory.qdd[points], dominance)
     peak = dominance.torque_peak.values
     floor = np.asarray(dominance.attrs["floor"])[dominance.torque_joint.values - 1]
-    columns = recording.columns
     return table(
         "recording",
         {
@@ -131,32 +148,28 @@ def recording_table(
             "element_noise": noise,
             "within_noise": (noise > 0.0) & (made <= _MAY_BE_NOISE * noise),
             "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= _NEARLY_ALWAYS * noise),
-            "column_role": np.array([use.role for use in columns], dtype=str),
-            "column_joint": np.array([use.joint for use in columns], dtype=str),
-            "column_unit": np.array([use.unit for use in columns], dtype=str),
-            "column_why": np.array([use.why for use in columns], dtype=str),
+            **{f"column_{name}": _words(recording, name) for name in ("role", "joint", "unit", "why")},
         },
         arm.is_revolute,
         {
-            "time": ("time", trajectory.time, {"units": "s"}),
+            **_over_time(trajectory),
             "element": dominance.element.values,
             "torque_unit": ("element", dominance.torque_unit.values),
-            "column": np.array([use.column for use in columns], dtype=str),
+            "column": _words(recording, "column"),
         },
         {"treatment": "\n".join(recording.treatment)},
     )
 
 
-def recording_in(tables: Mapping[str, xr.Dataset]) -> Recording | None:
-    """Recording of a motion that was tabulated; None where there is none."""
-    if "recording" not in tables:
-        return None
+def _words(recording: Recording, name: str) -> np.ndarray:
+    return np.array([getattr(use, name) for use in recording.columns], dtype=str)
+
+
+def _recording_in(tables: Mapping[str, xr.Dataset]) -> Recording:
+    """Recording of a motion that was tabulated."""
     found, torques = tables["recording"], tables.get("measured_torque")
-    columns = zip(
-        *(found[name].values.tolist() for name in ("column", "column_role", "column_joint")),
-        *(found[name].values.tolist() for name in ("column_unit", "column_why")),
-        strict=True,
-    )
+    names = ("column", "column_role", "column_joint", "column_unit", "column_why")
+    columns = zip(*(found[name].values.tolist() for name in names), strict=True)
     treatment = found.attrs["treatment"]
     return Recording(
         q=found.q_read.values,
@@ -177,12 +190,10 @@ def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) ->
     """
     of_label = {element.label: element for element in elements(qdd.shape[1])}
     out = np.zeros(dominance.sizes["element"])
-    there = dominance.peak.values > 0.0
-    for row, (label, joint) in enumerate(
-        zip(dominance.element.values.tolist(), dominance.torque_joint.values.tolist(), strict=True)
-    ):
+    rows = zip(*(dominance[name].values for name in ("element", "torque_joint", "peak")), strict=True)
+    for row, (label, joint, peak) in enumerate(rows):
         element = of_label[label]
-        if element.j is not None and there[row]:
+        if element.j is not None and peak > 0.0:
             # At one of its joints it makes torque of the other's acceleration.
             other = element.i if element.j == joint - 1 else element.j
             out[row] = np.sqrt(np.square(inertia[:, element.i, element.j] * qdd[:, other]).mean())
@@ -216,35 +227,10 @@ def measured_torque_table(
             values |= {name: friction.terms[:, k], f"{name}_error": friction.errors[:, k]}
         for name in ("rms", "correlation", "explained"):
             values[f"{name}_beside_friction"] = getattr(friction, name)
-    return table(
-        "measured_torque",
-        values,
-        arm.is_revolute,
-        {
-            "time": ("time", trajectory.time, {"units": "s"}),
-            "joint_name": ("joint", [joint.name for joint in arm.joints]),
-        },
-        {"compared": comparison.compared, "filter": int(recording.cutoff is not None)},
-    )
+    attributes = {"compared": comparison.compared, "filter": int(recording.cutoff is not None)}
+    coordinates = _over_time(trajectory) | joint_names(arm)
+    return table("measured_torque", values, arm.is_revolute, coordinates, attributes)
 
 
-def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
-    """Tabulate the motion."""
-    gaps = {"stretch_from": [1, *(row + 1 for row in trajectory.gaps)]} if trajectory.gaps else {}
-    return table(
-        "trajectory",
-        {"q": trajectory.q, "qd": trajectory.qd, "qdd": trajectory.qdd, **gaps},
-        arm.is_revolute,
-        {"time": ("time", trajectory.time, {"units": "s"})},
-        {
-            "name": trajectory.name,
-            "origin": trajectory.origin,
-            "velocities": trajectory.derivatives_from,
-            "fingerprint": trajectory.fingerprint,
-        },
-    )
-
-
-def gaps_in(motion: xr.Dataset) -> tuple[int, ...]:
-    """Gaps of a trajectory that was tabulated."""
-    return tuple((motion.stretch_from.values[1:] - 1).tolist()) if "stretch_from" in motion else ()
+def _over_time(trajectory: Trajectory) -> dict[str, Any]:
+    return {"time": ("time", trajectory.time, {"units": "s"})}

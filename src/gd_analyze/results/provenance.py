@@ -11,8 +11,6 @@ from typing import Any
 from gd_analyze import __version__
 from gd_analyze.files import mark_of
 
-_PASSING = ("created", "command")
-
 
 def provenance(command: str) -> dict[str, str]:
     """Flat description of where a result comes from, stored with it and shown in every report."""
@@ -29,10 +27,8 @@ def provenance(command: str) -> dict[str, str]:
 def provenance_of_run(
     command: str, asked: Sequence[Any], everything: Any, *, repeats: bool
 ) -> dict[str, str]:
-    """Describe a run that writes several files, and mark it: the mark is the entry "run".
-
-    `repeats` says whether the same inputs give the same results, and so the same mark.
-    """
+    """The same with the mark of a run as "run": of one that `repeats`, time and command do not count."""
     source = provenance(command)
-    lasting = {key: value for key, value in source.items() if not repeats or key not in _PASSING}
+    passing = ("created", "command") if repeats else ()
+    lasting = {key: value for key, value in source.items() if key not in passing}
     return source | {"run": mark_of(asked, [everything, lasting])}

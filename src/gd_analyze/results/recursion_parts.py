@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States
 from gd_analyze.result import Column, Part, Section, Table
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursion_losses import (
-    LinkParameter,
-    first_terms,
-    link_parameters,
-    omissions,
-)
+from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
 from gd_analyze.simplification.recursion_reading import MEANINGS
 from gd_analyze.simplification.recursive import RECURSIVE
 
@@ -28,47 +21,40 @@ def recursion_parts(model: SimplifiedModel, states: States, digits: int) -> tupl
     meanings = tuple(f"{', '.join(map(plain.symbol, symbols))}: {words}" for symbols, words in MEANINGS)
     explained = equations("", "Symbols of the equations, in kg, m, s, rad", (), reading.legend, digits=digits)
     return (
-        *_parameters(link_parameters(model.form, model.terms)),
+        *_parameters(model),
         _left_out(model, states, plain),
         Section("", explained.title, (), "; ".join((*explained.legend_lines, *meanings)) + "."),
         *(equations("", passage.heading, passage.formulas, digits=digits) for passage in reading.passages),
     )
 
 
-def _parameters(parameters: Sequence[LinkParameter]) -> tuple[Part, ...]:
-    acting = [one for one in parameters if one.places]
-    kinds = list(dict.fromkeys(one.kind for one in acting))
-    links = list(dict.fromkeys(one.link for one in acting))
+def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
+    """Products left of every link's regrouped parameters: for people, and for JSON."""
+    every = link_parameters(model.form, model.terms)
+    acting = [one for one in every if one.places]
+    kinds, links = dict.fromkeys(one.kind for one in acting), dict.fromkeys(one.link for one in acting)
     cells = {(one.link, one.kind): f"{len(one.kept)}/{one.places}{'*' * one.is_changed}" for one in acting}
     notes = [words for prefix, words in _MEANINGS if any(kind.startswith(prefix) for kind in kinds)]
+    columns = [Column("", "link", [link + 1 for link in links], shown="count")]
+    for kind in kinds:
+        columns.append(Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text"))
     matrix = Table(
         "",
         "Regrouped parameters of the links: products left, of all",
-        (
-            Column("", "link", [link + 1 for link in links], shown="count"),
-            *(
-                Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text")
-                for kind in kinds
-            ),
-        ),
-        note="; ".join(["* with another number", "· never acts", *notes])
-        + ". The inertia that a joint does not "
+        tuple(columns),
+        f"{'; '.join(['* with another number', '· never acts', *notes])}. The inertia that a joint does not "
         "move is part of the previous link.",
     )
-    rows = Table(
-        "parameters",
-        "",
-        (
-            Column("link", "", [one.link + 1 for one in parameters]),
-            Column("parameter", "", [one.kind for one in parameters]),
-            Column("number", "", [one.number for one in parameters]),
-            Column("unit", "", [one.unit for one in parameters]),
-            Column("state", "", [one.state for one in parameters]),
-            Column("products", "", [one.places for one in parameters]),
-            Column("kept", "", [list(one.kept) for one in parameters]),
-        ),
-    )
-    return matrix, rows
+    rows = {
+        "link": [one.link + 1 for one in every],
+        "parameter": [one.kind for one in every],
+        "number": [one.number for one in every],
+        "unit": [one.unit for one in every],
+        "state": [one.state for one in every],
+        "products": [one.places for one in every],
+        "kept": [list(one.kept) for one in every],
+    }
+    return matrix, Table("parameters", "", tuple(Column(key, "", values) for key, values in rows.items()))
 
 
 def _left_out(model: SimplifiedModel, states: States, plain: Plain) -> Table:

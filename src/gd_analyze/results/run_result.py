@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Fact, Part, Result, Table
+from gd_analyze.result import Fact, Result, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
     drives_text,
@@ -45,9 +45,6 @@ from gd_analyze.results.rows import (
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import joined, number
-
-if TYPE_CHECKING:
-    pass
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {
@@ -110,10 +107,11 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     """Four figures to begin with: how well proven, how good, how many operations, of what."""
     model, bound = findings.model, tube_bound(findings)
     label = "Torque error, proven near the motion"
-    proven = Fact("proven_error", label, None, text="not proven")
-    if bound is not None:
+    if bound is None:
+        proven = Fact("proven_error", label, None, text="not proven")
+    elif model.saves:
         proven = worst_error(model, bound).fact("proven_error", label)
-    if bound is not None and not model.saves:
+    else:
         proven = Fact("proven_error", label, 0.0, text="round-off only")
     full, left = model.operations_full.total, model.operations.total
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
@@ -125,24 +123,25 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     )
 
 
+def _for_json(**values: Any) -> tuple[Fact, ...]:
+    return tuple(Fact(key, "", value) for key, value in values.items())
+
+
 def _settings(findings: Findings) -> tuple[Fact, ...]:
     model, accuracy, trajectory = findings.model, findings.model.accuracy, findings.trajectory
-    operations, full, saves = operation_facts(model)
+    quick = "" if model.level is ELEMENT else "Search"
     return (
-        Fact("arm", "", findings.arm.name),
-        Fact("trajectory", "", trajectory.name),
-        Fact("set_points", "", trajectory.n_set_points),
+        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_set_points),
         Fact("budget", "Budget", accuracy.budget),
         Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
-        Fact("drives", "", model.drives),
-        Fact("refitted", "", model.refitted),
-        operations,
-        full,
-        saves,
+        *_for_json(drives=model.drives, refitted=model.refitted),
+        *operation_facts(model),
         Fact("", "Operations by level", "", text=_by_level(findings)),
-        Fact("levels", "", [one._asdict() for one in accuracy.levels]),
-        Fact("search", "", [step._asdict() for step in accuracy.steps]),
-        Fact("", "" if model.level is ELEMENT else "Search", "quick; `gd-analyze simplify` searches longer"),
+        *_for_json(
+            levels=[one._asdict() for one in accuracy.levels],
+            search=[step._asdict() for step in accuracy.steps],
+        ),
+        Fact("", quick, "quick; `gd-analyze simplify` searches longer"),
         *norm_facts(accuracy.norms, findings.arm),
     )
 
@@ -160,40 +159,26 @@ def _by_level(findings: Findings) -> str:
 
 def more_facts(findings: Findings) -> tuple[Fact, ...]:
     """What is proven and where, and what confirms or limits the numbers."""
-    model, tube = findings.model, findings.tables["tube"]
-    beyond = findings.tables["beyond"]
+    model, beyond = findings.model, findings.tables["beyond"]
     text, check, unlisted = text_comparison(findings), cross_check_row(findings), not_worth_keeping(findings)
-    facts = [Fact("margin", "Margins of the proof", str(tube.attrs["margin"]), text=margins(findings))]
+    margin = str(findings.tables["tube"].attrs["margin"])
+    facts = [Fact("margin", "Margins of the proof", margin, text=margins(findings))]
     if model.saves and beyond.certified.notnull().all():
         worst = worst_error(model, beyond.certified.values)
         facts.append(worst.fact("box_error", "Torque error, proven in the motion's box"))
-    facts.append(
-        Fact(
-            "cross_check",
-            "Difference from Pinocchio",
-            check["largest_difference"],
-            check["unit"],
-            note=f"round-off allows {number(check['round_off_bound'])}",
-        )
-    )
+    allows = f"round-off allows {number(check['round_off_bound'])}"
+    difference = check["largest_difference"], check["unit"]
+    facts.append(Fact("cross_check", "Difference from Pinocchio", *difference, note=allows))
     if text is not None:
-        facts.append(
-            Fact("", "Verdicts of the founding text met", f"{text['agreed']} of {text['given']} elements")
-        )
+        met = f"{text['agreed']} of {text['given']} elements"
+        facts.append(Fact("", "Verdicts of the founding text met", met))
     label = "" if unlisted is None else "Last terms within the torque's uncertainty"
     facts.append(Fact("terms_not_worth_keeping", label, unlisted, shown="count"))
-    smallest = beyond.mass_within_budget.values
-    joint = int(smallest.argmin())
-    if math.isfinite(smallest[joint]):
-        facts.append(
-            Fact(
-                "payload_within_budget",
-                "Unmodelled payload that uses up the budget",
-                float(smallest[joint]),
-                "kg",
-                note=f"joint {joint + 1}",
-            )
-        )
+    mass = beyond.mass_within_budget.values
+    joint = int(mass.argmin())
+    if math.isfinite(mass[joint]):
+        label, note = "Unmodelled payload that uses up the budget", f"joint {joint + 1}"
+        facts.append(Fact("payload_within_budget", label, float(mass[joint]), "kg", note=note))
     return tuple(facts)
 
 
@@ -270,22 +255,19 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     if reference is None:
         return None
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
-    agreed = sum(row["dominant"] == row["text_verdict"] for row in compared.values())
+    agreed = {name for name, row in compared.items() if row["dominant"] == row["text_verdict"]}
+    # Of verdicts of translation, and remarks that speak for rotation.
+    says = {
+        "rotation": "our numbers support the remark, not the verdict",
+        "neither": "the element is zero here, which supports neither",
+        "both": "both effects count here, which supports neither",
+    }
+    supports = "our numbers support the verdict, not the remark"
     remarks = [
-        (compared[name], remark, _borne_out(compared[name])) for name, remark in reference.remarks.items()
+        (row := compared[name], remark, supports if name in agreed else says[row["dominant"]])
+        for name, remark in reference.remarks.items()
     ]
-    return {"source": reference.source, "agreed": agreed, "given": len(compared), "remarks": remarks}
-
-
-def _borne_out(row: Row) -> str:
-    """What our numbers say of a verdict of translation and a remark that speaks for rotation."""
-    if row["dominant"] == row["text_verdict"]:
-        return "our numbers support the verdict, not the remark"
-    if row["dominant"] == "rotation":
-        return "our numbers support the remark, not the verdict"
-    if row["dominant"] == "neither":
-        return "the element is zero here, which supports neither"
-    return "both effects count here, which supports neither"
+    return {"source": reference.source, "agreed": len(agreed), "given": len(compared), "remarks": remarks}
 
 
 def not_worth_keeping(findings: Findings) -> int | None:
@@ -322,31 +304,27 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     return table_of("dominance", title, shown, labels, top=top)
 
 
-def _tables(findings: Findings) -> tuple[Part, ...]:
+def _tables(findings: Findings) -> tuple[Fact, ...]:
     """What JSON has besides."""
-    tables, elements = findings.tables, findings.element_model
-    tube, dropped = tables["tube"], [row for group in dropped_parts(findings) for row in group]
-    kept = [row["part"] for row in rows_of(tables["parts"], "part") if row["kept"]]
+    tables, elements, tube = findings.tables, findings.element_model, findings.tables["tube"].attrs
     of_elements = {
-        "kept": kept,
-        "dropped": dropped,
+        "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept"]],
+        "dropped": [row for group in dropped_parts(findings) for row in group],
         "operations": asdict(elements.operations),
         "operations_full": asdict(elements.operations_full),
     }
-    around = {name: tube.attrs[name] for name in ("coarse", "note")}
-    lines = equations("equations", "", findings.model.formulas).lines
-    return (
-        Fact("equations", "", list(lines)),
-        Fact("elements", "", of_elements),
-        Fact("terms", "", rows_of(tables["terms"], "rank")),
-        Fact("terms_total", "", tables["terms"].attrs["total"]),
-        Fact("trade_off_shares_of", "", tables["trade_off"].attrs["shares_of"]),
-        Fact("trade_off", "", rows_of(tables["trade_off"], "kind", "factor")),
-        Fact("budgets", "", budget_rows(findings)),
-        Fact("beyond", "", joint_rows(findings, "beyond")),
-        Fact("states_drawn", "", tables["beyond"].attrs["states_drawn"]),
-        Fact("tube", "", {"joints": joint_rows(findings, "tube"), **around}),
-        Fact("residuals", "", rows_of(tables["cross_check"], "comparison")),
+    return _for_json(
+        equations=list(equations("equations", "", findings.model.formulas).lines),
+        elements=of_elements,
+        terms=rows_of(tables["terms"], "rank"),
+        terms_total=tables["terms"].attrs["total"],
+        trade_off_shares_of=tables["trade_off"].attrs["shares_of"],
+        trade_off=rows_of(tables["trade_off"], "kind", "factor"),
+        budgets=budget_rows(findings),
+        beyond=joint_rows(findings, "beyond"),
+        states_drawn=tables["beyond"].attrs["states_drawn"],
+        tube={"joints": joint_rows(findings, "tube"), "coarse": tube["coarse"], "note": tube["note"]},
+        residuals=rows_of(tables["cross_check"], "comparison"),
     )
 
 

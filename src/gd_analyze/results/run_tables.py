@@ -26,6 +26,16 @@ from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 if TYPE_CHECKING:
     import xarray as xr
 
+# Columns of the ranking of terms with a number each.
+_OF_TERMS = {
+    "weight": float,
+    "alone_torque": float,
+    "alone_joint": int,
+    "alone_share": float,
+    "without_share": float,
+    "without_joint": int,
+}
+
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
     """Tabulate the differences from Pinocchio."""
@@ -60,10 +70,7 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray)
             "torque_error": torque - dataset.torque.values,
         },
         model.arm.is_revolute,
-        {
-            "time": dataset.time,
-            "joint_name": ("joint", [joint.name for joint in model.arm.joints]),
-        },
+        {"time": dataset.time, **joint_names(model.arm)},
         {
             "level": model.level.name,
             "refitted": int(model.refitted),
@@ -81,27 +88,24 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
-    lost = {loss.part: loss for loss in losses(model, exact)}
-    parts = parts_of(model.arm.n_joints)
-    labels = [part.label for part in parts]
+    parts, lost = parts_of(model.arm.n_joints), {loss.part: loss for loss in losses(model, exact)}
+    labels, kept = [part.label for part in parts], np.array([part in model.terms for part in parts])
     of_elements = dominance.sel(element=[part.element.label for part in parts])
-    effects = [list(dominance.effect.values).index(part.effect) for part in parts]
+    effects = [dominance.effect.values.tolist().index(part.effect) for part in parts]
     peak = of_elements.part_peak.values[np.arange(len(parts)), effects]
-    torque, share = (
-        np.array([getattr(lost[label], name) if label in lost else np.nan for label in labels])
-        for name in ("torque_peak", "torque_share")
+    torque, share, joints = (
+        np.array([getattr(lost[label], name) if label in lost else unknown for label in labels])
+        for name, unknown in (("torque_peak", np.nan), ("torque_share", np.nan), ("torque_joint", 0))
     )
-    nothing = (peak == 0.0) | (share <= ROUND_OFF_SHARE)
-    kept = [part in model.terms for part in parts]
-    joints = np.array([lost[label].torque_joint if label in lost else 0 for label in labels])
+    nothing = ~kept & ((peak == 0.0) | (share <= ROUND_OFF_SHARE))
     return table(
         "parts",
         {
             "kept": kept,
             "peak": peak,
-            "torque_peak": np.where(nothing & ~np.array(kept), 0.0, torque),
+            "torque_peak": np.where(nothing, 0.0, torque),
             "torque_joint": joints,
-            "torque_share": np.where(nothing & ~np.array(kept), 0.0, share),
+            "torque_share": np.where(nothing, 0.0, share),
         },
         model.arm.is_revolute,
         {
@@ -114,40 +118,34 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 
 
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
-    """Tabulate the ranking of single terms."""
-    terms = ranking.terms
-    plain, written = Plain(), [term_formula(term.term, term.weight) for term in terms]
-
-    def column(name: str) -> np.ndarray:
-        is_joint = name.endswith("_joint")
-        return np.array([getattr(term, name) for term in terms], dtype=int if is_joint else float)
-
+    """Tabulate the ranking of single terms; types are stated, as there may be none."""
+    terms, plain = ranking.terms, Plain()
+    formulas = [term_formula(term.term, term.weight) for term in terms]
     below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
-    attrs: dict[str, Any] = {
-        "written_out": int(written_out),
-        "total": ranking.total,
-        "not_worth_keeping": ranking.not_worth_keeping,
-    }
-    names = ("weight", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint")
+    units = np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str)
     return table(
         "terms",
         {
-            "label": np.array([plain.symbol(formula.left) for formula in written], dtype=str),
+            "label": np.array([plain.symbol(formula.left) for formula in formulas], dtype=str),
             "quantity": np.array([term.term.quantity for term in terms], dtype=str),
-            "text": np.array([plain.right(formula) for formula in written], dtype=str),
-            **{name: column(name) for name in names},
+            "text": np.array([plain.right(formula) for formula in formulas], dtype=str),
+            **{
+                name: np.array([getattr(term, name) for term in terms], dtype=kind)
+                for name, kind in _OF_TERMS.items()
+            },
             "below_uncertainty": np.array(below, dtype=int),
         },
         arm.is_revolute,
         {
             "rank": np.arange(1, len(terms) + 1),
-            "weight_unit": (
-                "rank",
-                np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str),
-            ),
+            "weight_unit": ("rank", units),
             "alone_unit": ("rank", _efforts(arm, [term.alone_joint for term in terms])),
         },
-        attrs,
+        {
+            "written_out": int(written_out),
+            "total": ranking.total,
+            "not_worth_keeping": ranking.not_worth_keeping,
+        },
     )
 
 
@@ -155,13 +153,16 @@ def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm, shares_of: s
     """Tabulate operations against error."""
     by_kind = curves(points)
     rows = list(by_kind.values())
-    counts = ("multiplications", "additions")
+    counts = {"operations": "total", "multiplications": "multiplications", "additions": "additions"}
+    factors = [point.factor for point in rows[0]]
     return table(
         "trade_off",
         {
             "budget": [point.budget for point in rows[0]],
-            "operations": [[point.operations.total for point in row] for row in rows],
-            **{name: [[getattr(point.operations, name) for point in row] for row in rows] for name in counts},
+            **{
+                name: [[getattr(point.operations, kind) for point in row] for row in rows]
+                for name, kind in counts.items()
+            },
             "largest_share": [[point.error_share for point in row] for row in rows],
         },
         arm.is_revolute,
@@ -169,14 +170,39 @@ def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm, shares_of: s
             "kind": [f"{level} refit" if refit else level.name for level, refit in by_kind],
             "level": ("kind", [level.name for level, _ in by_kind]),
             "refit": ("kind", [refit for _, refit in by_kind]),
-            "factor": (
-                "factor",
-                [point.factor for point in rows[0]],
-                {"long_name": "multiple of the budget"},
-            ),
+            "factor": ("factor", factors, {"long_name": "multiple of the budget"}),
         },
         {"shares_of": shares_of},
     )
+
+
+def budgets_table(
+    path: Sequence[SimplifiedModel], factors: Sequence[float], ranking: TermRanking
+) -> xr.Dataset:
+    """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
+
+    Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
+    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
+    keeps neither.
+    """
+    arm, level, counts = path[0].form.arm, path[0].level, [model.operations for model in path]
+    values: dict[str, Any] = {
+        "budget": [model.accuracy.budget for model in path],
+        "operations": [count.total for count in counts],
+        "multiplications": [count.multiplications for count in counts],
+        "additions": [count.additions for count in counts],
+        "largest_error": [model.accuracy.errors.largest for model in path],
+    }
+    coords: dict[str, Any] = {"factor": ("factor", list(factors), {"long_name": "multiple of the budget"})}
+    if level.has_torque_terms:
+        kept = [[ranked.term in model.torques for ranked in ranking.terms] for model in path]
+        values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(ranking.terms))
+        coords["rank"] = np.arange(1, len(ranking.terms) + 1)
+    elif level is ELEMENT:
+        parts = parts_of(arm.n_joints)
+        values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
+        coords["part"] = [part.label for part in parts]
+    return table("budgets", values, arm.is_revolute, coords)
 
 
 def beyond_table(
@@ -203,7 +229,7 @@ def beyond_table(
             "uncertainty": unknown if uncertainty is None else np.array(uncertainty),
         },
         model.arm.is_revolute,
-        {"joint_name": ("joint", [joint.name for joint in model.arm.joints])},
+        joint_names(model.arm),
         {"states_drawn": states_drawn},
     )
 
@@ -211,14 +237,11 @@ def beyond_table(
 def tube_table(
     model: SimplifiedModel, tube: Tube, certificate: Certificate | None, margin: Margin
 ) -> xr.Dataset:
-    """Tabulate what is proven of a model around the motion; a number that is not known is not a number."""
+    """Tabulate what is proven of a model around the motion; what is not known is not a number."""
     unknown = np.full(tube.lower.shape[::2], np.nan)
-    certified, found, along = (
-        (unknown[0], unknown[0], unknown)
-        if certificate is None
-        else (certificate.certified, certificate.worst_found, certificate.along)
-    )
-    seconds = {"units": "s"}
+    certified, found = unknown[0], unknown[0]
+    if certificate is not None:
+        certified, found = certificate.certified, certificate.worst_found
     return table(
         "tube",
         {
@@ -227,16 +250,21 @@ def tube_table(
             "tube_worst_found": found,
             "tube_worst_found_share": _of_peak(found, model),
             **{f"tube_margin_{name}": tube.margins[k] for k, name in enumerate(("q", "qd", "qdd"))},
-            "tube_along": along,
+            "tube_along": unknown if certificate is None else certificate.along,
         },
         model.arm.is_revolute,
         {
-            "joint_name": ("joint", [joint.name for joint in model.arm.joints]),
-            "segment_from": ("segment", tube.begin, seconds),
-            "segment_to": ("segment", tube.end, seconds),
+            **joint_names(model.arm),
+            "segment_from": ("segment", tube.begin, {"units": "s"}),
+            "segment_to": ("segment", tube.end, {"units": "s"}),
         },
         {"margin": str(margin), "coarse": tube.coarse, "note": tube.note},
     )
+
+
+def joint_names(arm: RobotArm) -> dict[str, Any]:
+    """The coordinate with the names of the joints."""
+    return {"joint_name": ("joint", [joint.name for joint in arm.joints])}
 
 
 def _of_peak(error: FloatArray, model: SimplifiedModel) -> FloatArray:
@@ -257,35 +285,3 @@ def _counts(model: SimplifiedModel) -> dict[str, int]:
         for suffix, count in (("", model.operations), ("_full", model.operations_full))
         for kind in ("multiplications", "additions", "sines_cosines")
     }
-
-
-def budgets_table(
-    path: Sequence[SimplifiedModel], factors: Sequence[float], ranking: TermRanking
-) -> xr.Dataset:
-    """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
-
-    Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
-    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
-    keeps neither.
-    """
-    form, counts = path[0].form, [model.operations for model in path]
-    values: dict[str, Any] = {
-        "budget": [model.accuracy.budget for model in path],
-        "operations": [count.total for count in counts],
-        "multiplications": [count.multiplications for count in counts],
-        "additions": [count.additions for count in counts],
-        "largest_error": [model.accuracy.errors.largest for model in path],
-    }
-    coords: dict[str, Any] = {
-        "factor": ("factor", list(factors), {"long_name": "multiple of the budget"}),
-    }
-    if path[0].level.has_torque_terms:
-        terms = [ranked.term for ranked in ranking.terms]
-        kept = [[term in model.torques for term in terms] for model in path]
-        values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(terms))
-        coords["rank"] = np.arange(1, len(terms) + 1)
-    elif path[0].level is ELEMENT:
-        parts = parts_of(form.arm.n_joints)
-        values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
-        coords["part"] = [part.label for part in parts]
-    return table("budgets", values, form.arm.is_revolute, coords)

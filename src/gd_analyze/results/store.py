@@ -20,16 +20,16 @@ import numpy as np
 from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 from gd_analyze.errors import GdAnalyzeError, Location, StoreError
 from gd_analyze.files import replacing, warn_of_others
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
-from gd_analyze.results.motion_tables import gaps_in, motions_in, recording_in
+from gd_analyze.results.motion_tables import trajectory_in
 from gd_analyze.results.store_check import require_fit
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import ModelDocument, checked_model, document_of
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ _HDF5, _MARK = b"\x89HDF\r\n\x1a\n", b"\ngd-analyze sha256 "
 SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time: the memory that checking takes, whatever the length of the file.
 _BLOCK = 2**20
-_DAMAGED = "the results file is damaged"
+_DAMAGED, _NAME_IT = "the results file is damaged", "name the analysis.h5 of a results folder"
 
 
 def save_results(findings: Findings, path: str | Path) -> None:
@@ -68,13 +68,13 @@ def save_results(findings: Findings, path: str | Path) -> None:
 
 def write_results(findings: Findings, path: Path) -> None:
     """Write the file as it is named, without a way back: for a place that is replaced as a whole."""
-    documents = {
+    models = {"model": findings.model}
+    if findings.element_model is not findings.model:
+        models["element_model"] = findings.element_model
+    documents = {name: document_of(model).model_dump() for name, model in models.items()} | {
         "arm": describe_in_full(findings.arm),
-        "model": document_of(findings.model).model_dump(),
         "ranked_terms": TERM.to_entries(findings.ranked_terms),
     }
-    if findings.element_model is not findings.model:
-        documents["element_model"] = document_of(findings.element_model).model_dump()
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
     attributes = {"format": FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
@@ -97,41 +97,32 @@ def load_findings(path: str | Path) -> Findings:
     with _opened(path) as file:
         attributes = read_attributes(file)
         tables, documents, arm = _read(file, MOST_KEPT)
-        model = elements = checked_model(ModelDocument.model_validate(documents["model"]))
+        model = elements = _model(documents["model"])
         if "element_model" in documents:
-            elements = checked_model(ModelDocument.model_validate(documents["element_model"]))
+            elements = _model(documents["element_model"])
         ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
         require_fit(tables, arm, (model, elements, ranked))
         warn_of_others(path, str(attributes.get("run", "")))
-        motion, warnings = tables["trajectory"], attributes["warnings"]
-        if motion.sizes["time"] <= MOST_KEPT:
-            file.close()
         del tables["documents"]
+        if tables["trajectory"].sizes["time"] <= MOST_KEPT:
+            file.close()
+        lines = attributes.pop("warnings")
         return Findings(
             arm=arm,
-            trajectory=Trajectory(
-                motion.time.values,
-                motion.q.values,
-                motion.qd.values,
-                motion.qdd.values,
-                motion.attrs["name"],
-                motion.attrs["origin"],
-                motion.attrs["velocities"],
-                gaps=gaps_in(motion),
-                motions=motions_in(tables["motions"]) if "motions" in tables else (),
-                recording=recording_in(tables),
-            ),
+            trajectory=trajectory_in(tables),
             tables=tables,
             model=model,
             element_model=elements,
             ranked_terms=ranked,
-            warnings=tuple(warnings.split("\n")) if warnings else (),
+            warnings=tuple(lines.split("\n")) if lines else (),
             provenance={
-                name: str(value)
-                for name, value in attributes.items()
-                if name not in ("format", "schema", "warnings")
+                name: str(attributes[name]) for name in attributes if name not in ("format", "schema")
             },
         )
+
+
+def _model(document: Any) -> SimplifiedModel:
+    return checked_model(ModelDocument.model_validate(document))
 
 
 def load_results(path: str | Path) -> xr.DataTree:
@@ -185,25 +176,21 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     """
     import h5py
 
+    where = Location(path)
     if not path.is_file():
-        raise StoreError(
-            "there is no such results file",
-            where=Location(path),
-            next_step="name the analysis.h5 of a results folder",
-        )
+        raise StoreError("there is no such results file", where=where, next_step=_NAME_IT)
     try:
         require_sealed(path)
     except OSError as error:
+        found = error.strerror or str(error)
+        readable = "give the path of a file you may read"
         raise StoreError(
-            "cannot read the results file",
-            where=Location(path),
-            found=error.strerror or str(error),
-            next_step="give the path of a file you may read",
+            "cannot read the results file", where=where, found=found, next_step=readable
         ) from None
     try:
         with ExitStack() as failing:
             file = failing.enter_context(h5py.File(path, "r", track_order=True))
-            _require_ours(file, path)
+            _require_ours(file, where)
             yield file
             failing.pop_all()
     except Exception as error:
@@ -213,24 +200,24 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise _refusal(path, _DAMAGED, found.splitlines()[0]) from None
 
 
-def _require_ours(file: h5py.File, path: Path) -> None:
+def _require_ours(file: h5py.File, where: Location) -> None:
     attributes, groups = read_attributes(file), list(file)
-    schema = attributes.get("schema")
-    if attributes.get("format") == FORMAT and schema != SCHEMA_VERSION:
+    schema, is_ours = attributes.get("schema"), attributes.get("format") == FORMAT
+    if is_ours and schema != SCHEMA_VERSION:
         raise StoreError(
             "the results file is of another schema version",
-            where=Location(path),
+            where=where,
             expected=str(SCHEMA_VERSION),
             found=str(schema),
             next_step="use the gd-analyze that wrote it, or run the analysis again",
         )
-    if attributes.get("format") != FORMAT or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
+    if not is_ours or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
         raise StoreError(
             "this HDF5 file does not hold gd-analyze results",
-            where=Location(path),
+            where=where,
             expected=f"the groups {', '.join(GROUPS)}",
             found=", ".join(groups) or "no groups",
-            next_step="name the analysis.h5 of a results folder",
+            next_step=_NAME_IT,
         )
 
 
