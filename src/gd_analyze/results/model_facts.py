@@ -12,7 +12,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import share_of
-from gd_analyze.simplification.measures import NormShare
+from gd_analyze.simplification.budget import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import percent
 

@@ -53,7 +53,7 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
     if "measured_torque" not in findings.tables:
         return ()
     table = findings.tables["measured_torque"]
-    parts = (
+    parts: tuple[Part, ...] = (
         Fact("described", "", is_described(table)),
         Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
         measured_table(table, findings.arm),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States
 from gd_analyze.result import Column, Part, Section, Table
@@ -45,7 +47,7 @@ def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
         f"{'; '.join(['* with another number', '· never acts', *notes])}. The inertia that a joint does not "
         "move is part of the previous link.",
     )
-    rows = {
+    rows: dict[str, list[Any]] = {
         "link": [one.link + 1 for one in every],
         "parameter": [one.kind for one in every],
         "number": [one.number for one in every],

@@ -260,13 +260,12 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     says = {
         "rotation": "our numbers support the remark, not the verdict",
         "neither": "the element is zero here, which supports neither",
-        "both": "both effects count here, which supports neither",
     }
-    supports = "our numbers support the verdict, not the remark"
-    remarks = [
-        (row := compared[name], remark, supports if name in agreed else says[row["dominant"]])
-        for name, remark in reference.remarks.items()
-    ]
+    remarks = []
+    for name, remark in reference.remarks.items():
+        found = says.get(compared[name]["dominant"], "both effects count here, which supports neither")
+        found = "our numbers support the verdict, not the remark" if name in agreed else found
+        remarks.append((compared[name], remark, found))
     return {"source": reference.source, "agreed": len(agreed), "given": len(compared), "remarks": remarks}
 
 
