@@ -17,7 +17,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 from parallel_axes import arm_of, scara
 from strategies import random_states
 

@@ -199,12 +199,12 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
         array, one = dataset[name], variables[name]
         one.require(array.dims, array.dtype, array, n)
         declared = one.attributes(revolute)
-        for key in ("units", "units_in"):
-            if array.attrs.get(key) != declared.get(key):
+        for word in ("units", "units_in"):
+            if array.attrs.get(word) != declared.get(word):
                 raise StoreError(
                     f"{name} of {group} is in other units than declared",
-                    expected=declared.get(key, f"no {key}"),
-                    found=str(array.attrs.get(key, f"no {key}")),
+                    expected=declared.get(word, f"no {word}"),
+                    found=str(array.attrs.get(word, f"no {word}")),
                 )
     for key, array in dataset.coords.items():
         name = str(key)

@@ -22,21 +22,20 @@ from pathlib import Path
 import pandas as pd
 
 import gd_analyze as gd
-import gd_analyze.report.main_page
-import gd_analyze.report.main_pdf
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.files import RESULT_FILES, mark_in
 from gd_analyze.results.findings import Findings
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies import study_files
+from gd_analyze.studies.study_files import write_findings
 
 NAMES = sorted(RESULT_FILES.values())
 
 
 def render_once(runs: list[Findings]) -> None:
-    pages = {run.provenance["run"]: gd_analyze.report.main_page.render_html(run) for run in runs}
-    papers = {run.provenance["run"]: gd_analyze.report.main_pdf.prepare_pdf(run)() for run in runs}
-    gd_analyze.report.main_page.render_html = lambda run, *_: pages[run.provenance["run"]]
-    gd_analyze.report.main_pdf.prepare_pdf = lambda run, *_: lambda: papers[run.provenance["run"]]
+    pages = {run.provenance["run"]: study_files.render_html(run) for run in runs}
+    papers = {run.provenance["run"]: study_files.prepare_pdf(run)() for run in runs}
+    study_files.render_html = lambda run, *_: pages[run.provenance["run"]]
+    study_files.prepare_pdf = lambda run, *_: lambda: papers[run.provenance["run"]]
 
 
 def killed(work: Callable[[], None], after: float | None) -> None:

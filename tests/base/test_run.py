@@ -12,7 +12,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
 from gd_analyze.files import RESULT_FILES, mark_in, require_one_run
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 
 QUICK = ("h5", "json", "csv")
 

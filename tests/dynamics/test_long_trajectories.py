@@ -156,7 +156,7 @@ def test_damage_that_comes_after_loading_is_named(long_findings, tmp_path):
 PEAK = """
 import resource, sys
 import gd_analyze as gd
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 from test_long_trajectories import swinging
 from pathlib import Path
 

@@ -22,7 +22,7 @@ from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies import main_job
 from gd_analyze.studies.main_job import Settings, analyze, default_folder, find
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 from strategies import names_in
 
 DATA_FORMATS = ("h5", "json", "csv")
@@ -132,7 +132,7 @@ def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
 
 
 def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
-    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.exact_form._MOST_TERMS", 3)
     findings = find(two_link, swing)
     model = findings.model
     assert model.level is RECURSIVE

@@ -15,7 +15,7 @@ from gd_analyze.results import store
 from gd_analyze.results.hdf5 import OF_SCALES, sound_file
 from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 from strategies import names_in
 
 

@@ -89,7 +89,7 @@ def analyze(
     with output.working() as stage:
         stage("reading")
         from gd_analyze.studies.main_job import default_folder, source_of
-        from gd_analyze.studies.main_job_files import write_findings
+        from gd_analyze.studies.study_files import write_findings
 
         how = gd.Settings(christoffel=not no_christoffel, **settings)
         arm = robot.load(payload)
@@ -127,7 +127,7 @@ def report(
     """
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.studies.main_job_files import write_findings
+        from gd_analyze.studies.study_files import write_findings
 
         folder = analysis.parent if out is None else out
         findings = gd.load_findings(analysis)

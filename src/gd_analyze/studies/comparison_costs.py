@@ -81,6 +81,7 @@ class TextCosts(NamedTuple):
     remark: str
     totals: tuple[TextCost, ...]
     rows: tuple[TextCost, ...]
+    differences: Mapping[str, str]  # by method, why ours differ
 
     def of(self, method: str, table: str | None = None) -> TextCost | None:
         """What FGL87 says of a method, in its first table that does; None where it says nothing."""
@@ -103,7 +104,7 @@ def text_costs() -> TextCosts:
         tuple(cost(entry, entry[key]) for entry in data[part])
         for part, key in (("totals", "method"), ("rows", "row"))
     )
-    return TextCosts(data["source"], data["remark"], totals, rows)
+    return TextCosts(data["source"], data["remark"], totals, rows, data["differences"])
 
 
 @cache
@@ -204,45 +205,6 @@ def _count_chain(method: str, n: int) -> Cost:
     return count_cost(METHODS[method], generic_chain(n))
 
 
-_WHY = {
-    "lagrange_euler": (
-        "FGL87's rows amount to four 4x4 products (256 multiplications) for each of its 392 traces. Ours "
-        "forms every derivative of a transform once, going outwards, and weights it with the link's "
-        "pseudo-inertia once, so a trace takes 16; it does not use the symmetry of D and of h's coefficients "
-        "and takes 532 traces. The zeros and ones of the 4x4 matrices are multiplied out by both; folding "
-        "strikes them."
-    ),
-    "recursive_lagrangian": (
-        "Every link costs the same, but in eight whole 3x3 products, where Newton-Euler has vector products. "
-        "A rotation matrix carries nine numbers for three freedoms."
-    ),
-    "newton_euler_base": (
-        "Every inertia tensor is turned into the base frame, R I Rᵀ: what link frames save. Axes and points "
-        "are placed in the base frame first."
-    ),
-    "newton_euler_link": (
-        "Ours makes the rotation matrices from sines and cosines, a row FGL87's table does not have. The "
-        "joint's axis may have any direction in the link's frame: multiplying by its zeros and ones is "
-        "folded away where it is an axis of the frame."
-    ),
-    "newton_euler_regrouped": (
-        "Frames stand on the joints' axes, and the link of a revolute joint keeps seven of its ten "
-        "parameters; the others are regrouped into the link before. Executed it multiplies whole matrices "
-        "by zeros that are known beforehand; folding strikes them, and what is left is the least of all."
-    ),
-    "generalized_dalembert": (
-        "The equations are followed term by term and link by link, D, h and c each on their own: what the "
-        "joints do to the centres of mass is worked out anew in all three, which folding shares. D is summed "
-        "in full, not its upper triangle."
-    ),
-    "composite_moments": (
-        "FGL87 sums over links for every element; the moments of all links from joint m outwards are one "
-        "suffix sum, used by every element of row m, and h comes from brackets of pairs of joints rather "
-        "than from triples."
-    ),
-}
-
-
 def explanation(method: str, grown: Growth) -> str:
     """Set a method's count beside FGL87's, and say why they differ."""
     cost = grown.costs[method][SIZES.index(N_JOINTS)]
@@ -259,4 +221,4 @@ def explanation(method: str, grown: Growth) -> str:
             f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
             f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %)."
         )
-    return f"{counted} {_WHY[method]}"
+    return f"{counted} {text_costs().differences[method]}"

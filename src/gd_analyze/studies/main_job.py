@@ -46,7 +46,7 @@ from gd_analyze.simplification.model import SimplifiedModel, no_dearer
 from gd_analyze.simplification.ranking import TermRanking, rank_terms
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
-from gd_analyze.studies.main_job_files import write_findings
+from gd_analyze.studies.study_files import write_findings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -301,33 +301,31 @@ def find(
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
-    recorded, by_motion = {}, {}
+    tables = {
+        "trajectory": motion_tables.trajectory_table(arm, trajectory),
+        "decomposition": dataset,
+        "cross_check": run_tables.cross_check_table(residuals, arm),
+        "dominance": dominance,
+        "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
+        "parts": run_tables.parts_table(elements, exact, dominance),
+        "terms": run_tables.terms_table(ranking, arm, not many),
+        "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
+        "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
+        "beyond": _beyond(exact, model, ranking, efforts),
+        "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
+    }
+    if trajectory.recording is not None and trajectory.recording.measured:
+        tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
+    if measured is not None:
+        tables["measured_torque"] = measured
     if trajectory.motions:
         allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
-        table = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
-        by_motion["motions"] = table
-    if trajectory.recording is not None and trajectory.recording.measured:
-        recorded["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
+        tables["motions"] = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
     return Findings(
         arm=arm,
         trajectory=trajectory,
-        tables={
-            "trajectory": motion_tables.trajectory_table(arm, trajectory),
-            "decomposition": dataset,
-            "cross_check": run_tables.cross_check_table(residuals, arm),
-            "dominance": dominance,
-            "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
-            "parts": run_tables.parts_table(elements, exact, dominance),
-            "terms": run_tables.terms_table(ranking, arm, not many),
-            "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
-            "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
-            "beyond": _beyond(exact, model, ranking, efforts),
-            "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
-            **recorded,
-            **measured,
-            **by_motion,
-        },
+        tables=tables,
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
@@ -345,15 +343,15 @@ def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str
 
 def _measured_torque(
     arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, how: Settings
-) -> dict[str, xr.Dataset]:
+) -> xr.Dataset | None:
     """Compare measured torque with the exact one, and warn where they contradict each other."""
     if trajectory.recording is None or trajectory.recording.torque is None:
-        return {}
+        return None
     comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
     table = motion_tables.measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
     if not is_described(table):
         warnings.warn(torque_warning(table, arm.name), GdAnalyzeWarning, stacklevel=3)
-    return {"measured_torque": table}
+    return table
 
 
 def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:

@@ -1,19 +1,27 @@
-"""Files of a study: its result as a page that opens offline, a typeset PDF, and JSON."""
+"""Files of a run, written as a whole or not at all: those of the main job, and those of a study."""
 
 from __future__ import annotations
 
 import json
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from gd_analyze.files import mark_of, replacing_together, require_one_run
+from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
+from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_pdf import prepare_pdf
+from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.result import Result
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.rows import frame_of
+from gd_analyze.results.store import write_results
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.model_file import model_text
 
 _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
     "html": lambda result: page_of(result).encode(),
@@ -44,6 +52,44 @@ class StudyFolder:
                 temporary.write_bytes(content)
         for path in self._others:
             path.unlink(missing_ok=True)
+
+
+def write_findings(
+    findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+) -> None:
+    """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
+
+    The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
+    that which the others can be made from; files of another run, `strangers`, are removed then.
+    """
+    chosen = [name for name in RESULT_FILES if name in formats]
+    paths = [folder / RESULT_FILES[name] for name in chosen]
+    with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
+        places = dict(zip(chosen, temporaries, strict=True))
+        pdf: Future[bytes] | None = None
+        report = None
+        if {"pdf", "html"} & places.keys():
+            report = main_report(findings)
+        if "pdf" in places:
+            pdf = beside.submit(prepare_pdf(findings, report))
+        if "html" in places:
+            places["html"].write_bytes(render_html(findings, report).encode())
+        if "csv" in places:
+            ranking = frame_of(findings.dominance, "element")
+            if "motions" in findings.tables:  # verdict and torque share along each: "verdict_MOTION"
+                by_motion = frame_of(findings.tables["motions"][["verdict", "torque_share"]], "element")
+                ranking = ranking.join(by_motion.drop(columns=["element", "quantity"]))
+            if "run" in findings.provenance:
+                ranking["run"] = findings.provenance["run"]
+            places["csv"].write_bytes(ranking.to_csv(index=False, lineterminator="\n").encode())
+        if "json" in places:
+            places["json"].write_text(model_text(findings.model), encoding="utf-8")
+        if "h5" in places:
+            write_results(findings, places["h5"])
+        if pdf is not None:
+            places["pdf"].write_bytes(pdf.result())
+    for path in strangers:
+        path.unlink(missing_ok=True)
 
 
 def inputs_stated(arm: RobotArm, motion: Trajectory | None) -> dict[str, str]:
