@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
-from gd_analyze.motions.cutoff import Noise, best_cutoff
+from gd_analyze.motions.cutoff import Noise, Source
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.reading import Treatment
 from gd_analyze.motions.smoothing import smoothed
@@ -224,6 +224,10 @@ NOISY = 20.0
 
 def noise_in(time, x, rate, order=2):
     return Noise.of([time], [x], rate, order, min(30.0, 0.2 * rate))
+
+
+def best_cutoff(noises, highest):
+    return Source(np.empty(0), 2, tuple(noises)).best_cutoff(highest)
 
 
 def error_at(time, x, truth, cutoff):

@@ -1,6 +1,4 @@
-r"""What a motion may do between two of its set points, which do not say.
-
-Three motions through q, qd and qdd of both ends are looked at, in powers of s = 0 ... 1:
+r"""What a motion may do between two of its set points: three motions through both, in powers of s = 0 ... 1.
 
 - the polynomial of fifth degree through all six numbers of a joint,
 - that of third degree through q and qd, whose acceleration may jump at a set point, as that of a trapezoidal
@@ -49,16 +47,17 @@ class Between:
         (q0, q1), (v0, v1), (a0, a1) = (
             (x[:-1][chosen], x[1:][chosen]) for x in (motion.q, motion.qd, motion.qdd)
         )
-        off_v = _beyond(v1 - v0 - width * (a0 + a1) / 2, rounding[1]) * width
-        off_q = _beyond(q1 - q0 - width * (v0 + v1) / 2 + width**2 * (a1 - a0) / 12, rounding[0])
-        # To begin with the acceleration goes along a line.
+        off_v = v1 - v0 - width * (a0 + a1) / 2
+        off_v = np.where(np.abs(off_v) > rounding[1], off_v, 0.0) * width
+        off_q = q1 - q0 - width * (v0 + v1) / 2 + width**2 * (a1 - a0) / 12
+        rise = np.where(np.abs(off_q) > rounding[0], off_q, 0.0) + off_v / 2
+        # The acceleration along a line, and what that does not explain.
+        begin, second, third = [q0, v0 * width], a0 * width**2 / 2, (a1 - a0) * width**2 / 6
+        rest = [third + 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v]
+        quintic = [*begin, second, *rest]
+        moved, turned = second + third + rise, 2 * second + 3 * third + off_v
         nothing = np.zeros_like(q0)
-        base = [q0, v0 * width, a0 * width**2 / 2, (a1 - a0) * width**2 / 6, nothing, nothing]
-        rise = off_q + off_v / 2
-        quintic = _sum(base, [3, 4, 5], 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v)
-        moved = base[2] + base[3] + rise
-        turned = 2 * base[2] + 3 * base[3] + off_v
-        cubic = [q0, v0 * width, 3 * moved - turned, turned - 2 * moved, nothing, nothing]
+        cubic = [*begin, 3 * moved - turned, turned - 2 * moved, nothing, nothing]
         out = np.zeros((len(q0), _DEGREE + 1, 3, 3, q0.shape[1]))
         for place, position in enumerate((quintic, cubic)):
             rows = np.stack(position, axis=1)
@@ -88,17 +87,6 @@ class Between:
         count, powers, *rest = self.coefficients.shape
         flat = weights @ self.coefficients.reshape(count, powers, -1)
         return np.asarray(flat).reshape(count, -1, *rest)
-
-
-def _sum(base: list[FloatArray], powers: list[int], *added: FloatArray) -> list[FloatArray]:
-    out = list(base)
-    for power, more in zip(powers, added, strict=True):
-        out[power] = out[power] + more
-    return out
-
-
-def _beyond(off: FloatArray, rounding: FloatArray) -> FloatArray:
-    return np.where(np.abs(off) > rounding, off, 0.0)
 
 
 def _bernstein(begin: FloatArray, end: FloatArray) -> FloatArray:

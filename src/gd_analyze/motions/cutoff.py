@@ -1,15 +1,6 @@
-r"""The cut-off of an arm's low-pass, by rule or as asked for, and the readings that accelerations come from.
+"""The cut-off of the low-pass, by rule or as asked for, and the readings that accelerations come from.
 
-Motion has less acceleration the higher the frequency, noise of readings more: differentiating white noise of
-positions twice gives a density that rises as f^4; instants stamped late or early, as f^2. So noise is what
-does not fall with frequency, and what stands out above that is motion. The expected squared error of
-accelerations that passed a cut-off f_c is
-
-    sum_f ((1 - H(f))^2 S(f) + H(f)^2 N(f)) df,
-
-S the density of the motion, N that of the noise: motion that the filter removes, noise that it leaves. The
-ends of a stretch add what the smoothing spline, which knows no jerk there, makes of one:
-0.0228 J^2 / (f_c^3 T) of a root mean square jerk J and a stretch of T seconds. For little noise they decide.
+Motion and noise are told apart by their spectra: see "The cut-off" in docs/trajectories.md.
 """
 
 from __future__ import annotations
@@ -148,36 +139,11 @@ def _law(frequency: FloatArray, density: FloatArray, quiet: np.ndarray, edge: fl
     return np.asarray(np.exp(middle[1] + np.clip(rise, 0.0, _STEEPEST) * (np.log(frequency) - middle[0])))
 
 
-def _sizes(noises: Sequence[Noise]) -> FloatArray:
-    """RMS accelerations by which errors of several joints are measured, shape (n,).
-
-    A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its noise
-    must not take the motion from others, nor theirs pass for its motion.
-    """
-    moved = np.array([noise.moved for noise in noises])
-    size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
-    return np.where(size > 0.0, size, 1.0)
-
-
-def _common_error(noises: Sequence[Noise], size: FloatArray, cutoff: float) -> float:
-    """Expected squared errors of several joints, each over its size, summed."""
-    return float(np.square([noise.error(cutoff) for noise in noises] / size).sum())
-
-
-def best_cutoff(noises: Sequence[Noise], highest: float) -> float:
-    """Cut-off, Hz, with the least expected error of several joints together."""
-    lowest = min(max(_LOWEST, _FEWEST_PERIODS / noises[0].seconds), highest)
-    count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
-    size = _sizes(noises)
-    tried = np.geomspace(lowest, highest, count).tolist()
-    return float(min(tried, key=lambda cutoff: _common_error(noises, size, cutoff)))
-
-
 @dataclass(frozen=True, eq=False)
 class Source:
     """Readings that accelerations may come from: positions differentiated twice, or velocities once."""
 
-    values: FloatArray
+    values: FloatArray  # (N, n)
     order: int
     noises: tuple[Noise, ...]
 
@@ -194,9 +160,27 @@ class Source:
         return np.array([noise.left(float(f)) for noise, f in zip(self.noises, cutoffs, strict=True)])
 
     @property
-    def seen(self) -> float:
-        """RMS acceleration that stands out of the noise, of all joints together."""
-        return float(np.sqrt(sum(noise.moved**2 for noise in self.noises)))
+    def sizes(self) -> FloatArray:
+        """RMS accelerations by which errors of the joints are measured, shape (n,).
+
+        A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its
+        noise must not take the motion from others, nor theirs pass for its motion.
+        """
+        moved = np.array([noise.moved for noise in self.noises])
+        size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
+        return np.where(size > 0.0, size, 1.0)
+
+    def error(self, size: FloatArray, cutoff: float) -> float:
+        """Expected squared errors of the joints, each over its size, summed."""
+        return float(np.square([noise.error(cutoff) for noise in self.noises] / size).sum())
+
+    def best_cutoff(self, highest: float) -> float:
+        """Cut-off, Hz, with the least expected error of all joints together."""
+        lowest = min(max(_LOWEST, _FEWEST_PERIODS / self.noises[0].seconds), highest)
+        count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
+        size = self.sizes
+        tried = np.geomspace(lowest, highest, count).tolist()
+        return float(min(tried, key=lambda cutoff: self.error(size, cutoff)))
 
 
 def _highest(sampling: Sampling) -> float:
@@ -218,12 +202,11 @@ def chosen(
         best = min(sources, key=lambda source: float((source.left(cutoffs) ** 2).sum()))
         return best, cutoffs, "as asked for"
     highest = _highest(sampling)
-    most = max(source.seen for source in sources)
-    seeing = [source for source in sources if source.seen >= _SEEN * most]
-    size = np.max([_sizes(source.noises) for source in seeing], axis=0)
-    own = [best_cutoff(source.noises, highest) for source in seeing]
-    errors = [_common_error(source.noises, size, f) for source, f in zip(seeing, own, strict=True)]
-    place = int(np.argmin(errors))
+    seen = [sum(noise.moved**2 for noise in source.noises) for source in sources]
+    seeing = [source for source, power in zip(sources, seen, strict=True) if power >= _SEEN**2 * max(seen)]
+    size = np.max([source.sizes for source in seeing], axis=0)
+    own = [source.best_cutoff(highest) for source in seeing]
+    place = int(np.argmin([source.error(size, f) for source, f in zip(seeing, own, strict=True)]))
     if highest < _HIGHEST:
         _warn_of_missed(seeing[place], size, sampling)
     rule = "least expected error of the accelerations"
@@ -254,11 +237,7 @@ def _given(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> Flo
         raise refusal("wrong number of cut-offs", "--cutoff", expected, str(given.size))
     most = _LARGEST_SHARE / sampling.step
     if given.max() > most:
-        raise refusal(
-            "the cut-off is too high for so few readings",
-            "--cutoff",
-            f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second",
-            f"{figures(float(given.max()))} Hz",
-            "give a lower one, or none: a rule chooses one then",
-        )
+        what, found = "the cut-off is too high for so few readings", f"{figures(float(given.max()))} Hz"
+        expected = f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second"
+        raise refusal(what, "--cutoff", expected, found, "give a lower one, or none: a rule chooses one then")
     return given

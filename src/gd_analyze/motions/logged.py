@@ -157,21 +157,14 @@ def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tup
         # What the motion holds of any joint acts on all.
         (torque,) = _smooth(sampling, kept.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
     hertz = " and ".join(dict.fromkeys(f"{figures(float(cutoff))} Hz" for cutoff in cutoffs))
-    whence = "the measured velocities" if from_velocities else "the measured positions"
+    whence = f"the measured {'velocities' if from_velocities else 'positions'}"
     done = f"smoothed without delay, cut-off {hertz} ({rule})"
-    derived = "qdd" if from_velocities else "qd and qdd"
+    derived = f"{'qdd' if from_velocities else 'qd and qdd'} derived: from {whence}, {done}"
     left = f"noise left in qdd {figures(float(noise_qdd.min()))} to {figures(float(noise_qdd.max()))} per s^2"
-    recording = Recording(
-        kept.q,
-        kept.torque,
-        torque,
-        cutoffs,
-        noise_of(kept.q, q, sampling.step, cutoffs),
-        noise_qdd,
-        kept.columns,
-        (*notes, f"accelerations from {whence}, {done}; {left}"),
-    )
-    how = f"{derived} derived: from {whence}, {done}" if kept.qdd is None else f"given: measured, {done}"
+    notes = (*notes, f"accelerations from {whence}, {done}; {left}")
+    noise_q = noise_of(kept.q, q, sampling.step, cutoffs)
+    recording = Recording(kept.q, kept.torque, torque, cutoffs, noise_q, noise_qdd, kept.columns, notes)
+    how = derived if kept.qdd is None else f"given: measured, {done}"
     return Treated(kept.time, q, qd, qdd, how, sampling.gaps, recording)
 
 

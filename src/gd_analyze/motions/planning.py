@@ -19,7 +19,7 @@ from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST
+from gd_analyze.text import LARGEST, rounded_up
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -60,10 +60,9 @@ class Schedule:
     def __post_init__(self) -> None:
         if self.profile not in PROFILES:
             near = difflib.get_close_matches(self.profile, PROFILES, n=1)
+            what, expected = f"there is no profile {self.profile!r}", ", ".join(PROFILES)
             step = f"did you mean {near[0]!r}?" if near else "choose one of these"
-            raise refusal(
-                f"there is no profile {self.profile!r}", "profile", ", ".join(PROFILES), self.profile, step
-            )
+            raise refusal(what, "profile", expected, self.profile, step)
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST <= duration <= LARGEST:
             expected, found = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
@@ -136,27 +135,26 @@ def plan(
     >>> swing.trajectory.n_set_points
     31
     """
-    chosen = PROFILES[schedule.profile]
-    if chosen.via_counts is not None and len(via) not in chosen.via_counts:
-        raise refusal(
-            f"profile {schedule.profile} cannot take this number of vias",
-            "via",
-            "none, or two: lift-off and set-down",
-            str(len(via)),
-            "choose the profile quintic, cubic or trapezoidal for other numbers of vias",
+    profile = PROFILES[schedule.profile]
+    if profile.via_counts is not None and len(via) not in profile.via_counts:
+        what, expected = (
+            f"profile {profile.name} cannot take this number of vias",
+            "none, or two: lift-off, set-down",
         )
+        step = "choose the profile quintic, cubic or trapezoidal for other numbers of vias"
+        raise refusal(what, "via", expected, str(len(via)), step)
     duration, count = float(schedule.duration), schedule.n_set_points
     knots = _knots(arm, start, via, goal)
     times = _knot_times(arm, knots, duration, schedule.via_times)
-    path = chosen.path(times, knots)
+    path = profile.path(times, knots)
     report = limit_report(arm, path)
     stretch = report.least_stretch
     shortest = None if stretch is None else stretch * duration
-    _judge(arm, report, f"profile {chosen.name} over {duration:g} s", shortest, allow_violations)
+    _judge(arm, report, f"profile {profile.name} over {duration:g} s", shortest, allow_violations)
     trajectory = Trajectory(
-        *_sample(path, chosen, knots, count),
-        name=name or f"{arm.name}-{chosen.name}",
-        origin=f"planned: profile {chosen.name}, {duration:g} s, {count} set points, {len(via)} vias",
+        *_sample(path, profile, knots, count),
+        name=name or f"{arm.name}-{profile.name}",
+        origin=f"planned: profile {profile.name}, {duration:g} s, {count} set points, {len(via)} vias",
     )
     return Plan(trajectory, report, times, shortest)
 
@@ -164,39 +162,35 @@ def plan(
 def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: ArrayLike) -> FloatArray:
     """Joint variables of start, vias and goal, shape (m, n), each within the position limits."""
     labels = ["start", *(f"via {k}" for k in range(1, len(via) + 1)), "goal"]
-    pairs = list(zip(labels, [start, *via, goal], strict=True))
-    knots = np.array([_knot(arm, label, knot) for label, knot in pairs])
-    for k in np.flatnonzero(np.abs(np.diff(knots, axis=0)).max(axis=1) <= ROUNDING).tolist():
-        raise refusal(
-            f"{labels[k]} and {labels[k + 1]} are the same",
-            labels[k + 1],
-            "another position: every stretch of a motion moves",
-            "no movement",
-            "leave one of the two out, or plan the motions before and after the pause separately",
-        )
-    return knots
-
-
-def _knot(arm: RobotArm, label: str, values: ArrayLike) -> FloatArray:
-    knot = array_of(values, label, TrajectoryError)
-    if knot.shape != (arm.n_joints,):
-        found = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
-        raise refusal(f"{label} does not fit arm {arm.name}", label, f"{arm.n_joints} joint variables", found)
-    require_possible(knot, label, TrajectoryError)
     lower, upper = arm.limits("lower"), arm.limits("upper")
-    for i, joint in enumerate(arm.joints):
-        if not lower[i] - ROUNDING <= knot[i] <= upper[i] + ROUNDING:
-            like_degrees = joint.kind == "revolute" and abs(knot[i]) > 2 * math.pi
+    knots: list[FloatArray] = []
+    for label, values in zip(labels, [start, *via, goal], strict=True):
+        knot = array_of(values, label, TrajectoryError)
+        if knot.shape != (arm.n_joints,):
+            found = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
+            expected = f"{arm.n_joints} joint variables"
+            raise refusal(f"{label} does not fit arm {arm.name}", label, expected, found)
+        require_possible(knot, label, TrajectoryError)
+        outside = (knot < lower - ROUNDING) | (knot > upper + ROUNDING)
+        for i in np.flatnonzero(outside)[:1].tolist():
+            joint, value = arm.joints[i], float(knot[i])
+            degrees = joint.kind == "revolute" and abs(value) > 2 * math.pi
             raise refusal(
                 f"{label} lies outside the range of {joint_label(i + 1, joint.name)}",
                 label,
                 f"{angle(lower[i], joint.unit)} .. {angle(upper[i], joint.unit)}",
-                angle(float(knot[i]), joint.unit),
-                "joint angles are radians here: convert degrees with numpy.deg2rad"
-                if like_degrees
-                else "choose a position within the range",
+                angle(value, joint.unit),
+                f"choose a position within the range{', in radians: numpy.deg2rad' if degrees else ''}",
             )
-    return knot
+        if knots and np.abs(knot - knots[-1]).max() <= ROUNDING:
+            what = f"{labels[len(knots) - 1]} and {label} are the same"
+            expected, step = (
+                "another position",
+                "leave one out, or plan the motions around a pause separately",
+            )
+            raise refusal(what, label, expected, "no movement", step)
+        knots.append(knot)
+    return np.array(knots)
 
 
 def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: ArrayLike | None) -> FloatArray:
@@ -215,45 +209,33 @@ def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: Ar
     inner = np.atleast_1d(np.array(via_times, dtype=float))
     times = np.array([0.0, *inner, duration])
     if len(times) != len(knots) or not (np.diff(times) > ROUNDING * duration).all():
-        expected = f"{len(knots) - 2} increasing instants between 0 and {duration:g} s"
-        raise refusal(
-            "the instants of the vias do not fit the motion", "via_times", expected, str(inner.tolist())
+        what, expected = (
+            "the instants of the vias do not fit the motion",
+            f"{len(knots) - 2} increasing instants",
         )
+        raise refusal(what, "via_times", f"{expected} between 0 and {duration:g} s", str(inner.tolist()))
     return times
 
 
 def _judge(
     arm: RobotArm, report: LimitReport, where: str, shortest: float | None, allow_violations: bool
 ) -> None:
-    overshoots = [v for v in report.violations if v.quantity == "position"]
+    overshoots = [f"{v}, at {v.time:.3g} s" for v in report.violations if v.quantity == "position"]
     if overshoots:
-        raise refusal(
-            "the motion leaves the range of the joints between its knots",
-            where,
-            "every joint within its range all the time",
-            [f"{v}, at {v.time:.3g} s" for v in overshoots],
-            "move or add a via there, or choose the profile trapezoidal, which never overshoots",
-        )
+        what = "the motion leaves the range of the joints between its knots"
+        step = "move or add a via there, or choose the profile trapezoidal, which never overshoots"
+        raise refusal(what, where, "every joint within its range all the time", overshoots, step)
     if not report.violations or shortest is None:
         return
-    enough = f"a duration of {_round_up(shortest)} s meets all limits"
-    found = [str(violation) for violation in report.violations]
+    enough = f"a duration of {rounded_up(shortest * (1 - ROUNDING), 2):.10g} s meets all limits"
+    what, found = (
+        f"the motion is too fast for {arm.name}",
+        [str(violation) for violation in report.violations],
+    )
     if not allow_violations:
-        raise refusal(
-            f"the motion is too fast for {arm.name}",
-            where,
-            "velocities and accelerations within the limits of every joint",
-            found,
-            f"{enough}; allow_violations=True plans it all the same",
-        )
-    message = f"the motion is too fast for {arm.name}: {'; '.join(found)}; {enough}"
-    warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
-
-
-def _round_up(value: float) -> str:
-    """Two significant digits, rounded up, so that what is enough stays enough."""
-    step = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return f"{math.ceil(value / step - ROUNDING) * step:.10g}"
+        expected = "velocities and accelerations within the limits of every joint"
+        raise refusal(what, where, expected, found, f"{enough}; allow_violations=True plans it all the same")
+    warnings.warn(f"{what}: {'; '.join(found)}; {enough}", GdAnalyzeWarning, stacklevel=3)
 
 
 def _sample(

@@ -34,11 +34,7 @@ _PAUSE, _STILL = 0.1, 1.0
 
 
 def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> Trajectory:
-    """Take a trajectory, or read what a shipped name or the path of a file or folder stands for.
-
-    A folder stands for all trajectories in it, see `trajectory_files`; several become one, see `pool`.
-    `read` reads one file.
-    """
+    """Take a trajectory, or read what names, paths of files and folders stand for; several become a pool."""
     if isinstance(given, Trajectory):
         return given
     several = _several(given)
@@ -47,10 +43,7 @@ def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajecto
 
 
 def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
-    """Take the motions that `trajectory_of` makes one of, each by itself and no two of one name.
-
-    Those of a pool come without readings.
-    """
+    """Take the motions that `trajectory_of` makes one of, apart, without readings, no two of one name."""
     return _apart(_each(_several(given), arm, read))
 
 
@@ -60,10 +53,9 @@ def _several(given: GivenMotions) -> list[GivenMotion]:
 
 def _folder(given: GivenMotion) -> Path | None:
     """The folder of motions that is given, if it is one."""
-    if isinstance(given, str | PathLike) and str(given) not in shipped_trajectories():
-        path = Path(given)
-        return path if is_folder_of_motions(path) else None
-    return None
+    if not isinstance(given, str | PathLike) or str(given) in shipped_trajectories():
+        return None
+    return Path(given) if is_folder_of_motions(Path(given)) else None
 
 
 def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
@@ -122,11 +114,12 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     spelt = "+".join(names)
     if len(names) > _SPELT_OUT or len(spelt) > _LONGEST:
         spelt = f"{names[0]}+{len(names) - 1}-more"
+    q, qd, qdd = (np.concatenate([getattr(one, what) for one in parts]) for what in ("q", "qd", "qdd"))
     return Trajectory(
         np.concatenate(clocks),
-        np.concatenate([one.q for one in parts]),
-        np.concatenate([one.qd for one in parts]),
-        np.concatenate([one.qdd for one in parts]),
+        q,
+        qd,
+        qdd,
         name=name or spelt,
         origin=f"{in_words(names)}, one after the other with {number(pause)} s between",
         derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
@@ -153,13 +146,9 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
     first, taken = found[0], set[str]()
     for k, one in enumerate(found):
         if one.n_joints != first.n_joints:
-            raise refusal(
-                f"trajectory {one.name} is not of the arm of the others",
-                f"trajectory {one.name}",
-                f"{first.n_joints} joints, as {first.name} has",
-                f"{one.n_joints} joints",
-                "analyse motions of different arms one by one",
-            )
+            what, where = f"trajectory {one.name} is not of the arm of the others", f"trajectory {one.name}"
+            expected, step = f"{first.n_joints} joints, as {first.name} has", "analyse the arms one by one"
+            raise refusal(what, where, expected, f"{one.n_joints} joints", step)
         name, again = one.name, 1
         while name in taken:
             again += 1
@@ -169,51 +158,48 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
     return found
 
 
-def taken_apart(trajectory: Trajectory) -> tuple[Trajectory, ...]:
+def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
     """Take a pool apart again, without readings; any other trajectory is its only motion."""
-    return tuple(_part(trajectory, motion) for motion in trajectory.motions) or (trajectory,)
-
-
-def _part(whole: Trajectory, motion: Motion) -> Trajectory:
-    rows = motion.rows
-    return Trajectory(
-        whole.time[rows] - whole.time[motion.first] + motion.start,
-        whole.q[rows],
-        whole.qd[rows],
-        whole.qdd[rows],
-        name=motion.name,
-        origin=motion.origin,
-        derivatives_from=motion.derivatives_from,
-        gaps=tuple(row - motion.first for row in whole.gaps if motion.first < row < motion.end),
-    )
+    parts = [
+        Trajectory(
+            whole.time[of.rows] - whole.time[of.first] + of.start,
+            whole.q[of.rows],
+            whole.qd[of.rows],
+            whole.qdd[of.rows],
+            name=of.name,
+            origin=of.origin,
+            derivatives_from=of.derivatives_from,
+            gaps=tuple(row - of.first for row in whole.gaps if of.first < row < of.end),
+        )
+        for of in whole.motions
+    ]
+    return tuple(parts) or (whole,)
 
 
 def _recording(motions: Sequence[Trajectory]) -> Recording | None:
-    """Readings of all motions, where all were measured; of filter and noise the joint's worst."""
+    """Readings of all motions, where all have some; of filter and noise the joint's worst."""
     found = [one.recording for one in motions if one.recording is not None]
     if len(found) < len(motions):
         return None
 
-    def joined(name: str) -> FloatArray | None:
-        parts = [getattr(one, name) for one in found]
-        return None if any(part is None for part in parts) else np.concatenate(parts)
+    def joined(parts: Sequence[FloatArray | None]) -> FloatArray | None:
+        held = [part for part in parts if part is not None]
+        return np.concatenate(held) if len(held) == len(parts) else None
 
     cutoffs = [one.cutoff for one in found if one.cutoff is not None]
     cutoff, common = None, "not all of the motions were smoothed"
     if len(cutoffs) == len(found):
         cutoff = np.min(cutoffs, axis=0)
-        least, most = number(float(np.min(cutoffs))), number(float(np.max(cutoffs)))
-        common = f"each motion smoothed by itself, cut-off {least} Hz" + (
-            f" to {most} Hz" if most != least else ""
-        )
+        ends = dict.fromkeys(f"{number(float(of(cutoffs)))} Hz" for of in (np.min, np.max))
+        common = f"each motion smoothed by itself, cut-off {' to '.join(ends)}"
     notes = (f"{of.name}: {note}" for of, one in zip(motions, found, strict=True) for note in one.treatment)
-    return replace(
-        found[0],
-        q=np.concatenate([one.q for one in found]),
-        torque=joined("torque"),
-        torque_filtered=joined("torque_filtered"),
-        cutoff=cutoff,
-        noise_q=np.max([one.noise_q for one in found], axis=0),
-        noise_qdd=np.max([one.noise_qdd for one in found], axis=0),
-        treatment=(*notes, common),
+    return Recording(
+        np.concatenate([one.q for one in found]),
+        joined([one.torque for one in found]),
+        joined([one.torque_filtered for one in found]),
+        cutoff,
+        np.max([one.noise_q for one in found], axis=0),
+        np.max([one.noise_qdd for one in found], axis=0),
+        found[0].columns,
+        (*notes, common),
     )

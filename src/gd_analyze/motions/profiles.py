@@ -1,9 +1,4 @@
-"""Time profiles: how the joints get from one knot to the next, as piecewise polynomials of time.
-
-A profile is given knots (start, vias, goal) with their instants. 4-3-4 and 3-5-3 are the joint-interpolated
-trajectories of [FGL87] chapter 4: three segments, named after their degrees, that meet at a lift-off and a
-set-down knot.
-"""
+"""Time profiles: how the joints get from one knot to the next, as piecewise polynomials of time."""
 
 from __future__ import annotations
 
@@ -41,7 +36,7 @@ class Profile:
 
 
 def _three_segments(degrees: tuple[int, int, int], times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
-    """Three polynomials of given degrees through four knots, C2, at rest at both ends."""
+    """Three polynomials of given degrees through four knots, C2, at rest at both ends ([FGL87] chapter 4)."""
     if len(knots) == 2:
         shares = np.array([0.0, LIFT_OFF_TIME, 1 - LIFT_OFF_TIME, 1.0])
         passed = np.array([0.0, LIFT_OFF_SHARE, 1 - LIFT_OFF_SHARE, 1.0])

@@ -149,17 +149,21 @@ def read_log(
     """
     arm, reading = arm_of(arm), reading or Reading()
     path, name, origin, data = _source(path_or_name)
-    _refuse_writing_over(path, reading)
+    written = None if reading.save_mapping is None else Path(reading.save_mapping)
+    for file in (path, reading.mapping):
+        with suppress(OSError):
+            if file is not None and written is not None and written.samefile(file):
+                what, found = "the mapping would be written over what is read", str(written)
+                raise refusal(what, "--save-mapping", "another file", found)
     mapping = None
     if reading.mapping is not None:
         if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
-            raise refusal(
+            what, expected = (
                 "a mapping file says all of a log's columns",
-                "--mapping",
-                "no other option on columns, units or families beside it",
-                "such options",
-                "change the mapping file, or leave it out and write it anew with --save-mapping",
+                "no other option on columns or units",
             )
+            step = "change the mapping file, or write it anew with --save-mapping"
+            raise refusal(what, "--mapping", expected, "such options", step)
         mapping, lines = read_mapping(reading.mapping)
         reading = replace(
             reading,
@@ -206,14 +210,11 @@ def trajectory_files(folder: Path) -> list[Path]:
         and (_format(path) is not None or (path.is_file() and path.suffix.lower() in _TEXT))
     ]
     if not found:
-        names = [visible(path.name) for path in shown]
-        raise refusal(
-            "the folder holds no trajectories",
-            Location(folder),
-            f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml",
-            (", ".join(names[:5]) or "nothing") + (f" and {len(names) - 5} more" if len(names) > 5 else ""),
-            "name the files themselves, or another folder",
-        )
+        names = ", ".join(visible(path.name) for path in shown[:5]) or "nothing"
+        names += f" and {len(shown) - 5} more" if len(shown) > 5 else ""
+        expected = f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml"
+        step = "name the files themselves, or another folder"
+        raise refusal("the folder holds no trajectories", Location(folder), expected, names, step)
     return found
 
 
@@ -231,8 +232,7 @@ def _source(given: str | Path) -> tuple[Path, str, str, bytes | None]:
         raise refusal("this is no trajectory", "trajectory", expected, in_python(given))
     known, path = shipped_trajectories(), Path(given)
     if str(given) == "-":
-        data = _stream(None)
-        return Path("standard input"), "stdin", "read from standard input", data
+        return Path("standard input"), "stdin", "read from standard input", _stream(None)
     if str(given) in known:
         return known[str(given)], path.name, f"shipped trajectory {given}", None
     origin = f"read from {given}"
@@ -250,15 +250,12 @@ def _stream(path: Path | None) -> bytes:
     except (FileNotFoundError, ValueError):
         known = shipped_trajectories()
         near = difflib.get_close_matches(name.stem, known, n=1)
-        raise refusal(
-            f"there is no trajectory {str(name)!r}",
-            Location(name),
-            f"a CSV file, a log or a shipped trajectory ({', '.join(known)})",
-            "neither an existing file nor a known name",
-            f"did you mean the shipped {near[0]!r}?"
-            if near
-            else "check the path, or make a trajectory with `gd-analyze plan`",
-        ) from None
+        what, found = f"there is no trajectory {str(name)!r}", "neither an existing file nor a known name"
+        expected = f"a CSV file, a log or a shipped trajectory ({', '.join(known)})"
+        step = (
+            f"did you mean the shipped {near[0]!r}?" if near else "check the path, or see `gd-analyze plan`"
+        )
+        raise refusal(what, Location(name), expected, found, step) from None
     except OSError as error:
         raise _unreadable(name, error) from None
     if data is None:
@@ -270,18 +267,6 @@ def _stream(path: Path | None) -> bytes:
 def _unreadable(path: Path, error: OSError) -> TrajectoryError:
     found, step = error.strerror or str(error), "give a path you may read"
     return refusal("cannot read the trajectory", Location(path), "a file, or a folder of files", found, step)
-
-
-def _refuse_writing_over(path: Path, reading: Reading) -> None:
-    for read in (path, reading.mapping):
-        with suppress(OSError):
-            if (
-                reading.save_mapping is not None
-                and read is not None
-                and Path(read).samefile(reading.save_mapping)
-            ):
-                what, found = "the mapping would be written over what is read", str(reading.save_mapping)
-                raise refusal(what, "--save-mapping", "another file", found)
 
 
 def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress) -> LogTable:

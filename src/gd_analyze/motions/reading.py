@@ -22,7 +22,7 @@ _MOST_COLUMNS = 10_000
 def refusal(
     what: str, where: Location | str, expected: str, found: str | list[str], next_step: str | None = None
 ) -> TrajectoryError:
-    """Error about a motion: what is wrong and where, what was expected and found, what to do next."""
+    """Error about a motion."""
     return TrajectoryError(what, where=where, expected=expected, found=found, next_step=next_step)
 
 
@@ -101,12 +101,8 @@ class Reading:
         if self.rate is not None and not 0.0 < self.rate <= LARGEST:
             raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
         if self.rate is not None and self.time_unit is not None:
-            raise refusal(
-                "a rate and a unit of time contradict each other",
-                "rate",
-                "a rate where the log counts samples, or the unit of its time",
-                f"{self.rate:g} Hz and {self.time_unit}",
-            )
+            expected, found = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
+            raise refusal("a rate and a unit of time contradict each other", "rate", expected, found)
         for role, word in self.family:
             if role not in ("", *ROLES):
                 raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}")
@@ -146,13 +142,8 @@ class Treatment:
         for name, unit, values in (("cutoff", "Hz", cutoffs), ("largest_gap", "s", (self.largest_gap,))):
             for value in values:
                 if value is not None and not 0.0 < value <= LARGEST:
-                    expected = f"a number above 0, in {unit}"
-                    raise UsageError(
-                        f"impossible {name}",
-                        where=f"Treatment, {name}",
-                        expected=expected,
-                        found=f"{value:g}",
-                    )
+                    where, expected = f"Treatment, {name}", f"a number above 0, in {unit}"
+                    raise UsageError(f"impossible {name}", where=where, expected=expected, found=f"{value:g}")
 
 
 def _pair(entry: str, where: str) -> tuple[str, str]:

@@ -87,16 +87,13 @@ def sampling_of(
             f"gaps longer than {figures(gap)} s: {len(gaps)}; nothing is differentiated, smoothed or bounded "
             "across them"
         )
-    return Sampling(rows[kept], _from_first(times[kept], notes), gaps, step, tuple(notes))
-
-
-def _from_first(times: FloatArray, notes: list[str]) -> FloatArray:
-    """Count from the first reading where stamps are dates, unless that takes digits that tell them apart."""
+    times = times[kept]
     since = times - times[0]
-    if abs(times[0]) <= _DATE or not (np.diff(since) > 0).all():
-        return times
-    notes.append("time counts from the first reading")
-    return since
+    # Where stamps are dates, unless that takes digits that tell them apart.
+    if abs(times[0]) > _DATE and (np.diff(since) > 0).all():
+        notes.append("time counts from the first reading")
+        times = since
+    return Sampling(rows[kept], times, gaps, step, tuple(notes))
 
 
 def _in_order(
@@ -138,7 +135,7 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
     stretch within.
     """
     out = q.copy()
-    jumped: dict[int, int] = {}
+    jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1
     for i in np.flatnonzero(arm.is_revolute).tolist():
         lower, upper = arm.limits("lower")[i], arm.limits("upper")[i]
         for stretch in stretches:
@@ -148,18 +145,12 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
             if turns.any():
                 jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
                 out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)
-            out[stretch, i] += _TURN * _turns_into(out[stretch, i], lower, upper)
+            low, high = float(out[stretch, i].min()), float(out[stretch, i].max())
+            if math.isfinite(upper - lower) and (low < lower or high > upper):
+                into = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
+                if lower <= low + _TURN * into and high + _TURN * into <= upper:
+                    out[stretch, i] += _TURN * into
     if not jumped:
         return out, ()
-    return out, (
-        f"jumps of full turns undone: {sum(jumped.values())} ({named_joints([*jumped], arm.n_joints)})",
-    )
-
-
-def _turns_into(angle: FloatArray, lower: float, upper: float) -> int:
-    """Full turns that put angles within limits they are outside of; 0 where none do."""
-    low, high = float(angle.min()), float(angle.max())
-    if not (math.isfinite(lower) and math.isfinite(upper)) or (lower <= low and high <= upper):
-        return 0
-    turns = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
-    return turns if lower <= low + _TURN * turns and high + _TURN * turns <= upper else 0
+    joints = named_joints([*jumped], arm.n_joints)
+    return out, (f"jumps of full turns undone: {sum(jumped.values())} ({joints})",)

@@ -1,23 +1,4 @@
-r"""Splines through the numbers of a joint, smoothing or interpolating, and spectra of them.
-
-The smoothing spline s of fifth degree is the one with the least
-
-    dt sum_k (s(t_k) - x_k)^2  +  (2 pi f_c)^-6  integral s'''(t)^2 dt,
-
-dt the mean time step. Away from the ends, and at even steps, it passes a frequency f by the real factor
-
-    H(f) = 1 / (1 + (f / f_c)^6),
-
-which is that of a Butterworth filter of third order run forwards and backwards: no delay, half the amplitude
-at the cut-off f_c. Unlike such a filter it needs no even steps, and assumes nothing beyond the ends: a motion
-of constant acceleration passes unchanged, ends included. Its knots are eight in a period of f_c, so dense
-that H is that of infinitely many knots, and so few that the equations are well conditioned, whatever f_c.
-
-Velocities and accelerations that a plan leaves out come from a quintic interpolating spline. It is C4, so the
-acceleration is C2 and follows a smooth motion with an error of order h^4 (h: time step). Its end conditions
-are not-a-knot: they assume nothing, where "natural" ends would bend the accelerations of a recording cut out
-of a longer motion.
-"""
+"""Splines through the numbers of a joint, smoothing or interpolating, and spectra: docs/trajectories.md."""
 
 from __future__ import annotations
 
@@ -49,7 +30,11 @@ def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
 
 
 def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
-    """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz."""
+    """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz.
+
+    Its knots, eight in a period of f_c, are dense enough for the H of infinitely many, and few enough for
+    well-conditioned equations.
+    """
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
     from scipy.sparse import csr_array, diags_array

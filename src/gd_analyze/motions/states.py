@@ -99,10 +99,10 @@ class States:
         self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
     ) -> States:
         """Add more, shape (M, n); they count alike unless weights are given."""
-        more = (np.vstack([self.q, q]), np.vstack([self.qd, qd]), np.vstack([self.qdd, qdd]))
         if self.weights is not None:
             weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
-        return States(*more, self.described, weights=weights)
+        q, qd, qdd = (np.vstack(pair) for pair in zip(self.arrays, (q, qd, qdd), strict=True))
+        return States(q, qd, qdd, self.described, weights=weights)
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""
@@ -188,19 +188,16 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:
-        raise UsageError(
-            "this is no number of states", where="count", expected="1 or more", found=in_python(count)
-        )
+        found = in_python(count)
+        raise UsageError("this is no number of states", where="count", expected="1 or more", found=found)
     limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
     box = f"the arm's ranges, velocity and acceleration limits{limits.remark}"
-    return States(
-        random.uniform(limits.lower, limits.upper, shape),
-        random.uniform(-limits.velocity, limits.velocity, shape),
-        random.uniform(-limits.acceleration, limits.acceleration, shape),
-        {"box": box, "states": count, "seed": seed},
-    )
+    q = random.uniform(limits.lower, limits.upper, shape)
+    largest = (limits.velocity, limits.acceleration)
+    qd, qdd = (random.uniform(-most, most, shape) for most in largest)
+    return States(q, qd, qdd, {"box": box, "states": count, "seed": seed})
 
 
 def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
@@ -211,12 +208,8 @@ def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], 
         first = arrays[0].shape if arrays else (*array.shape[:-1], arm.n_joints)
         if array.shape != first:
             leading = "".join(f"{size}, " for size in first[:-1]) if arrays else "..., "
-            raise UsageError(
-                f"{name} does not fit arm {arm.name}",
-                where=name,
-                expected=f"shape ({leading}{arm.n_joints})",
-                found=str(array.shape),
-            )
+            what, expected = f"{name} does not fit arm {arm.name}", f"shape ({leading}{arm.n_joints})"
+            raise UsageError(what, where=name, expected=expected, found=str(array.shape))
         require_possible(array, name, UsageError)
         arrays.append(array)
     return arrays[0].shape[:-1], arrays

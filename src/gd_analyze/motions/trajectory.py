@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, are_possible, array_of
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged, Recording, treated
@@ -111,19 +111,14 @@ class Trajectory:
         where = f"trajectory {self.name}"
         for what in ("time", "q", "qd", "qdd"):
             array = array_of(getattr(self, what), what, TrajectoryError).copy()
-            if not are_possible(array):
-                row = int(np.argwhere(~(np.abs(array) <= LARGEST))[0][0])
-                raise refusal(
-                    f"{what} is not finite, or too large for any motion, at set point {row + 1}",
-                    where,
-                    f"finite numbers up to {LARGEST:g} in SI units",
-                    str(array[row].tolist()),
-                    "check units, and that no two set points share almost the same instant",
-                )
+            for row in np.argwhere(~(np.abs(array) <= LARGEST))[:1, 0].tolist():
+                problem = f"{what} is not finite, or too large for any motion, at set point {row + 1}"
+                step = "check units, and that no two set points share almost the same instant"
+                expected = f"finite numbers up to {LARGEST:g} in SI units"
+                raise refusal(problem, where, expected, str(array[row].tolist()), step)
             array.flags.writeable = False
             object.__setattr__(self, what, array)
-        if (np.diff(self.time) <= 0).any():
-            row = int(np.flatnonzero(np.diff(self.time) <= 0)[0])
+        for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
             expected, found = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
             raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, found)
         object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
@@ -173,17 +168,14 @@ class Trajectory:
         >>> motion.derivatives_from
         'qd and qdd derived: C4 (quintic) spline through the given q'
         """
-        arrays = [
+        _require_shapes(time, q, qd, qdd)
+        velocities, accelerations = (
             None if x is None else array_of(x, what, TrajectoryError)
-            for what, x in (("time", time), ("q", q), ("qd", qd), ("qdd", qdd))
-        ]
-        _require_shapes(*arrays)
-        instants, positions, velocities, accelerations = arrays
-        assert instants is not None
-        assert positions is not None
+            for what, x in (("qd", qd), ("qdd", qdd))
+        )
         logged = Logged(
-            instants,
-            positions,
+            array_of(time, "time", TrajectoryError),
+            array_of(q, "q", TrajectoryError),
             velocities,
             accelerations,
             None,
@@ -227,18 +219,8 @@ class Trajectory:
             still = np.zeros_like(logged.q)
             qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
             cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
-        made = treated(logged, arm, treatment)
-        return cls(
-            made.time,
-            made.q,
-            made.qd,
-            made.qdd,
-            logged.name,
-            logged.origin,
-            made.derivatives_from,
-            made.gaps,
-            made.recording,
-        )
+        time, q, qd, qdd, how, gaps, recording = treated(logged, arm, treatment)
+        return cls(time, q, qd, qdd, logged.name, logged.origin, how, gaps, recording)
 
     def __repr__(self) -> str:
         size = f"{self.n_joints} joints, {self.n_set_points} set points"
@@ -297,7 +279,7 @@ def _require_shapes(
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
-    """Text of a trajectory's CSV file: comments, header, numbers in full precision, gaps as `# gap`."""
+    """Text of a trajectory's CSV file."""
     table = np.column_stack([trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd])
     # Adding 0.0 turns -0.0 into 0.0; repr is the shortest text that reads back as the same number.
     rows = [",".join(map(repr, row)) for row in (table + 0.0).tolist()]

@@ -1,13 +1,4 @@
-"""Velocities and accelerations of a file: derived where missing, and compared with its positions where given.
-
-Accelerations come from the velocities where these are given: one differentiation amplifies noise by 1/h
-instead of 1/h^2, and the result agrees with the velocities the user stated.
-
-What is compared are integrals: the change of x, and that of its derivative v by the trapezoidal rule.
-Differentiating x would compare the noise of x instead. Between two set points v is taken to lie between its
-values there, so that the rule errs by half its change times the time step at most; of coarse set points,
-that pass over whole movements, the few intervals where the two disagree most are left out.
-"""
+"""Velocities and accelerations of a file: derived where missing, compared with its positions where given."""
 
 from __future__ import annotations
 
@@ -68,13 +59,11 @@ def completed(
     absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
     shortest = int(np.diff([0, *gaps, len(time)]).min())
     if shortest < FEWEST_SET_POINTS:
-        raise refusal(
-            f"too few set points to derive {' and '.join(absent)}",
-            where,
-            f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {' and '.join(absent)}",
-            str(shortest),
-            f"add {' and '.join(absent)}, or set points",
+        what, step = f"too few set points to derive {' and '.join(absent)}", "add them, or set points"
+        expected = (
+            f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {' and '.join(absent)}"
         )
+        raise refusal(what, where, expected, str(shortest), step)
     given = q if qd is None else qd
     source = f"C4 (quintic) spline through the given {'q' if qd is None else 'qd'}"
     parts = list(zip(np.split(time, gaps), np.split(given, gaps), strict=True))
@@ -88,13 +77,10 @@ def completed(
         qd = derived(1)
     for name, values in (("qd", qd), ("qdd", qdd)):
         if name in absent and not are_possible(values):
-            raise refusal(
-                f"{name} cannot be derived: it is too large for any motion",
-                where,
-                f"time steps in s, even enough that {name} stays below {LARGEST:g}",
-                f"time steps of {np.diff(time).min():g} s to {np.diff(time).max():g} s",
-                f"check the instants and their unit, or add {name}",
-            )
+            what, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
+            expected = f"time steps in s, even enough that {name} stays below {LARGEST:g}"
+            found, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
+            raise refusal(what, where, expected, found, step)
     return qd, qdd, f"{' and '.join(absent)} derived: {source}"
 
 
@@ -106,11 +92,7 @@ def contradictions(
     gaps: Sequence[int] = (),
     derived: Sequence[str] = (),
 ) -> list[str]:
-    """Which given velocities and accelerations are not derivatives, one line for each likely slip.
-
-    What was derived is not looked at; nor are accelerations where the velocities are wrong already, which
-    they would be compared with.
-    """
+    """Which given velocities, or else accelerations, are not derivatives: one line for each likely slip."""
     if len(time) < FEWEST_COMPARED:
         return []
     for name, of, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
@@ -129,7 +111,11 @@ def contradictions(
 def _contradicted(
     time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
 ) -> dict[int, float | None]:
-    """Joints (from 0) where v is not the derivative of x, and the factor by which v is too large."""
+    """Joints (from 0) where v is not the derivative of x, and the factor by which v is too large.
+
+    Integrals are compared, as differences of x would be all noise. Between set points v lies between its
+    values there: the trapezoidal rule errs by half its change times the step at most.
+    """
     steps = np.diff(time)[:, None]
     changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
     unsure = steps * np.abs(np.diff(v, axis=0)) / 2
