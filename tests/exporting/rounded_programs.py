@@ -9,15 +9,10 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.simplification.program_cache import inputs_of
 
 # Libraries of sines are off by an ulp or two of the result, which is at most eps each.
 _SINE = 4.0
-
-
-def inputs_of(states: States) -> dict[str, FloatArray]:
-    """Rows of a program's inputs by name."""
-    named = zip(("q", "qd", "qdd"), states.arrays, strict=True)
-    return {f"{kind}{j + 1}": x[:, j] for kind, x in named for j in range(x.shape[1])}
 
 
 def evaluated(

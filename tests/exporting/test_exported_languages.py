@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import keyword
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
-from compiled import STRICT, called, needs_gcc, needs_gpp
-from exported_cases import CASES, proven, round_model, subject
-from hostile import HOSTILE, NAMES, hostile, renamed
+from exported_cases import CASES, HOSTILE, NAMES, hostile, proven, renamed, round_model, subject
 from hypothesis import given
 from hypothesis import strategies as st
+from running import STRICT, called, needs_gcc, needs_gpp
 
 from gd_analyze import __version__
 from gd_analyze.exporting.export import written
@@ -57,11 +54,11 @@ def code_of(what: ExportInput, language: str) -> list[str]:
 def test_the_code_is_the_same_whatever_the_names(case, language):
     plain = subject(case)
     expected = code_of(plain, language)
-    for k in range(0, len(NAMES), 3):
+    for k in range(0, len(NAMES), 5):
         assert code_of(renamed(plain, NAMES[k:] + NAMES[:k]), language) == expected
 
 
-@examples(15)
+@examples(8)
 @given(st.lists(st.text(max_size=40), min_size=9, max_size=9), st.sampled_from(CODE))
 def test_so_it_is_with_any_names(names, language):
     plain = subject("two_link energy")
@@ -81,10 +78,6 @@ def test_what_a_compiler_refuses_as_a_name_is_reserved(language, compiler):
     lines = {int(line) for line in re.findall(r"<stdin>:(\d+):\d+: error", done.stderr)}
     assert {words[line - 1] for line in lines} <= set(RESERVED[language].lower().split())
     assert len(lines) > 30
-
-
-def test_the_keywords_of_python_are_reserved():
-    assert {*keyword.kwlist, *keyword.softkwlist} <= set(RESERVED["python"].split())
 
 
 @examples(200)
@@ -149,22 +142,6 @@ def test_python_takes_any_names(language, tmp_path, monkeypatch):
         exec(compile(text, what.name, "exec"), names)
         assert names["JOINTS"] == what.joints
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.skipif(shutil.which("octave") is None, reason="GNU Octave is not installed")
-def test_octave_takes_any_names(tmp_path):
-    lines = []
-    for what in (hostile(*place) for place in HOSTILE):
-        written(what, "matlab").save(tmp_path)
-        zeros = ", ".join([f"zeros({what.n}, 1)"] * (3 if what.torque else 2))
-        lines.append(f"{what.name}({zeros});")
-    (tmp_path / "every_name.m").write_text("\n".join([*lines, "printf('done');"]))
-    before = sorted(tmp_path.iterdir())
-    words = ["octave", "--no-gui", "--no-init-file", "--quiet", "every_name.m"]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.stdout.endswith("done")
-    assert "warning: " not in done.stderr
-    assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.parametrize("language", CODE)

@@ -1,0 +1,282 @@
+"""Every language gives what the model gives, its derivatives, and the box of a certificate."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exported_cases import CASES, FEW, ODD, states, subject
+from hypothesis import given
+from rounded_programs import assert_same, evaluated, slope
+from running import STRICT, called, compiled, imported, needs_gcc, needs_gpp, run_compiled, run_imported
+
+import gd_analyze as gd
+from few_tries import few_tries
+from gd_analyze.exporting.export import written
+from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.simplification.exact_form import ExactForm
+from made_models import ROUND_OFF
+from strategies import arms, examples, random_states
+
+ALL = (*CASES, *ODD, "weightless decomposition", "spins decomposition")
+# Of many states at once: none, one, a block less one, a block, a block and one, all.
+COUNTS = (0, 1, 7, 8, 9, 1000)
+EDGES = [([-0.7, 1.1], [2.3, -2.3], [-3.3, 3.3]), ([0.0, 0.0],) * 3]
+BEYOND = [
+    ([-0.7001, 0.0], [0.0, 0.0], [0.0, 0.0]),
+    ([0.0, 1.1001], [0.0, 0.0], [0.0, 0.0]),
+    ([0.0, 0.0], [2.3001, 0.0], [0.0, 0.0]),
+    ([0.0, 0.0], [0.0, 0.0], [0.0, -3.3001]),
+    *(tuple([math.nan if k == j else 0.0, 0.0] for k in range(3)) for j in range(3)),
+]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def jax():
+    """In double precision, where it is installed."""
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    try:
+        import jax
+    except ImportError:
+        yield None
+        return
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield jax
+    jax.config.update("jax_enable_x64", before)
+
+
+@needs_gcc
+@pytest.mark.parametrize("case", ALL)
+def test_c_gives_what_the_model_gives(case, tmp_path):
+    what, drawn = subject(case), states(case)
+    counts = COUNTS if what.torque else ()
+    results, bulk = run_compiled(what, "c", drawn, tmp_path, counts=counts)
+    for function in what.functions:
+        assert_same(results[function.name], function.program, drawn)
+    for count, torque in zip(counts, bulk, strict=True):
+        assert torque.shape == (what.n, count)
+        if count:
+            assert_same(torque, what.torque.program, drawn.at(slice(count)))
+
+
+@pytest.mark.parametrize(
+    ("language", "case"),
+    [
+        *(pytest.param("cpp", case, marks=needs_gpp) for case in (*FEW, "puma560 term", *ODD)),
+        *(("python", case) for case in ALL),
+        *(("casadi", case) for case in ALL),
+        *(("jax", case) for case in ("two_link element", "two_link recursive", "two_link decomposition")),
+    ],
+)
+def test_other_languages_do_too(language, case, tmp_path):
+    what, drawn = subject(case), states(case, 200)
+    if language == "cpp":
+        found, _ = run_compiled(what, language, drawn, tmp_path)
+    else:
+        found = run_imported(what, language, drawn, tmp_path)
+    for function in what.functions:
+        assert_same(found[function.name], function.program, drawn)
+
+
+@needs_gcc
+@examples(3)
+@given(arms(max_joints=2))
+@few_tries()
+def test_so_it_is_with_any_arm(tmp_path_factory, arm):
+    what = ExportInput.of_exact(ExactForm(arm))
+    drawn = random_states(arm.n_joints, 40, 1)
+    results, bulk = run_compiled(what, "c", drawn, tmp_path_factory.mktemp("drawn"), counts=(40,))
+    for function in what.functions:
+        assert_same(results[function.name], function.program, drawn)
+    assert_same(bulk[0], what.torque.program, drawn)
+
+
+@needs_gpp
+def test_cpp_of_single_precision(tmp_path):
+    what, drawn = subject("two_link recursive"), states("two_link", 100)
+    found, _ = run_compiled(what, "cpp", drawn, tmp_path, "float")
+    eps = float(np.finfo(np.float32).eps)
+    values, bound = evaluated(what.torque.program, drawn, eps)
+    # Inputs are rounded, too: a slope of some hundred times eps of an input of at most ten.
+    assert (np.abs(found["torque"] - values) <= bound + 1e4 * eps).all()
+
+
+DUAL = """
+// Forward differentiation, as a stranger would write it: nothing but a value and a slope.
+struct Dual {
+    double v, d;
+    Dual() : v(0), d(0) {}
+    explicit Dual(double value, double slope = 0) : v(value), d(slope) {}
+};
+inline Dual operator+(Dual a, Dual b) { return Dual(a.v + b.v, a.d + b.d); }
+inline Dual operator-(Dual a, Dual b) { return Dual(a.v - b.v, a.d - b.d); }
+inline Dual operator-(Dual a) { return Dual(-a.v, -a.d); }
+inline Dual operator*(Dual a, Dual b) { return Dual(a.v * b.v, a.d * b.v + a.v * b.d); }
+inline Dual sin(Dual a);
+inline Dual cos(Dual a);
+#include "stanford.hpp"
+#include <cstdio>
+inline Dual sin(Dual a) { return Dual(std::sin(a.v), a.d * std::cos(a.v)); }
+inline Dual cos(Dual a) { return Dual(std::cos(a.v), -a.d * std::sin(a.v)); }
+int main()
+{
+    double given[18];
+    while (std::fread(given, 8, 18, stdin) == 18) {
+        Dual x[18], tau[6];
+        for (int j = 0; j < 18; j++)
+            x[j] = Dual(given[j], j == 1);
+        stanford::torque(x, x + 6, x + 12, tau);
+        for (int j = 0; j < 6; j++)
+            std::fwrite(&tau[j].v, 8, 1, stdout), std::fwrite(&tau[j].d, 8, 1, stdout);
+    }
+}
+"""
+EIGEN = """
+#include <Eigen/Core>
+#include "two_link.hpp"
+#include <cstdio>
+int main()
+{
+    double x[6];
+    while (std::fread(x, 8, 6, stdin) == 6) {
+        const Eigen::Matrix<double, 2, 1> q(x[0], x[1]), qd(x[2], x[3]), qdd(x[4], x[5]);
+        const Eigen::Matrix<double, 2, 1> apart = two_link::inertia(q) * qdd
+            + two_link::coriolis_centrifugal(q, qd) + two_link::gravity_loading(q)
+            - two_link::torque(q, qd, qdd);
+        std::fwrite(apart.data(), 8, 2, stdout);
+    }
+}
+"""
+
+
+def run_cpp(what: ExportInput, text: str, folder: Path, drawn: gd.States, *flags: str) -> np.ndarray:
+    """What a program prints, given the states one after the other."""
+    written(what, "cpp").save(folder)
+    (folder / "main.cpp").write_text(text, encoding="ascii")
+    program = compiled("cpp", [folder / "main.cpp"], folder / "run", *flags)
+    return np.frombuffer(called(program, given=np.hstack(drawn.arrays).tobytes()))
+
+
+@needs_gpp
+def test_types_that_differentiate_themselves_work(tmp_path):
+    """Values and slopes of the torque by q2, by dual numbers whose sin and cos are their own."""
+    what, drawn = subject("stanford"), states("stanford", 100)
+    found = run_cpp(what, DUAL, tmp_path, drawn).reshape(100, 6, 2)
+    assert_same(found[..., 0].T, what.torque.program, drawn)
+    exact = slope(what.torque.program, drawn, "q2")
+    # Some hundred products of sizes up to the largest slope's.
+    assert np.abs(found[..., 1].T - exact).max() <= ROUND_OFF * np.abs(exact).max()
+
+
+@needs_gpp
+@pytest.mark.skipif(not Path("/usr/include/eigen3").exists(), reason="Eigen's headers are not installed")
+def test_vectors_of_eigen(tmp_path):
+    what, drawn = subject("two_link energy"), states("two_link", 20)
+    # Eigen's own headers have warnings that are not ours.
+    apart = run_cpp(what, EIGEN, tmp_path, drawn, "-isystem", "/usr/include/eigen3", "-Wno-unused-parameter")
+    largest = np.abs(evaluated(what.torque.program, drawn)[0]).max()
+    # A dozen roundings of sums of the torque's size.
+    assert apart.size == 40
+    assert np.abs(apart).max() <= 64 * np.finfo(float).eps * largest
+
+
+@needs_gpp
+def test_cpp_states_the_box_in_every_standard(tmp_path):
+    what = subject("two_link energy")
+    lines = []
+    for k, state in enumerate([*EDGES, *BEYOND]):
+        rows = ("{" + ", ".join("NAN" if math.isnan(x) else repr(x) for x in row) + "}" for row in state)
+        lines.append(f"const double a{k}[3][2] = {{{', '.join(rows)}}};")
+        lines.append(f"found[{k}] = is_within(a{k}[0], a{k}[1], a{k}[2]);")
+    count = len(EDGES) + len(BEYOND)
+    text = f"""
+#include "two_link.hpp"
+#include "two_link.hpp"
+#include <cmath>
+#include <cstdio>
+int main()
+{{
+    using namespace two_link;
+    double found[{count + 4}] = {{0}};
+    {" ".join(lines)}
+    found[{count}] = error_bound[0], found[{count + 1}] = error_bound[1];
+    found[{count + 2}] = joint_shoulder, found[{count + 3}] = joint_elbow;
+    std::fwrite(found, 8, {count + 4}, stdout);
+}}
+"""
+    found = run_cpp(what, text, tmp_path, states("two_link", 1))
+    assert found[:count].tolist() == [1] * len(EDGES) + [0] * len(BEYOND)
+    assert (found[count : count + 2] >= what.certificate.certified).all()
+    assert found[count + 2 :].tolist() == [0, 1]
+    for standard in ("c++14", "c++17", "c++20"):
+        called("g++", f"-std={standard}", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
+
+
+@pytest.mark.parametrize("language", ["python", "jax"])
+def test_modules_state_the_constants_and_the_box(language, tmp_path):
+    what = subject("two_link energy")
+    module = imported(what, language, tmp_path)
+    assert what.joints == module.JOINTS
+    assert (what.certificate.certified <= np.asarray(module.ERROR_BOUND)).all()
+    np.testing.assert_array_equal(module.LOWER, what.certificate.box.lower)
+    many = module.is_within(*map(np.array, zip(*EDGES, *BEYOND, strict=True)))
+    assert many.tolist() == [True] * len(EDGES) + [False] * len(BEYOND)
+
+
+def test_numpy_takes_any_leading_axes_and_needs_nothing_else(tmp_path):
+    module = imported(subject("two_link energy"), "python", tmp_path)
+    q, nothing = np.random.default_rng(0).uniform(-3, 3, (3, 5, 2)), np.zeros(2)
+    torque = module.torque(q, nothing, nothing)
+    assert torque.shape == (3, 5, 2)
+    np.testing.assert_array_equal(torque[1, 2], module.torque([*q[1, 2]], [0, 0], [0, 0]))
+    assert module.inertia(q).shape == (3, 5, 2, 2)
+    assert module.torque(np.zeros((0, 2)), nothing, nothing).shape == (0, 2)
+    with pytest.raises(ValueError, match="a state has 2 joints"):
+        module.torque(np.zeros(3), nothing, nothing)
+    script = "import sys, two_link; print(*{m.split('.')[0] for m in sys.modules})"
+    environment = {key: x for key, x in os.environ.items() if key != "PYTHONPATH"}
+    words = [sys.executable, "-c", script]
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, check=True, text=True)
+    assert "numpy" in done.stdout
+    assert not {"gd_analyze", "scipy", "xarray", "pandas", "jax"} & set(done.stdout.split())
+
+
+def test_gradients_of_jax_are_slopes(jax, tmp_path):
+    what = subject("two_link recursive")
+    module, drawn = imported(what, "jax", tmp_path), states("two_link", 50)
+    by_q, by_qdd = jax.vmap(jax.jit(jax.jacfwd(module.torque, argnums=(0, 2))))(*drawn.arrays)
+    for j in range(2):
+        exact = slope(what.torque.program, drawn, f"q{j + 1}").T
+        # Derivatives sum some dozen products: a few hundred eps of the largest.
+        assert np.abs(by_q[..., j] - exact).max() <= ROUND_OFF * np.abs(exact).max()
+    found = module.inertia(drawn.q)
+    assert np.abs(by_qdd - found).max() <= ROUND_OFF * np.abs(found).max()
+
+
+def test_casadi_differentiates_and_generates_code(tmp_path, monkeypatch):
+    casadi = pytest.importorskip("casadi")
+    what = subject("puma560 recursive")
+    module, drawn = imported(what, "casadi", tmp_path), states("puma560", 20)
+    symbols = [casadi.SX.sym(name, 6) for name in ("q", "qd", "qdd")]
+    jacobians = [casadi.jacobian(module.torque(*symbols), x) for x in symbols]
+    function = casadi.Function("slopes", symbols, jacobians)
+    found = [np.array([*map(np.array, function(*state))]) for state in zip(*drawn.arrays, strict=True)]
+    for j in range(6):
+        for k, kind in enumerate(("q", "qd", "qdd")):
+            exact = slope(what.torque.program, drawn, f"{kind}{j + 1}").T
+            # Some hundred products of sizes up to the largest torque's.
+            assert np.abs(np.array(found)[:, k, :, j] - exact).max() <= ROUND_OFF * max(
+                1.0, np.abs(exact).max()
+            )
+    assert (module.torque.name(), module.torque.name_in()) == ("puma560_torque", ["q", "qd", "qdd"])
+    assert module.inertia.size_out(0) == (6, 6)
+    assert (np.array(module.ERROR_BOUND).ravel() >= what.certificate.certified).all()
+    monkeypatch.chdir(tmp_path)
+    module.torque.generate("again.c")
+    assert "puma560_torque" in (tmp_path / "again.c").read_text()
