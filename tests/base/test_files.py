@@ -35,51 +35,54 @@ def write_all(paths: list[Path], text: str) -> None:
             assert not any(path.exists() and path.read_text() == text for path in paths)
 
 
-def test_a_set_is_replaced_when_all_of_it_is_written(tmp_path):
-    paths = [tmp_path / "new" / name for name in ("one", "two", "three")]
-    for text in ("old", "new"):
-        write_all(paths, text)
-        assert [path.read_text() for path in paths] == [text] * 3
-    assert names_in(tmp_path / "new") == ["one", "three", "two"]
-    (tmp_path / "any").touch()
-    assert stat.S_IMODE(paths[0].stat().st_mode) == stat.S_IMODE((tmp_path / "any").stat().st_mode)
-
-
-@pytest.mark.parametrize("end", [RuntimeError("midway"), KeyboardInterrupt(), OSError(28, "No space left")])
-def test_one_that_fails_leaves_the_whole_set(tmp_path, end):
-    paths = [tmp_path / name for name in ("one", "two")]
+def test_a_set_is_replaced_when_all_of_it_is_on_the_disk(tmp_path, monkeypatch):
+    paths = [tmp_path / "new" / name for name in ("one", "two")]
     write_all(paths, "old")
-    # Both statements are meant to stand in the block: a file is written, then the block ends badly.
-    with pytest.raises((type(end), StorageError)), replacing_together(paths) as temporaries:  # noqa: PT012
-        temporaries[0].write_text("new")
-        raise end
-    assert [path.read_text() for path in paths] == ["old"] * 2
-    assert names_in(tmp_path) == ["one", "two"]
-
-
-def test_all_is_on_the_disk_before_the_first_file_is_replaced(tmp_path, monkeypatch):
     done: list[str] = []
     fsync, replace = os.fsync, Path.replace
     monkeypatch.setattr(os, "fsync", lambda descriptor: (done.append("sync"), fsync(descriptor))[1])
     monkeypatch.setattr(Path, "replace", lambda path, to: (done.append("replace"), replace(path, to))[1])
-    write_all([tmp_path / "one", tmp_path / "two"], "new")
+    write_all(paths, "new")
     assert done == ["sync"] * 2 + ["replace"] * 2
+    assert [path.read_text() for path in paths] == ["new"] * 2
+    assert names_in(tmp_path / "new") == ["one", "two"]
+    (tmp_path / "any").touch()
+    assert stat.S_IMODE(paths[0].stat().st_mode) == stat.S_IMODE((tmp_path / "any").stat().st_mode)
+
+
+@pytest.mark.parametrize(
+    ("end", "raised"),
+    [
+        (RuntimeError("midway"), RuntimeError),
+        (KeyboardInterrupt(), KeyboardInterrupt),
+        *((OSError(getattr(errno, name), name), StorageError) for name in ("ENOSPC", "EDQUOT", "EIO")),
+        *((OSError(getattr(errno, name), name), OutputError) for name in ("EACCES", "EROFS")),
+    ],
+)
+def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
+    """And a failure of the machine is told from one of the place."""
+    paths = [tmp_path / name for name in ("one", "two")]
+    write_all(paths, "old")
+    # Both statements are meant to stand in the block: a file is written, then the block ends badly.
+    with pytest.raises(raised) as caught, replacing_together(paths) as temporaries:  # noqa: PT012
+        temporaries[0].write_text("new")
+        raise end
+    assert type(caught.value) is raised
+    assert [path.read_text() for path in paths] == ["old"] * 2
+    assert names_in(tmp_path) == ["one", "two"]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL is a matter of POSIX")
-def test_a_killed_process_leaves_no_half_file(tmp_path):
+def test_what_a_killed_process_left_goes_after_a_day(tmp_path):
     path = tmp_path / "file.txt"
     path.write_text("old")
-    with subprocess.Popen(
-        [sys.executable, "-c", KILLED_MIDWAY, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as process:
-        assert process.stdout is not None
+    words = [sys.executable, "-c", KILLED_MIDWAY, str(path)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"writing\n"
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
     assert path.read_text() == "old"
     (left,) = [name for name in names_in(tmp_path) if name != path.name]
-    assert left.startswith(".gd-analyze.")
     write_text(path, "new")
     assert names_in(tmp_path) == [left, path.name]  # its owner may live
     os.utime(tmp_path / left, (0, 0))
@@ -90,33 +93,17 @@ def test_a_killed_process_leaves_no_half_file(tmp_path):
 def test_what_cannot_be_a_file_is_refused(tmp_path, blocked_folder):
     (tmp_path / "folder").mkdir()
     os.mkfifo(tmp_path / "pipe")
-    wrong = [tmp_path / "folder", tmp_path / "pipe", blocked_folder / "f", tmp_path / ("x" * 300)]
-    for path in wrong:
-        with pytest.raises(OutputError) as caught:
-            write_text(path, "text")
-        assert caught.value.details["where"]
-        assert caught.value.details["next"]
-        if path != wrong[-1]:
-            with pytest.raises(OutputError):
-                require_writable(path)
+    for path in (tmp_path / "folder", tmp_path / "pipe", blocked_folder / "f"):
+        for refuse in (require_writable, lambda path: write_text(path, "text")):
+            with pytest.raises(OutputError) as caught:
+                refuse(path)
+            assert caught.value.details["where"]
+    with pytest.raises(OutputError), replacing(tmp_path / ("x" * 300)):
+        pass
     require_writable(tmp_path / "new" / "folder" / "file")
 
 
-@pytest.mark.parametrize(
-    ("number", "kind"),
-    [
-        *((getattr(errno, name), StorageError) for name in ("ENOSPC", "EDQUOT", "EIO")),
-        *((getattr(errno, name), OutputError) for name in ("EACCES", "EROFS")),
-    ],
-)
-def test_failures_of_the_place_and_of_the_machine(tmp_path, number, kind):
-    with pytest.raises(OutputError) as caught, replacing(tmp_path / "file"):
-        raise OSError(number, os.strerror(number))
-    assert type(caught.value) is kind
-    assert caught.value.details["found"] == os.strerror(number)
-
-
-@pytest.mark.parametrize("size", [0, 1, 2**20, 2**20 + 1])
+@pytest.mark.parametrize("size", [0, 2**20, 2**20 + 1])
 def test_reading_ends_at_the_largest_size(tmp_path, size):
     path = tmp_path / "text"
     path.write_bytes(b"x" * size)

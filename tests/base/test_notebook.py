@@ -128,8 +128,6 @@ def test_names_of_others_are_escaped(two_link, swing):
     arm = dataclasses.replace(two_link, name=script, title=f"{script} & co", joints=joints)
     motion = dataclasses.replace(swing, name=script)
     findings = gd.find(arm, motion)
-    values = (arm, motion, findings, findings.model, gd.evaluate(findings.model, motion))
-    for value in values:
-        html = value._repr_html_()
-        assert "<script" not in html
-        assert "&lt;script&gt;" in html
+    for value in (arm, motion, findings, findings.model, gd.evaluate(findings.model, motion)):
+        assert "<script" not in value._repr_html_()
+        assert "&lt;script&gt;" in value._repr_html_()

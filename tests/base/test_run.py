@@ -13,8 +13,9 @@ import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
 from gd_analyze.files import RESULT_FILES, mark_in, require_one_run
 from gd_analyze.studies.study_files import write_findings
+from strategies import names_in
 
-QUICK = ("h5", "json", "csv")
+EVERY, QUICK = sorted(RESULT_FILES.values()), ("h5", "json", "csv")
 
 
 @pytest.fixture(scope="module")
@@ -47,19 +48,23 @@ def warned(work, *words) -> str:
     return "\n".join(str(warning.message) for warning in caught)
 
 
+def claimed(folder, findings, formats=RESULT_FILES, *, overwrite=False):
+    return require_one_run(folder, RESULT_FILES, formats, mark(findings), overwrite=overwrite)
+
+
 def test_every_file_carries_the_mark(folder, swing_findings):
-    assert {mark_in(folder / name) for name in RESULT_FILES.values()} == {mark(swing_findings)}
+    assert {mark_in(folder / name) for name in EVERY} == {mark(swing_findings)}
     assert warned(gd.load_findings, folder / "analysis.h5") == ""
     assert warned(gd.load_model, folder / "model.json") == ""
-    assert gd.load_findings(folder / "analysis.h5").provenance["run"] == mark(swing_findings)
+    assert mark(gd.load_findings(folder / "analysis.h5")) == mark(swing_findings)
 
 
-def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings):
+def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings, other_budget):
     heavy = dataclasses.replace(two_link, gravity=two_link.gravity * 1.001)
     named = dataclasses.replace(swing, name="other")
-    options = [{"budget": "2%"}, {"level": "term"}, {"by_link": True}]
-    marks = [mark(gd.find(two_link, swing, gd.Settings(**one))) for one in options]
-    marks += [mark(gd.find(heavy, swing)), mark(gd.find(two_link, named)), mark(swing_findings)]
+    by_link = gd.find(two_link, swing, gd.Settings(by_link=True))
+    every = [other_budget, by_link, gd.find(two_link, named), swing_findings, gd.find(heavy, swing)]
+    marks = [mark(findings) for findings in every]
     assert len(set(marks)) == len(marks)
     # The first part is of what was asked for: names and options.
     assert len({found.split("-")[1] for found in marks}) == len(marks) - 1
@@ -72,9 +77,7 @@ def test_a_file_of_another_run_is_noticed(folder, written, name):
     for read, load in (("analysis.h5", gd.load_findings), ("model.json", gd.load_model)):
         message = warned(load, folder / read).partition(";")[0]
         assert f"different runs in {folder}" in message
-        assert all(
-            (other in message) == (name in (read, other)) for other in set(RESULT_FILES.values()) - {read}
-        )
+        assert all((other in message) == (name in (read, other)) for other in {*EVERY} - {read})
 
 
 def test_a_file_of_no_run_is_noticed_and_not_replaced_and_one_of_another_name_is_not(folder, swing_findings):
@@ -84,10 +87,6 @@ def test_a_file_of_no_run_is_noticed_and_not_replaced_and_one_of_another_name_is
     assert "model.json" in warned(gd.load_findings, folder / "analysis.h5")
     with pytest.raises(OutputError, match="another run"):
         claimed(folder, swing_findings)
-
-
-def claimed(folder, findings, formats=RESULT_FILES, *, overwrite=False):
-    return require_one_run(folder, RESULT_FILES, formats, mark(findings), overwrite=overwrite)
 
 
 def test_the_same_run_again_replaces_the_files(folder, two_link, swing, swing_findings):
@@ -100,15 +99,14 @@ def test_the_same_run_again_replaces_the_files(folder, two_link, swing, swing_fi
     assert caught.value.details["found"] == "report.html, report.pdf"
 
 
-@pytest.mark.parametrize("formats", [RESULT_FILES, ("csv",)])
-def test_another_run_is_replaced_only_when_told_to(folder, other_budget, formats):
-    with pytest.raises(OutputError, match="holds files of another run") as caught:
-        claimed(folder, other_budget, formats)
-    assert caught.value.details["found"] == ", ".join(RESULT_FILES.values())
+def test_another_run_is_replaced_only_when_told_to(folder, other_budget):
+    for formats in (RESULT_FILES, ("csv",)):
+        with pytest.raises(OutputError, match="holds files of another run") as caught:
+            claimed(folder, other_budget, formats)
+        assert caught.value.details["found"] == ", ".join(RESULT_FILES.values())
     others = claimed(folder, other_budget, QUICK, overwrite=True)
-    assert [path.name for path in others] == ["report.html", "report.pdf"]
     write_findings(other_budget, folder, QUICK, others)
-    assert sorted(path.name for path in folder.iterdir()) == sorted(RESULT_FILES[name] for name in QUICK)
+    assert names_in(folder) == sorted(RESULT_FILES[name] for name in QUICK)
 
 
 def test_a_mixture_is_mended_from_the_analysis(folder, other_budget):

@@ -7,7 +7,6 @@ import pint
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.schema import GROUPS
 from gd_analyze.studies.main_job import find
 
@@ -28,11 +27,6 @@ def mixed_findings():
     return find(arm, motion, gd.Settings(drives=True, by_link=True, terms=True))
 
 
-@pytest.fixture(params=["revolute", "mixed"])
-def findings(request, puma_findings, mixed_findings):
-    return puma_findings if request.param == "revolute" else mixed_findings
-
-
 def units_of_rows(table, array) -> list[str]:
     """All units that the numbers of a variable are in."""
     if "units" in array.attrs:
@@ -45,8 +39,8 @@ def units_of_rows(table, array) -> list[str]:
     return [unit for unit in np.unique(units.values).tolist() if unit]
 
 
-def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(findings):
-    for group, table in findings.tables.items():
+def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(puma_findings, mixed_findings):
+    for group, table in (*puma_findings.tables.items(), *mixed_findings.tables.items()):
         assert set(table.data_vars) <= set(GROUPS[group])
         for name, array in table.data_vars.items():
             assert all(array.attrs[word] for word in ("equation", "long_name")), (group, name)
@@ -57,14 +51,6 @@ def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(find
                 parsed(unit)
         if "time" in table.coords:
             assert table.time.attrs["units"] == "s"
-
-
-def test_units_that_are_the_same_everywhere_stand_at_the_variable(puma_findings, mixed_findings):
-    uniform, mixed = (found.decomposition.coords for found in (puma_findings, mixed_findings))
-    assert not [name for name in uniform if str(name).endswith("_unit")]
-    assert {f"{kind}_unit" for kind in ("position", "velocity", "inertia", "christoffel")} <= set(mixed)
-    assert puma_findings.decomposition.torque.attrs["units"] == "N m"
-    assert mixed_findings.decomposition.torque.attrs["units_in"] == "effort_unit"
 
 
 def test_units_of_a_mixed_arm_balance(mixed_findings):
@@ -126,13 +112,3 @@ def test_differences_from_pinocchio_are_told_apart_by_unit(mixed_findings, puma_
     ]
     assert puma_findings.tables["cross_check"].unit.values.tolist() == ["kg m^2", "N m", "N m", "N m"]
     assert mixed_findings.round_off == float(table.round_off_bound.sel(comparison="torque, N"))
-
-
-def test_a_difference_is_told_in_the_unit_of_the_entry(mixed_findings):
-    arm, dataset = mixed_findings.arm, mixed_findings.decomposition.load()
-    force = np.zeros_like(dataset.gravity_loading.values)
-    force[:, 2] = 1e-3
-    spoiled = dataset.assign(gravity_loading=dataset.gravity_loading + force)
-    with pytest.raises(gd.GdAnalyzeError, match="gravity_loading disagrees") as caught:
-        cross_check(arm, spoiled)
-    assert caught.value.details["found"] == "1.0e-03 N"
