@@ -14,12 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.report.html import page_of
-from gd_analyze.studies.comparison import compare, comparison_result
+from gd_analyze.studies.comparison import comparison_result
 from gd_analyze.studies.comparison_agreement import agreement
 from gd_analyze.studies.comparison_costs import (
     N_JOINTS,
@@ -108,11 +108,6 @@ def test_a_wrong_formulation_is_noticed(two_link, quantity):
     assert not found.holds
     worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
     assert worst == "newton_euler_link"
-
-
-def test_a_trajectory_of_another_arm_is_refused(puma, swing):
-    with pytest.raises(TrajectoryError, match="puma560"):
-        compare(puma, swing)
 
 
 def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
