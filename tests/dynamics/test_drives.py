@@ -76,7 +76,7 @@ def test_a_prismatic_drive_is_in_newtons_and_kilograms():
 
 
 def test_impossible_drives_and_none(puma, two_link, swing):
-    with pytest.raises(ArmError, match="viscous friction of a drive is negative"):
+    with pytest.raises(ArmError, match="viscous of a drive is negative"):
         dataclasses.replace(puma.drives[0], viscous=-1.0)
     for coulomb in ((-0.1, -0.1), (0.1, 0.1)):
         drives = (dataclasses.replace(puma.drives[0], coulomb=coulomb), *puma.drives[1:])
