@@ -18,7 +18,7 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
 from gd_analyze.simplification.recursion import INWARD, OUTWARD, Quantity
 from gd_analyze.simplification.recursion_losses import KINDS as OF_LINKS
-from gd_analyze.simplification.recursion_reading import MEANINGS
+from gd_analyze.simplification.recursive import MEANINGS
 
 PAGE = ROOT / "docs" / "notation.md"
 ALONG = {code(row["name"]): row for row in tables(PAGE, "Quantities along a trajectory")}

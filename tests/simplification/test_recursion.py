@@ -36,8 +36,7 @@ from gd_analyze.simplification.recursion import (
     Recursion,
 )
 from gd_analyze.simplification.recursion_losses import omissions
-from gd_analyze.simplification.recursion_reading import Reading, scales
-from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.recursive import RECURSIVE, Reading, scales
 from gd_analyze.simplification.simplify import simplify_exact
 from parallel_axes import scara
 from psdm_arms import kr6

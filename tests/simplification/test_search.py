@@ -19,8 +19,8 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.linear_programs import Refit
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.refit import Refit
 from gd_analyze.simplification.search import search
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.comparison_costs import generic_chain

@@ -9,8 +9,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.result import Column, Part, Section, Table
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
-from gd_analyze.simplification.recursion_reading import MEANINGS
-from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 
 _MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
 # Rows of what is left out that people see.

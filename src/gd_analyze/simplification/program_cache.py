@@ -21,23 +21,21 @@ from gd_analyze.simplification.cache import keep, kept, name_of
 _CODE = ("dynamics", "harmonics", "operations", "simplification", "robots")
 
 
+_Writing = Callable[[], Iterable[Program]]
+_Check = Callable[[Sequence[Program]], bool]
+
+
 @dataclass(frozen=True)
 class Task:
     """Programs to be written together, which takes long."""
 
     name: str  # of their entry in the cache
     n_joints: int = field(compare=False)
-    write: Callable[[], Iterable[Program]] = field(compare=False)
-    are_right: Callable[[Sequence[Program]], bool] = field(compare=False)
+    write: _Writing = field(compare=False)
+    are_right: _Check = field(compare=False)
 
     @classmethod
-    def of(
-        cls,
-        key: Any,
-        n_joints: int,
-        write: Callable[[], Iterable[Program]],
-        are_right: Callable[[Sequence[Program]], bool],
-    ) -> Task:
+    def of(cls, key: Any, n_joints: int, write: _Writing, are_right: _Check) -> Task:
         """Name programs by everything they depend on; `key` is a JSON value."""
         return cls(name_of([_surroundings(), key]), n_joints, write, are_right)
 
@@ -81,7 +79,6 @@ def _surroundings() -> list[str]:
     """The code and what it runs on, as far as numbers may depend on it."""
     digest, root = hashlib.sha256(), Path(__file__).parents[1]
     for place in _CODE:
-        path = root / place
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+        for file in sorted((root / place).rglob("*.py")):
             digest.update(file.read_bytes())
     return [digest.hexdigest(), np.__version__, platform.python_version(), platform.machine()]

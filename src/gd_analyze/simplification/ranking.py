@@ -10,8 +10,7 @@ import numpy as np
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import candidates_of
-from gd_analyze.simplification.elimination import eliminate
+from gd_analyze.simplification.candidates import candidates_of, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level

@@ -20,7 +20,7 @@ from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, INWARD, NUMBER, Changes, Quantity, Recursion
-from gd_analyze.simplification.recursion_reading import Names, SimplifiedQuantities, merged, scales, unsigned
+from gd_analyze.simplification.recursive import Names, SimplifiedQuantities, merged, scales, unsigned
 from gd_analyze.text import joined
 
 # What stands in for a step: numbers by the source they multiply.
@@ -37,7 +37,7 @@ _UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
 
 @dataclass(frozen=True, eq=False)
 class Omission:
-    """One change of a recursion, factors of its quantities (`recursion_reading.scales`) taken out."""
+    """One change of a recursion, factors of its quantities (`recursive.scales`) taken out."""
 
     places: tuple[int, ...]  # of the steps, mostly one
     quantity: Quantity  # what they are part of, or are

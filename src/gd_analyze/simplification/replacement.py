@@ -1,13 +1,9 @@
 """Numbers of a program fitted to the exact torque, and what may stand in for its steps.
 
-Torque is linear in each number alone and nearly so in all of them: a few weighted least squares make a high
-power of the errors small, and with it the largest.
-
+Torque is nearly linear in all numbers: a few weighted least squares make a high power of the errors small.
 Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order: for every pair of
 steps the best c and the squares follow from two products of matrices. Operations saved are those that are
-alone for v and that u does not need. What is linear in velocities stands in for such only, what has neither
-velocities nor accelerations for all but that. A second step is looked for beside the best first ones; what is
-most promising is then looked at together with what a fit of all numbers makes of it.
+alone for v and that u does not need. What is most promising is then looked at beside a fit of all numbers.
 """
 
 from __future__ import annotations

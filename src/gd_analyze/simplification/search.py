@@ -13,14 +13,12 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.accuracy import SearchStep
-from gd_analyze.simplification.candidates import Candidates, Kept, candidates_of
+from gd_analyze.simplification.candidates import Candidates, Elimination, Kept, candidates_of, eliminate
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Work
-from gd_analyze.simplification.elimination import Elimination, eliminate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Found
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.refit import Refit, share_coefficients
-from gd_analyze.simplification.selection import select
+from gd_analyze.simplification.linear_programs import Refit, select, share_coefficients
 
 # A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
 Step = tuple[Kept, FloatArray]

@@ -247,7 +247,16 @@ def _within(
         # a little more every time, so it ends.
         known, margin = exact.thinned(), 1.0
         while True:
-            model = _searched(known, margin * allowed, str(budget), level, trial, progress, start)
+            most = margin * allowed
+            if isinstance(level, CandidateLevel):
+                found = dropped(known, level, most, trial, progress)
+            else:
+                found = pruned(known, most, trial, progress, None if start is None else start.terms)
+            model = exactly(known, level, most, str(budget))
+            done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+            model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
+            model = measured(known, replace(model, accuracy=done))
+            model = model if trial.dearer else no_dearer(known, model)
             if known is exact:
                 return model
             torque = model.torque(*exact.states.arrays)
@@ -267,23 +276,3 @@ def _within(
         what, next_step = "the model misses its budget", "please report this with the arm file and the states"
         raise GdAnalyzeError(what, expected=expected, found=found, next_step=next_step)
     return model
-
-
-def _searched(
-    exact: ExactDynamics,
-    allowed: FloatArray,
-    budget: str,
-    level: Level,
-    how: SearchOptions,
-    progress: Progress,
-    start: SimplifiedModel | None,
-) -> SimplifiedModel:
-    if isinstance(level, CandidateLevel):
-        found = dropped(exact, level, allowed, how, progress)
-    else:
-        found = pruned(exact, allowed, how, progress, None if start is None else start.terms)
-    model = exactly(exact, level, allowed, budget)
-    accuracy = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
-    model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
-    model = measured(exact, replace(model, accuracy=accuracy))
-    return model if how.dearer else no_dearer(exact, model)

@@ -20,10 +20,7 @@ from gd_analyze.simplification.program_cache import Task, inputs_of, kept_progra
 
 
 class TorqueVariables:
-    """Sines, cosines, powers, absolute velocities and accelerations; sums of parallel angles are formed once.
-
-    States q, qd, qdd are values of every joint, of any kind that can be added up, n of each.
-    """
+    """Sines, cosines, powers, absolute velocities and accelerations at states, of values of any kind."""
 
     def __init__(self, velocities: AbsoluteVelocities, states: Iterable[Any]) -> None:
         self._q, qd, qdd = states
@@ -62,11 +59,7 @@ _Polynomials = dict[_Key, _Polynomial]
 
 
 def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: bool = False) -> Program:
-    """Write torques in nested form: a few milliseconds for some hundred terms.
-
-    With `in_line` a bracket of a single term is multiplied out, so that sums of velocities are taken out of
-    it.
-    """
+    """Write torques in nested form; `in_line` multiplies brackets of one term out, to share velocities."""
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
@@ -103,9 +96,8 @@ def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, 
         for number in known[support]:
             other = distinct[number]
             ratio = polynomial[support[0]] / other[support[0]]
-            if all(
-                abs(polynomial[m] - ratio * other[m]) <= _PROPORTIONAL * abs(polynomial[m]) for m in support
-            ):
+            apart = (abs(polynomial[m] - ratio * other[m]) / abs(polynomial[m]) for m in support)
+            if all(share <= _PROPORTIONAL for share in apart):
                 places[key] = (number, ratio)
                 break
         else:
@@ -127,10 +119,8 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
     """Write torque terms as a program of the torques of the joints themselves.
 
-    Brackets nested take milliseconds. Looking for what all rows share takes 10 ms for 50 terms, 0.1 s for 150
-    and 1 s for 400, and finds a third fewer operations where there are more than a hundred. Rearranging takes
-    a tenth of a second more, and 3 % off; of several ways the one of fewest operations is then given, and is
-    kept for the next run.
+    Nested brackets take milliseconds. Looking for what all rows share takes 0.1 s for 150 terms, 1 s for 400,
+    and a third off; rearranging, of several ways the best, a tenth of a second more, and 3 % off.
     """
     if len(terms) > effort.shared:
         return nested_program(velocities, terms)
@@ -149,11 +139,7 @@ def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effor
 def torque_programs(
     velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
 ) -> tuple[Program, ...]:
-    """Write torques that gain terms step by step, each from the one before: as thoroughly, in less time.
-
-    The last step has all terms that occur. It ends before the first program that takes more than `most`
-    operations.
-    """
+    """Write torques that gain terms step by step, up to the first program of more than `most` operations."""
     joins: dict[TorqueTerm, int] = {}
     for number, terms in enumerate(steps):
         joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
@@ -170,17 +156,16 @@ def torque_programs(
 
 
 def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
-    hopeful = [*takewhile(lambda terms: _may_take(velocities, terms, most), steps)]
+    def may_take(terms: Torques) -> bool:  # so few operations, judged by nested brackets
+        few = len(terms) <= POINT.shared
+        return few and nested_program(velocities, terms).count.total <= _NESTED * most
+
+    hopeful = [*takewhile(may_take, steps)]
     written: Iterable[Program] = (torque_program(velocities, terms, POINT) for terms in hopeful)
     if len(hopeful) > 1:
         rows = [_rows(velocities, terms) for terms in hopeful]
         written = (_program(velocities, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
     yield from takewhile(lambda program: program.count.total <= most, written)
-
-
-def _may_take(velocities: AbsoluteVelocities, terms: Torques, most: int) -> bool:
-    """Whether a program may be found of so few operations, judged by its nested brackets."""
-    return len(terms) <= POINT.shared and nested_program(velocities, terms).count.total <= _NESTED * most
 
 
 def _listed(terms: Torques) -> list[Any]:

@@ -11,8 +11,15 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import SWEEP, Candidates, Kept, TooManyTermsError, candidates_of
-from gd_analyze.simplification.elimination import Elimination, eliminate
+from gd_analyze.simplification.candidates import (
+    SWEEP,
+    Candidates,
+    Elimination,
+    Kept,
+    TooManyTermsError,
+    candidates_of,
+    eliminate,
+)
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
