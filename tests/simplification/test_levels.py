@@ -17,20 +17,17 @@ from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.trace import is_constant
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive, LinkUncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.candidates import candidates_of, eliminate
 from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.element import ELEMENT, Part, parts_of, torque_by_part, trace_parts
+from gd_analyze.simplification.element import ELEMENT, Part, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.linear_programs import select
 from gd_analyze.simplification.ranking import rank_terms
 from gd_analyze.simplification.simplify import simplify
-from made_models import by_elements
+from made_models import by_elements, model_of
 from strategies import arms_with_states, examples, motions, two_link_of
 
 budgets = st.one_of(st.floats(0, 1.2).map(of_shares), st.floats(0, 50).map(of_torque))
@@ -145,30 +142,6 @@ def test_selection_holds_huge_errors_against_tiny_budgets():
     assert kept.tolist() == [True, False, True]
 
 
-@pytest.mark.parametrize(("name", "drives"), [("puma560", False), ("puma560", True), ("two_link", False)])
-def test_what_the_search_minimises_is_the_number_of_operations(name, drives, rng):
-    """Its price of a selection and the count of that selection's program differ by one constant.
-
-    Every joint keeps its h here: the term that each joint adds for free, having nothing to add it to, is that
-    constant. So do D33 .. D36 keep their translation: shoulder and elbow of the PUMA are parallel, and where
-    rotation alone is left of D2j and D3j, their products with qdd_j are one more shared than is priced.
-    """
-    arm = load_arm(name)
-    traced, parts = trace_parts(arm), parts_of(arm.n_joints)
-    prices = ELEMENT.costs(ExactForm(arm, drives), parts)
-    nonzero = np.array([not is_constant(traced.expression(part), 0.0) for part in parts])
-    held = {f"h{i} {effect}" for i in range(1, 7) for effect in ("translation", "rotation")}
-    held |= {f"D3{j} translation" for j in range(3, 7)}
-    always = np.array([part.label in held for part in parts])
-    differences = set()
-    for _ in range(40):
-        keep = nonzero & (always | (rng.random(len(parts)) < rng.random()))
-        price = sum(operations for needing, operations in prices.items() if any(keep[p] for p in needing))
-        chosen = [part for part, kept in zip(parts, keep, strict=True) if kept]
-        differences.add(price - cost_of(arm, chosen, drives))
-    assert len(differences) == 1
-
-
 def measured(model, states) -> np.ndarray:
     """Largest error per joint against the numeric formulas, not against anything the search used."""
     exact = decompose_states(model.arm, states, christoffel=False, drives=model.drives)["torque"]
@@ -257,24 +230,15 @@ def test_the_error_without_the_last_terms_is_measured_on_their_model(case, level
     exact = ExactDynamics.of(*case)
     ranking = rank_terms(exact, level)
     whole = np.maximum(exact.peak_torque, 1e-12 * exact.peak_torque.max())
-    candidates = candidates_of(exact, level, whole)
-    order = eliminate(candidates, by_cost=False).order
-    count = len(order)
-    for kept_count in {0, count // 3, count - 1}:
-        kept = np.zeros(count, dtype=bool)
-        kept[list(order[count - kept_count :])] = True
-        program = level.write(exact.form, candidates.keep(kept, np.ones(count)), ROUGH)
-        inputs = {
-            f"{name}{i + 1}": getattr(exact.states, name)[:, i]
-            for name in ("q", "qd", "qdd")
-            for i in range(exact.arm.n_joints)
-        }
-        error = np.abs(program.run(inputs).T - exact.torque).max(axis=0) / whole
-        stated = ranking.terms[kept_count]
+    count = len(ranking.terms)
+    for kept in {0, count // 3, count - 1}:
+        terms = {ranked.term: ranked.weight for ranked in ranking.terms[:kept]}
+        torque = model_of(exact.form, level, terms, ROUGH).torque(*exact.states.arrays)
+        error = np.abs(torque - exact.torque).max(axis=0) / whole
         # Identification and two orders of summing: some hundred eps of the largest torque of all joints, over
         # the smallest joint's.
         slack = 1e-11 * exact.peak_torque.max() / whole.min()
-        assert abs(stated.without_share - error.max()) <= slack
+        assert abs(ranking.terms[kept].without_share - error.max()) <= slack
 
 
 def test_what_lies_below_the_uncertainty(swing):

@@ -15,7 +15,6 @@ from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
 from gd_analyze.motions.states import States, states_in_box, states_of
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.budget import Budget
@@ -106,10 +105,6 @@ def test_it_errs_by_what_it_promises_where_it_was_made(model, swing):
     assert model.accuracy.fitted_on == states_of(swing).described
 
 
-every_level = pytest.mark.parametrize("level", LEVELS.values(), ids=str)
-CASES = [("puma560", True), ("stanford", False)]
-
-
 def assert_adds_up(model: SimplifiedModel, states: States) -> None:
     """Torque is D qdd + h + c: derivatives and torque sum the same products, in another order."""
     inertia, h, c = quantities(model, states)
@@ -147,13 +142,6 @@ def assert_exact(model: SimplifiedModel, states: States) -> None:
             found, found.swapaxes(1, 2), rtol=0, atol=ROUND_OFF * np.abs(found).max(initial=0.0)
         )
     assert_adds_up(model, states)
-
-
-@every_level
-@pytest.mark.parametrize(("name", "drives"), CASES)
-def test_a_model_of_all_terms_is_exact(level, name, drives):
-    arm = load_arm(name)
-    assert_exact(exact_model(arm, drives, level), random_states(arm.n_joints, 20, 3))
 
 
 @examples(6)
