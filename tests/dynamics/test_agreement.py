@@ -8,71 +8,72 @@ bound, and two of them may differ by four times.
 
 from __future__ import annotations
 
+import dataclasses
 from itertools import combinations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics import composite_moments as composite
-from gd_analyze.dynamics import lagrange_euler, newton_euler_base, newton_euler_link, probing
-from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics import newton_euler_base, newton_euler_link
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
+from gd_analyze.dynamics.pinocchio_check import (
+    MOST_SET_POINTS,
+    QUANTITIES,
+    cross_check,
+    pinocchio_dynamics,
+    pinocchio_model,
+    round_off_bounds,
+)
+from gd_analyze.dynamics.regressor import inertial_parameters, parameters_of, regressor
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from parallel_axes import arms_with_runs
-from strategies import States, arms_with_states, examples, random_states
+from strategies import States, arms_with_states, examples, motions, random_states
 from transforms import derivative, link_frames
 
+EPS = float(np.finfo(float).eps)
 BUILT_IN = ["puma560", "stanford", "two_link"]
 TO_PINOCCHIO, TO_EACH_OTHER = 2, 4
-QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
-built_in = st.builds(
-    lambda name, seed: (load_arm(name), random_states(load_arm(name).n_joints, 6, seed)),
-    st.sampled_from(BUILT_IN),
-    st.integers(0, 2**32 - 1),
+every_arm = st.one_of(
+    arms_with_states(),
+    st.builds(
+        lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
+        st.one_of(st.sampled_from(BUILT_IN).map(load_arm), arms_with_runs(8)),
+        st.integers(0, 2**32 - 1),
+    ),
 )
-parallel = st.builds(
-    lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
-    arms_with_runs(8),
-    st.integers(0, 2**32 - 1),
-)
-every_arm = st.one_of(arms_with_states(), built_in, parallel)
-
-
-def by_every_method(arm: RobotArm, states: States) -> dict[str, dict[str, FloatArray]]:
-    """D, h, c and torque by method, set points first."""
-    q, qd, qdd = states.last
-    out = {}
-    for name, method in METHODS.items():
-        dynamics = method.dynamics(arm, q, qd)
-        torque = method.torque(arm, q, qd, qdd)
-        last = dict(
-            zip(
-                QUANTITIES,
-                (dynamics.inertia, dynamics.coriolis_centrifugal, dynamics.gravity_loading, torque),
-                strict=True,
-            )
-        )
-        out[name] = {key: np.moveaxis(value, -1, 0) for key, value in last.items()}
-    return out
 
 
 def check(arm: RobotArm, states: States) -> None:
-    bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
-    ours = by_every_method(arm, states)
-    theirs = pinocchio_dynamics(arm, states.q, states.qd, states.qdd)
-    for quantity in QUANTITIES:
+    q, qd, qdd = states.last
+    bounds = round_off_bounds(arm, *states.arrays)
+    ours = {}
+    for name, method in METHODS.items():
+        given = method.dynamics(arm, q, qd)
+        ours[name] = (
+            given.inertia,
+            given.coriolis_centrifugal,
+            given.gravity_loading,
+            method.torque(arm, q, qd, qdd),
+        )
+    theirs = pinocchio_dynamics(arm, *states.arrays)
+    for k, quantity in enumerate(QUANTITIES):
         for name, found in ours.items():
-            difference = np.abs(found[quantity] - theirs[quantity]).max()
+            difference = np.abs(np.moveaxis(found[k], -1, 0) - theirs[quantity]).max()
             assert difference <= TO_PINOCCHIO * bounds[quantity], (name, quantity)
         for one, other in combinations(ours, 2):
-            difference = np.abs(ours[one][quantity] - ours[other][quantity]).max()
+            difference = np.abs(ours[one][k] - ours[other][k]).max()
             assert difference <= TO_EACH_OTHER * bounds[quantity], (one, other, quantity)
+    for name, method in METHODS.items():
+        weightless = method.torque(arm, q, qd, qdd, gravity=False)
+        # Three results of one program, each off by its share.
+        assert np.abs(ours[name][3] - weightless - ours[name][2]).max() <= 3 * bounds["torque"], name
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -82,47 +83,9 @@ def test_all_agree_on_built_in_arms(name):
 
 
 @examples(30)
-@given(arms_with_states())
+@given(every_arm)
 def test_all_agree_on_drawn_arms(case):
     check(*case)
-
-
-@examples(12)
-@given(every_arm)
-def test_gravity_switched_off_leaves_the_rest(case):
-    arm, states = case
-    q, qd, qdd = states.last
-    bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
-    for name, method in METHODS.items():
-        full, without = (method.torque(arm, q, qd, qdd, gravity=gravity) for gravity in (True, False))
-        c = method.dynamics(arm, q, qd).gravity_loading
-        # Three results of one program, each off by its share.
-        assert np.abs(full - without - c).max() <= 3 * bounds["torque"], name
-
-
-@examples(12)
-@given(every_arm)
-def test_probed_christoffel_is_the_christoffel(case):
-    """Problem 3.12: h_ijk by polarisation of Newton-Euler torques, of either recursion."""
-    arm, states = case
-    q = states.q.T.copy()
-    n, count = q.shape
-    kinematics = solve_kinematics(arm, q)
-    moments = composite.composite_moments(arm, kinematics)
-    direct = composite.christoffel(moments, composite.brackets(moments)).sum(axis=0)
-    bound = round_off_bounds(arm, states.q, 0 * states.qd, 0 * states.qdd)["inertia"]
-
-    def link(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_link.torque(arm, q, qd, qdd, gravity=gravity)
-
-    def base(qd: FloatArray, qdd: FloatArray, *, gravity: bool) -> FloatArray:
-        return newton_euler_base.torque(arm, q, qd, qdd, gravity=gravity)
-
-    # h_ijk sums the products of masses and two levers that D_ij sums; of e_j + e_k it holds four of them, of
-    # e_j and e_k one each: half of six, and what it is compared with.
-    for ask in (link, base):
-        assert np.abs(probing.christoffel(ask, n, count) - direct).max() <= 4 * bound
-    assert np.abs(lagrange_euler.solve(arm, q).christoffel - direct).max() <= 4 * bound
 
 
 loads = st.builds(
@@ -131,7 +94,7 @@ loads = st.builds(
 
 
 def velocities_of_the_end(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """How the last link frame moves per unit rate of each joint, from its pose alone: (n, 6, N).
+    """How the last link frame moves per unit velocity of each joint, from its pose alone: (n, 6, N).
 
     A complex step differentiates the 4x4 pose to the last bits; dR R^T is the cross product with the turning.
     """
@@ -145,44 +108,110 @@ def velocities_of_the_end(arm: RobotArm, q: FloatArray) -> FloatArray:
     return out
 
 
-@examples(30)
+@pytest.mark.parametrize("formulation", [newton_euler_base, newton_euler_link])
+@examples(20)
 @given(every_arm, loads)
-def test_an_external_wrench_costs_its_virtual_work(case, load):
+def test_an_external_wrench_costs_its_virtual_work(formulation, case, load):
     """tau = J^T f, J from the hand's pose: what the arm adds to carry what its hand exerts."""
     arm, states = case
-    q, qd, qdd = states.last
     expected = np.einsum("icN,c->iN", velocities_of_the_end(arm, states.q), load.ravel())
-    bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
+    bound = round_off_bounds(arm, *states.arrays)["torque"]
     reach = 1.0 + 2 * arm.n_joints + np.abs(states.q).sum(axis=1).max()
     # Two torques are subtracted; the load's own round-off is 20 roundings per joint of force times reach.
-    tolerance = 2 * bounds["torque"] + 40 * arm.n_joints * np.finfo(float).eps * reach * np.abs(load).sum()
-    for name, found in {
-        "base": newton_euler_base.torque(arm, q, qd, qdd, external_wrench=load)
-        - newton_euler_base.torque(arm, q, qd, qdd),
-        "link": newton_euler_link.torque(arm, q, qd, qdd, external_wrench=load)
-        - newton_euler_link.torque(arm, q, qd, qdd),
-    }.items():
-        assert np.abs(found - expected).max() <= tolerance, name
+    tolerance = 2 * bound + 40 * arm.n_joints * EPS * reach * np.abs(load).sum()
+    loaded = formulation.torque(arm, *states.last, external_wrench=load)
+    assert np.abs(loaded - formulation.torque(arm, *states.last) - expected).max() <= tolerance
 
 
-@examples(30)
-@given(every_arm, st.integers(0, 2**32 - 1))
-def test_damping_adds_its_share_at_each_joint(case, seed):
+# The regressor: times the parameters it is the torque, and Pinocchio has the same one.
+
+
+@examples(25)
+@given(arms_with_states(max_joints=6))
+def test_the_regressor_is_pinocchios(case):
+    """Column by column; Pinocchio's are of the joint's frame, in which our parameters are moved ones."""
     arm, states = case
-    q, qd, qdd = states.last
-    damping = np.random.default_rng(seed).uniform(0, 5, arm.n_joints)
-    pairs = (
-        (
-            newton_euler_base.torque(arm, q, qd, qdd, damping=damping),
-            newton_euler_base.torque(arm, q, qd, qdd),
-        ),
-        (
-            newton_euler_link.torque(arm, q, qd, qdd, damping=damping),
-            newton_euler_link.torque(arm, q, qd, qdd),
-        ),
+    n = arm.n_joints
+    per_unit = regressor(arm, *states.last)
+    torque = np.einsum("ispn,sp->in", per_unit, parameters_of(arm))
+    # Inertia about the origin is that about the centre of mass and m r r, taken off again by the first
+    # moments' share: twice the bound of either program, and each is off by as much as two formulations are.
+    bound = round_off_bounds(arm, *states.arrays)["torque"]
+    assert np.abs(torque - newton_euler_link.torque(arm, *states.last)).max() <= 8 * bound
+
+    model = pinocchio_model(arm)
+    data = model.createData()
+    moved = np.array([into_joint_frame(link.frame.rotation, link.frame.translation) for link in arm.links])
+    # A row adds up motion of a link frame: over joints, velocities and accelerations times levers. Some 20
+    # roundings per joint of that, here and there, and of moving a column.
+    reach = (
+        1.0
+        + arm.reach
+        + np.abs(states.q).sum(axis=1).max()
+        + np.linalg.norm(arm.joints[0].placement.translation)
     )
-    for damped, free in pairs:
-        share = damping[:, None] * qd
-        # One more sum on top of equal torques: an eps of what is added up, here and in the difference.
-        slack = 2 * np.finfo(float).eps * (np.abs(free) + np.abs(share)).max()
-        assert np.abs(damped - free - share).max() <= slack
+    velocities, accelerations = (np.abs(x).sum(axis=1).max() for x in (states.qd, states.qdd))
+    size = reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity))
+    for found, q, qd, qdd in zip(np.moveaxis(per_unit, -1, 0), *states.arrays, strict=True):
+        theirs = pin.computeJointTorqueRegressor(model, data, q, qd, qdd).reshape(n, n, 10)
+        assert np.abs(np.einsum("isk,skp->isp", theirs, moved) - found).max() <= 80 * n * EPS * size
+
+
+def into_joint_frame(rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    """Parameters in the joint's frame from those in the link's, (10, 10), by 4x4 pseudo-inertias."""
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = rotation, translation
+    columns = []
+    for mass, x, y, z, xx, xy, yy, xz, yz, zz in np.eye(10):
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        pseudo = np.diag([0.0, 0.0, 0.0, mass])
+        pseudo[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+        pseudo[:3, 3] = pseudo[3, :3] = x, y, z
+        there = frame @ pseudo @ frame.T
+        second = there[:3, :3]
+        columns.append(inertial_parameters(there[3, 3], there[:3, 3], np.trace(second) * np.eye(3) - second))
+    return np.column_stack(columns)
+
+
+# The cross-check of every run must pass what is right, and must not pass what is wrong.
+
+
+@examples(15)
+@given(motions(max_joints=8))
+def test_every_arm_passes_the_cross_check(case):
+    arm, motion = case
+    residuals = cross_check(arm, gd.decompose(arm, motion))
+    assert tuple(dict.fromkeys(r.quantity for r in residuals)) == QUANTITIES
+    assert all(0 <= r.largest <= r.bound for r in residuals)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("wrong", ["one number", "nan"])
+def test_a_wrong_number_anywhere_is_caught(puma, pick_and_place, pick_and_place_dataset, quantity, wrong):
+    bounds = round_off_bounds(puma, pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
+    spoiled = pick_and_place_dataset.copy(deep=True)
+    values = spoiled[quantity].values
+    # Twice the bound: what is left after the honest residual still exceeds it.
+    values[(17, *(-1,) * (values.ndim - 1))] += 2 * bounds[quantity] if wrong == "one number" else np.nan
+    with pytest.raises(gd.GdAnalyzeError, match=f"{quantity} disagrees with Pinocchio"):
+        cross_check(puma, spoiled)
+
+
+def test_another_arm_drives_and_ends_are_told(two_link, puma, pick_and_place, pick_and_place_dataset):
+    last = dataclasses.replace(puma.links[-1], mass=1.000001 * puma.links[-1].mass)
+    heavier = dataclasses.replace(puma, links=(*puma.links[:-1], last))
+    driven = gd.decompose(puma, pick_and_place, drives=True)
+    cross_check(puma, driven)
+    time = np.arange(5 * MOST_SET_POINTS) / 100
+    q = np.stack([np.sin(time), np.cos(time)], axis=1)
+    long = gd.decompose(two_link, gd.Trajectory(time, q, q, -q))
+    cross_check(two_link, long)
+    first, end = (long.assign(torque=long.torque + 1.0 * (long.time == at)) for at in time[[0, -1]])
+    for arm, dataset in (
+        (heavier, pick_and_place_dataset),
+        (puma, driven.drop_vars("drive_torque")),
+        (two_link, first),
+        (two_link, end),
+    ):
+        with pytest.raises(gd.GdAnalyzeError, match="disagrees with Pinocchio"):
+            cross_check(arm, dataset)

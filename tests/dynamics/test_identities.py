@@ -12,32 +12,37 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import transforms as tf
-from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
-from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
+from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
+from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from strategies import States, arms_with_states, examples, random_states
+from strategies import States, arms_with_states, examples, random_states, two_link_of
+
+BUILT_IN = ["puma560", "stanford", "two_link"]
 
 every_arm = st.one_of(
     arms_with_states(),
     st.builds(
-        lambda name, seed: (load_arm(name), random_states(load_arm(name).n_joints, 6, seed)),
-        st.sampled_from(["puma560", "stanford", "two_link"]),
+        lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
+        st.sampled_from(BUILT_IN).map(load_arm),
         st.integers(0, 2**32 - 1),
     ),
 )
 
 
 class Solved:
-    """One arm at some states: its elements by both paths, and the bounds."""
+    """One arm at some states: its elements by composite moments, set points last, and the bounds."""
 
     def __init__(self, arm: RobotArm, states: States) -> None:
         self.arm, self.states, self.n = arm, states, arm.n_joints
         self.q, self.qd, self.qdd = states.last
-        self.bounds = round_off_bounds(arm, states.q, states.qd, states.qdd)
+        self.bounds = round_off_bounds(arm, *states.arrays)
+        # h_ijk sums the same products of masses and two levers as D_ij does.
+        self.christoffel_bound = self.bounds["inertia"]
         self.kinematics = solve_kinematics(arm, self.q)
         moments = composite.composite_moments(arm, self.kinematics)
         self.inertia = composite.inertia(moments)
@@ -46,24 +51,13 @@ class Solved:
         self.h, self.centrifugal = composite.coriolis_centrifugal(moments, pairs, self.qd)
         self.c = composite.gravity_loading(arm, moments)
 
-    @property
-    def christoffel_bound(self) -> float:
-        """h_ijk sums the same products of masses and two levers as D_ij does."""
-        return self.bounds["inertia"]
-
-
-def literal_h(arm: RobotArm, kinematics: Kinematics, qd: FloatArray) -> FloatArray:
-    """h by effect, the text's terms summed over terms and links."""
-    itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd)
-    effects = np.array([term.effect for term in dalembert.terms_of(arm)])
-    return np.stack([itemised[effects == effect].sum(axis=(0, 1)) for effect in dalembert.EFFECTS])
-
 
 @examples(40)
 @given(every_arm)
 def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
     solved = Solved(*case)
     literal = dalembert.inertia_by_link(solved.arm, solved.kinematics).sum(axis=1)
+    assert np.abs(solved.inertia - literal).max() <= solved.bounds["inertia"]
     for inertia in (solved.inertia, literal):
         # x . y and y . x round alike; only the order of the sum over links could differ, and it does not.
         assert np.abs(inertia - inertia.swapaxes(1, 2)).max() <= solved.bounds["inertia"]
@@ -83,57 +77,21 @@ def test_inertia_is_positive_definite_where_every_link_has_mass_and_inertia(case
 
 @examples(40)
 @given(every_arm)
-def test_composites_give_what_the_sums_over_links_give(case):
+def test_symmetries_and_contractions_of_the_christoffel(case):
     solved = Solved(*case)
-    literal = dalembert.inertia_by_link(solved.arm, solved.kinematics).sum(axis=1)
-    gravity = dalembert.gravity_loading_by_link(solved.arm, solved.kinematics).sum(axis=0)
-    h = literal_h(solved.arm, solved.kinematics, solved.qd)
-    assert np.abs(solved.inertia - literal).max() <= solved.bounds["inertia"]
-    assert np.abs(solved.c - gravity).max() <= solved.bounds["gravity_loading"]
-    assert np.abs(solved.h - h).max() <= solved.bounds["coriolis_centrifugal"]
-
-
-@examples(40)
-@given(every_arm)
-def test_christoffel_is_what_the_texts_terms_give_for_pairs_of_velocities(case):
-    """Polarisation: h(e_j + e_k) - h(e_j) - h(e_k) = h_ijk + h_ikj."""
-    solved = Solved(*case)
-    n, count = solved.n, solved.q.shape[1]
-
-    def h(velocities: FloatArray) -> FloatArray:
-        return literal_h(solved.arm, solved.kinematics, np.repeat(velocities[:, None], count, axis=1))
-
-    unit = [h(np.eye(n)[j]) for j in range(n)]
-    for j in range(n):
-        for k in range(j + 1):
-            expected = unit[j] if j == k else 0.5 * (h(np.eye(n)[j] + np.eye(n)[k]) - unit[j] - unit[k])
-            for found in (solved.christoffel[:, :, j, k], solved.christoffel[:, :, k, j]):
-                # h(e_j + e_k) holds four products of velocities, the others one each: half of six, and ours.
-                assert np.abs(found - expected).max() <= 4 * solved.christoffel_bound
-        assert np.abs(unit[j][:, j]).max() <= solved.christoffel_bound  # h_jjj = 0, in the text's own terms
-
-
-@examples(40)
-@given(every_arm)
-def test_christoffel_symmetries(case):
-    christoffel = Solved(*case).christoffel
-    n = christoffel.shape[1]
+    christoffel, qd = solved.christoffel, solved.qd
     np.testing.assert_array_equal(christoffel, christoffel.swapaxes(2, 3))
-    for i in range(n):
+    for i in range(solved.n):
         assert not christoffel[:, i, i, i].any()
-        for m in range(i, n):
+        for m in range(i, solved.n):
             for k in range(i + 1):
                 np.testing.assert_array_equal(christoffel[:, m, k, i], -christoffel[:, i, k, m])
-
-
-@examples(40)
-@given(every_arm)
-def test_h_and_its_centrifugal_share_are_contractions_of_the_christoffel(case):
-    solved = Solved(*case)
-    contracted = np.einsum("eijkN,jN,kN->eiN", solved.christoffel, solved.qd, solved.qd)
+    contracted = np.einsum("eijkN,jN,kN->eiN", christoffel, qd, qd)
     assert np.abs(solved.h - contracted).max() <= solved.bounds["coriolis_centrifugal"]
-    centrifugal = np.einsum("eijjN,jN->eiN", solved.christoffel, solved.qd**2)
+    centrifugal = np.einsum("eijjN,jN->eiN", christoffel, qd**2)
     assert np.abs(solved.centrifugal - centrifugal).max() <= solved.bounds["coriolis_centrifugal"]
+    doubled = Solved(solved.arm, States(solved.states.q, 2 * solved.states.qd, solved.states.qdd))
+    np.testing.assert_array_equal(doubled.h, 4 * solved.h)  # exact in binary
 
 
 @examples(15)
@@ -155,12 +113,15 @@ def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect
 
 @examples(40)
 @given(every_arm)
-def test_rate_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
+def test_derivative_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
     solved = Solved(*case)
-    rate = tf.derivative(lambda x: _literal_inertia(solved.arm, x.T), solved.states.q, solved.states.qd)
-    coriolis_matrix = np.einsum("eijkN,kN->eijN", solved.christoffel, solved.qd)
-    skew = rate - 2 * coriolis_matrix
-    # Ddot sums n slopes of D times a rate, C n coefficients; the transpose doubles it.
+    change = tf.derivative(
+        lambda x: dalembert.inertia_by_link(solved.arm, solve_kinematics(solved.arm, x.T)).sum(axis=1),
+        solved.states.q,
+        solved.states.qd,
+    )
+    skew = change - 2 * np.einsum("eijkN,kN->eijN", solved.christoffel, solved.qd)
+    # dD/dt sums n slopes of D times a velocity, C n coefficients; the transpose doubles it.
     tolerance = 2 * (2 + 2) * np.abs(solved.qd).sum(axis=0).max() * solved.christoffel_bound
     assert np.abs(skew + skew.swapaxes(1, 2)).max() <= tolerance
 
@@ -184,6 +145,20 @@ def test_power_balance(case):
     assert np.abs(potential - np.einsum("iN,iN->N", solved.qd, solved.c)).max() <= tolerance
 
 
+@examples(30)
+@given(arms_with_states())
+def test_energies_are_those_of_pinocchios_inertia_and_of_the_transforms(case):
+    arm, states = case
+    inertia = pinocchio_dynamics(arm, *states.arrays)["inertia"]
+    expected = 0.5 * np.einsum("Ni,Nij,Nj->N", states.qd, inertia, states.qd)
+    bounds = round_off_bounds(arm, *states.arrays)
+    # Each D_ij within its bound, times the squared sum of velocities.
+    tolerance = bounds["inertia"] * np.abs(states.qd).sum(axis=1) ** 2
+    assert (np.abs(kinetic_energy(arm, states.q, states.qd) - expected) <= tolerance).all()
+    difference = potential_energy(arm, states.q) - tf.potential_energy(arm, states.q)
+    assert np.abs(difference).max() <= 2 * bounds["gravity_loading"]
+
+
 @examples(40)
 @given(every_arm, st.integers(0, 7), st.integers(0, 2**32 - 1))
 def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
@@ -197,62 +172,69 @@ def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
     assert np.abs(solved.inertia[:, i, i:] - other.inertia[:, i, i:]).max() <= tolerance
 
 
-@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+@examples(40)
+@given(every_arm)
+def test_the_texts_terms_sum_to_h_and_vanish_where_they_must(case):
+    """A link acts on no joint beyond it; T2, T4 and R1 need two different velocities."""
+    solved = Solved(*case)
+    bound = solved.bounds["coriolis_centrifugal"]
+
+    def terms(qd):
+        return dalembert.coriolis_centrifugal_by_link(solved.arm, solved.kinematics, qd)
+
+    found = terms(solved.qd)
+    assert len(found) == (6 if all(solved.arm.is_revolute) else 7)
+    effects = np.array([term.effect for term in dalembert.terms_of(solved.arm)])
+    literal = np.stack([found[effects == effect].sum(axis=(0, 1)) for effect in dalembert.EFFECTS])
+    assert np.abs(solved.h - literal).max() <= bound
+    for s in range(solved.n):
+        assert not found[:, s, s + 1 :].any()
+        alone = terms(solved.qd * (np.arange(solved.n) == s)[:, None])
+        # b is sums of z x z, zero to the last bit for a cross product with itself.
+        assert np.abs(alone[[1, 3, 4]]).max() <= bound
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
 def test_round_off_bounds_are_neither_hit_nor_idle(name):
     """A bound a million times what is seen, or not small beside the numbers, would prove nothing."""
     solved = Solved(load_arm(name), random_states(load_arm(name).n_joints, 200, 7))
-    states = solved.states
-    theirs = pinocchio_dynamics(solved.arm, states.q, states.qd, states.qdd)
+    theirs = pinocchio_dynamics(solved.arm, *solved.states.arrays)
     largest = np.abs(np.moveaxis(solved.inertia.sum(axis=0), -1, 0) - theirs["inertia"]).max()
     assert 1e-6 * solved.bounds["inertia"] <= largest <= solved.bounds["inertia"]
-    scales = {
-        "inertia": np.abs(theirs["inertia"]).max(),
-        "coriolis_centrifugal": np.abs(theirs["coriolis_centrifugal"]).max(),
-        "gravity_loading": np.abs(theirs["gravity_loading"]).max(),
-        "torque": np.abs(theirs["torque"]).max(),
-    }
-    for quantity, scale in scales.items():
-        assert solved.bounds[quantity] <= 1e-9 * scale, quantity
+    for quantity, values in theirs.items():
+        assert solved.bounds[quantity] <= 1e-9 * np.abs(values).max(), quantity
+
+
+sizes = st.floats(0.01, 100.0)
 
 
 @examples(30)
-@given(arms_with_states())
-def test_h_is_quadratic_in_the_velocities(case):
-    """Doubling is exact in binary, and so must be the fourfold h."""
-    solved = Solved(*case)
-    states = solved.states
-    doubled = Solved(solved.arm, States(states.q, 2 * states.qd, states.qdd))
-    np.testing.assert_array_equal(doubled.h, 4 * solved.h)
-
-
-def _literal_inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
-    return dalembert.inertia_by_link(arm, solve_kinematics(arm, q)).sum(axis=1)
-
-
-def itemised(arm, q, qd):
-    return dalembert.coriolis_centrifugal_by_link(arm, solve_kinematics(arm, q), qd)
-
-
-@examples(20)
-@given(arms_with_states())
-def test_a_link_acts_on_no_joint_beyond_it(case):
-    arm, states = case
-    q, qd, _ = states.last
-    terms = itemised(arm, q, qd)
-    for s in range(arm.n_joints):
-        assert not terms[:, s, s + 1 :].any()
-    assert len(terms) == (6 if all(arm.is_revolute) else 7)
-
-
-@examples(20)
-@given(arms_with_states(revolute=True))
-def test_purely_coriolis_terms_vanish_when_one_joint_moves(case):
-    """T2, T4 and R1 need two different velocities; T1, T3, R2 are centrifugal too."""
-    arm, states = case
-    q, qd, _ = states.last
-    bound = round_off_bounds(arm, states.q, states.qd, states.qdd)["coriolis_centrifugal"]
-    for j in range(arm.n_joints):
-        terms = itemised(arm, q, qd * (np.arange(arm.n_joints) == j)[:, None])
-        for t in (1, 3, 4):
-            # b is sums of z x z, zero to the last bit for a cross product with itself.
-            assert np.abs(terms[t]).max() <= bound
+@given(sizes, sizes, sizes, st.just(0.0) | st.floats(1e-3, 30.0), st.integers(0, 2**32 - 1))
+def test_two_rods_are_the_texts_closed_forms(length, m1, m2, g, seed):
+    """D, h and c as [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 print them, with l the length of both rods."""
+    arm, states = two_link_of(length, m1, m2, g), random_states(2, 20, seed)
+    (th1, th2), (w1, w2) = states.q.T, states.qd.T
+    c1, c2, s2, c12 = np.cos(th1), np.cos(th2), np.sin(th2), np.cos(th1 + th2)
+    ll = length**2
+    d11 = m1 * ll / 3 + 4 / 3 * m2 * ll + m2 * c2 * ll
+    d12 = m2 * ll / 3 + m2 * ll * c2 / 2
+    d22 = np.full_like(d12, m2 * ll / 3)
+    h1 = -m2 * s2 * ll * w2**2 / 2 - m2 * s2 * ll * w1 * w2
+    h2 = m2 * s2 * ll * w1**2 / 2
+    g1 = m1 * g * length * c1 / 2 + m2 * g * length * c12 / 2 + m2 * g * length * c1
+    g2 = m2 * g * length * c12 / 2
+    found, bounds = decompose_states(arm, states), round_off_bounds(arm, *states.arrays)
+    # The closed form of a few roundings is one of the two correct programs that the bounds speak of.
+    for name, values in {
+        "inertia": np.array([[d11, d12], [d12, d22]]).transpose(2, 0, 1),
+        "coriolis_centrifugal": np.stack([h1, h2], -1),
+        "gravity_loading": np.stack([g1, g2], -1),
+    }.items():
+        whole = found[name] if name == "gravity_loading" else found[name].sum(axis=1)
+        assert np.abs(whole - values).max() <= bounds[name], name
+    # Both rods turn about one fixed direction: their rotation alone is quadratic in constants.
+    assert not found["coriolis_centrifugal"][:, 1].any()
+    assert not found["christoffel"][:, 1].any()
+    across = np.array([m1 + m2, m2, m2]) * ll / 12
+    rotation = found["inertia"][:, 1]
+    np.testing.assert_allclose(rotation[:, [0, 0, 1], [0, 1, 1]] - across, 0.0, atol=bounds["inertia"])
