@@ -13,55 +13,39 @@ import gd_analyze as gd
 from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.motions.states import States
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import Drive, Joint, Link
 from strategies import arms_with_states, examples
 
 
-def with_inertia(arm: RobotArm, index: int, inertia: np.ndarray) -> RobotArm:
-    """The arm with another inertia of one link."""
-    links = list(arm.links)
-    links[index] = dataclasses.replace(links[index], inertia_com=inertia)
-    return dataclasses.replace(arm, links=tuple(links))
-
-
-def at(*q: list[float]) -> States:
+def at(*q: list[float]) -> gd.States:
     positions = np.array(q)
-    return States(positions, 0 * positions, 0 * positions)
+    return gd.States(positions, 0 * positions, 0 * positions)
 
 
-def below_zero(two_link: RobotArm, moment: float) -> RobotArm:
+def below_zero(two_link: gd.RobotArm, moment: float) -> gd.RobotArm:
     """The rods with a negative moment of the second about its axis: 0.25 + moment is its D_22."""
-    return with_inertia(two_link, 1, np.diag([0.0, 1 / 12, moment]))
-
-
-def test_the_link_with_an_impossible_inertia_is_named(two_link):
-    with pytest.raises(ArmError, match="D is not positive definite, by the inertia of link") as caught:
-        require_positive_definite(below_zero(two_link, -0.5), at([0.1, 0.2], [0.3, 0.4]), drives=False)
-    assert caught.value.what.endswith(f"link {two_link.links[1].name}")
-    details = caught.value.details
-    assert "two_link.toml, line " in details["where"]
-    assert "smallest eigenvalue -0.2" in details["found"]
-    assert "at set point 1 of 2 states, q = (0.1, 0.2)" in details["found"]
-    assert "-0.5, 0, 0.08333 kg m^2" in details["found"]
+    second = dataclasses.replace(two_link.links[1], inertia_com=np.diag([0.0, 1 / 12, moment]))
+    return dataclasses.replace(two_link, links=(two_link.links[0], second))
 
 
 def test_an_inertia_that_no_body_has_but_that_leaves_d_positive_is_computed_with(two_link):
-    arm = below_zero(two_link, -0.01)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        findings = gd.find(arm, "two-link-swing")
-    assert [text for text in findings.warnings if "smallest principal moment is negative" in text]
+        warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
+        findings = gd.find(below_zero(two_link, -0.01), "two-link-swing")
+    assert [text for text in findings.warnings if "negative" in text]
     assert findings.model.operations.total > 0
 
 
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
 @pytest.mark.parametrize("use", [gd.find, gd.simplify, gd.ExactDynamics.of])
-def test_nothing_is_found_of_it(two_link, use):
-    with pytest.raises(ArmError, match="D is not positive definite"):
+def test_nothing_is_found_of_one_that_makes_it_indefinite(two_link, use):
+    with pytest.raises(
+        ArmError, match=f"D is not positive definite.*link {two_link.links[1].name}"
+    ) as caught:
         use(below_zero(two_link, -0.5), "two-link-swing")
+    assert "two_link.toml, line " in caught.value.details["where"]
+    assert "-0.5, 0, 0.08333 kg m^2" in caught.value.details["found"]
 
 
 def test_one_state_of_a_long_motion_is_found(two_link):
@@ -92,28 +76,20 @@ def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
     with pytest.raises(ArmError, match=r"D is singular: joint 3 \(idle\) moves no mass") as caught:
         require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
     assert caught.value.details["where"] == "arm two_link, link nothing"
-    assert "count the drives' inertia" in caught.value.details["next"]
     assert "--lock idle=0" in caught.value.details["next"]
 
 
 def test_sliding_far_is_not_singular(two_link):
     """The rods on rails of a kilometre: D is as definite there as it is at home."""
     rail = Link("rail", 5.0, np.zeros(3), 0.1 * np.eye(3))
-    axis = np.array([1.0, 0.0, 0.0])
     small = dataclasses.replace(two_link.links[1], mass=1e-3, com=np.zeros(3), inertia_com=1e-7 * np.eye(3))
     arm = dataclasses.replace(
         two_link,
-        joints=(Joint("rail", "prismatic", axis=axis), *two_link.joints),
+        joints=(Joint("rail", "prismatic", axis=np.eye(3)[0]), *two_link.joints),
         links=(rail, two_link.links[0], small),
         dh_table=(),
     )
     require_positive_definite(arm, at([1000.0, 0.2, 0.3], [-1000.0, 0.3, 0.4]), drives=False)
-
-
-@pytest.mark.parametrize("name", gd.builtin_arms())
-def test_shipped_arms_pass_everywhere(name):
-    arm = gd.load_arm(name)
-    require_positive_definite(arm, gd.states_in_box(arm, 2000), drives=False)
 
 
 @examples(40)
@@ -135,10 +111,9 @@ def test_what_is_refused_is_what_pinocchio_finds_singular(case):
 
 def test_what_is_definite_here_is_not_said_to_be_so_everywhere(two_link):
     """At q2 = pi/2 D is positive definite, at 0 it is not: states prove nothing of a box."""
-    arm = below_zero(two_link, -0.2)
-    rng = np.random.default_rng(5)
+    arm, rng = below_zero(two_link, -0.2), np.random.default_rng(5)
     q = np.column_stack([rng.uniform(-1, 1, 40), np.pi / 2 + rng.uniform(-0.1, 0.1, 40)])
-    states = States(q, rng.uniform(-1, 1, (40, 2)), rng.uniform(-1, 1, (40, 2)))
+    states = gd.States(q, rng.uniform(-1, 1, (40, 2)), rng.uniform(-1, 1, (40, 2)))
     model = gd.simplify(arm, states, "1%", level="energy")
     still = np.zeros(2)
     everywhere = gd.Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), still, still)
