@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -14,6 +15,12 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 
 INPUTS = 3
+OPERATORS = {
+    "add": operator.add,
+    "subtract": operator.sub,
+    "multiply": operator.mul,
+    "negative": operator.neg,
+}
 
 
 def trees_of(most: float, leaves: int) -> st.SearchStrategy[Any]:
@@ -36,31 +43,22 @@ def program_of(*roots: Any) -> Program:
     """Trace some trees of the inputs x1, x2, x3."""
     trace = Trace()
     symbols = list(trace.inputs("x", INPUTS)[:, 0])
-    functions = partial(trace.apply, "cos"), partial(trace.apply, "sin")
-    return Program.of(trace, [_built(root, symbols, *functions) for root in roots])
+    functions = {name: partial(trace.apply, name) for name in ("cos", "sin")}
+    return Program.of(trace, [_built(root, symbols, OPERATORS | functions) for root in roots])
 
 
 def evaluated(root: Any, inputs: Sequence[Any]) -> Any:
     """Value of a tree; inputs are arrays, or plain numbers, which are then constants."""
-    return _built(root, inputs, _cos, _sin)
+    return _built(root, inputs, OPERATORS | {"cos": _cos, "sin": _sin})
 
 
-def _built(tree: Any, inputs: Sequence[Any], cos: Callable[[Any], Any], sin: Callable[[Any], Any]) -> Any:
+def _built(tree: Any, inputs: Sequence[Any], functions: dict[str, Any]) -> Any:
     if isinstance(tree, int):
         return inputs[tree]
     if isinstance(tree, float):
         return tree
     operation, *arguments = tree
-    values = [_built(a, inputs, cos, sin) for a in arguments]
-    if operation == "add":
-        return values[0] + values[1]
-    if operation == "subtract":
-        return values[0] - values[1]
-    if operation == "multiply":
-        return values[0] * values[1]
-    if operation == "negative":
-        return -values[0]
-    return (cos if operation == "cos" else sin)(values[0])
+    return functions[operation](*(_built(argument, inputs, functions) for argument in arguments))
 
 
 def _cos(x: Any) -> Any:

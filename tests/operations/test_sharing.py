@@ -1,4 +1,4 @@
-"""Polynomials that share sums: the same values, never more operations, and what a person would share."""
+"""Polynomials nested and sharing sums: the same values, never more operations, what a person would share."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
-from gd_analyze.operations.sharing import shared_sums
+from gd_analyze.operations.sharing import factored, shared_sums
 from gd_analyze.operations.sums import Magnitudes, Sums, multiplications, over, split, times
 from gd_analyze.operations.trace import Trace
 from strategies import examples
@@ -46,10 +46,11 @@ def naive_operations(polynomial) -> int:
     return products + max(len(polynomial) - 1, 0)
 
 
-def traced(sums) -> int:
+def traced(values) -> int:
+    """Operations of the program that some values of the variables make."""
     trace = Trace()
     inputs = {name: trace.inputs(name, 1)[0, 0] for name in NAMES}
-    return Program.of(trace, sums.values(inputs.__getitem__)).count.total
+    return Program.of(trace, values(inputs.__getitem__)).count.total
 
 
 def operations(*given_polynomials) -> int:
@@ -59,8 +60,9 @@ def operations(*given_polynomials) -> int:
 @examples(60)
 @given(polynomials)
 def test_the_values_are_those_of_the_sums(given_polynomials):
-    for sums in ways(given_polynomials):
-        for found, polynomial in zip(sums.values(VALUES.__getitem__), given_polynomials, strict=True):
+    nested = [factored(polynomial, VALUES.__getitem__) for polynomial in given_polynomials]
+    for values in (nested, *(sums.values(VALUES.__getitem__) for sums in ways(given_polynomials))):
+        for found, polynomial in zip(values, given_polynomials, strict=True):
             parts = [c * math.prod(VALUES[name] for name in names) for names, c in polynomial.items()]
             assert abs(found - math.fsum(parts)) <= ROUND_OFF * math.fsum(map(abs, parts))
 
@@ -71,6 +73,8 @@ def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_poly
     extracted, rearranged = ways(given_polynomials)
     assert rearranged.operations <= extracted.operations
     assert extracted.operations <= sum(map(naive_operations, given_polynomials))
+    for polynomial in given_polynomials:
+        assert traced(lambda value, p=polynomial: [factored(p, value)]) <= naive_operations(polynomial)
     # A trace may know still more to be equal; turning a difference round can cost it one operation.
     for sums in (extracted, rearranged):
         turned = {
@@ -79,7 +83,23 @@ def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_poly
             for product, c in terms.items()
             if c == -1.0 and len(product) == 1 and product[0] in sums.definitions
         }
-        assert traced(sums) <= sums.operations + len(turned)
+        assert traced(sums.values) <= sums.operations + len(turned)
+
+
+@pytest.mark.parametrize(
+    ("polynomial", "fewest"),
+    [
+        ({}, 0),
+        ({("a",): 0.0}, 0),
+        # 1 + 2 a + 3 a^2 + 4 a^3: three multiplications and three additions.
+        ({("a",) * k: k + 1.0 for k in range(4)}, 6),
+        # 3 (a - b + C S): a shared coefficient is multiplied once.
+        ({("a",): 3.0, ("b",): -3.0, ("C", "S"): 3.0}, 4),
+    ],
+)
+def test_nested_polynomials(polynomial, fewest):
+    assert traced(lambda value: [factored(polynomial, value)]) == fewest
+    assert operations(polynomial) == fewest
 
 
 @examples(15)
@@ -93,10 +113,6 @@ def test_the_same_in_every_run(given_polynomials):
 @pytest.mark.parametrize(
     ("given_polynomials", "fewest"),
     [
-        # 1 + 2 a + 3 a^2 + 4 a^3 nested.
-        ([{("a",) * k: k + 1.0 for k in range(4)}], 6),
-        # 3 (a - b + C S).
-        ([{("a",): 3.0, ("b",): -3.0, ("C", "S"): 3.0}], 4),
         # x = 0.7 a; b x, d x.
         ([{("a", "b"): 0.7}, {("a", "d"): 0.7}], 3),
         # x = 2 a + 3 b; b x, and d x with the opposite sign.
@@ -126,12 +142,6 @@ def test_the_same_in_every_run(given_polynomials):
 )
 def test_what_a_person_would_share(given_polynomials, fewest):
     assert operations(*given_polynomials) == fewest
-
-
-def test_nothing_is_zero():
-    (first, _) = ways([{}, {("a",): 0.0}])
-    assert first.operations == 0
-    assert first.values(VALUES.__getitem__) == [0.0, 0.0]
 
 
 def test_coefficients_that_differ_by_round_off_are_shared():
