@@ -57,53 +57,30 @@ def test_columns_of_joints(name: str) -> None:
     assert (found.role, found.label, found.number, found.joint, found.kind, found.unit) == NAMES[name]
 
 
-@pytest.mark.parametrize(
-    ("name", "role", "unit"),
-    [
-        ("time", "time", ""),
-        ("Time [s]", "time", "s"),
-        ("time_ms", "time", "ms"),
-        ("__time", "time", ""),
-        ("%time", "time", ""),
-        ("timestamp", "time", ""),
-        ("time_from_start", "time", ""),
-        ("field.header.stamp", "time", ""),
-        ("/joint_states/header/stamp/sec", "sec", ""),
-        ("/joint_states/header/stamp/nanosec", "nanosec", ""),
-        ("nsecs", "nanosec", ""),
-        ("sample", "index", ""),
-        ("t", "time", ""),
-        ("stamp_ns", "time", "ns"),
-        ("Zeit", "other", ""),
-    ],
-)
-def test_columns_of_time(name: str, role: str, unit: str) -> None:
-    found = meaning_of(name, KNOWN)
-    assert (found.role, found.unit) == (role, unit)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
+TIMES = {
+    **dict.fromkeys(("time", "__time", "%time", "timestamp", "time_from_start", "t"), ("time", "")),
+    **{"field.header.stamp": ("time", ""), "Time [s]": ("time", "s"), "time_ms": ("time", "ms")},
+    **{"stamp_ns": ("time", "ns"), "/joint_states/header/stamp/sec": ("sec", ""), "sample": ("index", "")},
+    **dict.fromkeys(("/joint_states/header/stamp/nanosec", "nsecs"), ("nanosec", "")),
+}
+# Of nothing that is wanted.
+OTHERS = [
+    *(
+        "Zeit",
         "actual_current_0",
         "actual_TCP_pose_0",
         "actual_TCP_speed_2",
         "joint_temperatures_3",
         "speed_scaling",
-        "state.tau_ext_hat_filtered[0]",
-        "state.dtau_J[0]",
-        "state.O_T_EE[3]",
-        "state.joint_contact[1]",
         "Temp1",
-        "Cur1",
-        "points[1].positions[0]",
-        "/controller/state/error/positions[0]",
-        "header.frame_id",
-        "torque_limit_1",
-        "elbow_joint_enabled",
-        "E1",
-        "",
-    ],
-)
-def test_columns_of_nothing_that_is_wanted(name: str) -> None:
-    assert meaning_of(name, KNOWN).role == "other"
+    ),
+    *("Cur1", "state.tau_ext_hat_filtered[0]", "state.dtau_J[0]", "state.O_T_EE[3]"),
+    *("state.joint_contact[1]", "header.frame_id", "points[1].positions[0]"),
+    *("/controller/state/error/positions[0]", "torque_limit_1", "elbow_joint_enabled", "E1"),
+]
+
+
+@pytest.mark.parametrize("name", [*TIMES, *OTHERS, ""])
+def test_other_columns(name: str) -> None:
+    found = meaning_of(name, KNOWN)
+    assert (found.role, found.unit) == TIMES.get(name, ("other", ""))
