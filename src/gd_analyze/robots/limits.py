@@ -108,13 +108,10 @@ def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
     for name, value in stated.items():
         number = value_in(value)
         if number is None or not number > 0 or not name:
-            raise UsageError(
-                "this is no acceleration limit",
-                where="--limits",
-                expected=f"joint=value, all=value, {len(known)} values with commas between, or a .yaml or "
-                ".toml file; values above 0 in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm",
-                found=f"{name}={value}" if name else in_python(given),
-            )
+            what, wrong = "this is no acceleration limit", f"{name}={value}" if name else in_python(given)
+            expected = f"joint=value, all=value, {len(known)} values with commas, or a .yaml or .toml file"
+            way = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
+            raise UsageError(what, where="--limits", expected=expected, found=wrong, next_step=way)
         if name != "all" and name not in known:
             expected = f"a joint of arm {arm.name}, or all: {', '.join(known)}"
             raise UsageError(f"there is no joint {name!r} to limit", where="--limits", expected=expected)
@@ -131,14 +128,10 @@ def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     found = {name: limits for name in names if (limits := _limits(name, (table or {}).get(name), path))}
     if found:
         return found
-    listed = ", ".join(str(name) for name in list(table or {})[:12])
-    raise ArmError(
-        f"the file limits no joint of arm {arm.name}",
-        where=Location(path),
-        expected=f"a table joint_limits, as MoveIt's joint_limits.yaml has, of {', '.join(names)}",
-        found="no table joint_limits" if table is None else listed or "no joint",
-        next_step="add it: joint_limits: {elbow: {has_acceleration_limits: true, max_acceleration: 10}}",
-    )
+    listed = "no table joint_limits" if table is None else ", ".join(str(name) for name in list(table)[:12])
+    what, found_instead = f"the file limits no joint of arm {arm.name}", listed or "no joint"
+    expected = f"a table joint_limits, as MoveIt's joint_limits.yaml has, of {', '.join(names)}"
+    raise ArmError(what, where=Location(path), expected=expected, found=found_instead)
 
 
 def _limits(name: str, table: object, path: Path) -> dict[str, float]:
@@ -151,13 +144,9 @@ def _limits(name: str, table: object, path: Path) -> dict[str, float]:
             continue
         value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
         if value is None or not (value > 0 or "position" in key):
-            raise ArmError(
-                f"{key} of joint {name} is no limit",
-                where=Location(path),
-                expected="a number" if "position" in key else "a number above 0",
-                found=in_python(stated.get(key)),
-                next_step=f"fix it, or set {holds} to false",
-            )
+            what, found_there = f"{key} of joint {name} is no limit", in_python(stated.get(key))
+            way = f"give a number{'' if 'position' in key else ' above 0'}, or set {holds} to false"
+            raise ArmError(what, where=Location(path), found=found_there, next_step=way)
         found[limit] = value
     return found
 

@@ -66,12 +66,9 @@ def payload(mass: float, position: ArrayLike, inertia: ArrayLike | None = None) 
     com = array_of(position, "the position of the payload", ArmError)
     given = array_of(np.zeros(3) if inertia is None else inertia, "the inertia of the payload", ArmError)
     if given.shape not in ((3,), (6,), (3, 3)):
-        raise ArmError(
-            "the inertia of the payload has the wrong shape",
-            where="payload",
-            expected="3 principal moments, 6 components (xx, yy, zz, xy, xz, yz) or a 3x3 tensor",
-            found=f"shape {given.shape}",
-        )
+        what, found = "the inertia of the payload has the wrong shape", f"shape {given.shape}"
+        expected = "3 principal moments, 6 components (xx, yy, zz, xy, xz, yz) or a 3x3 tensor"
+        raise ArmError(what, where="payload", expected=expected, found=found)
     return Link("payload", mass, com, given if given.ndim == 2 else symmetric_tensor(*given))
 
 
@@ -81,10 +78,9 @@ def parse_payload(line: str) -> Link:
     numbers = [value for word in words if (value := number_in(word)) is not None]
     if len(numbers) != len(words) or len(numbers) not in (4, 7, 10):
         wrong = next((word.strip() for word in words if number_in(word) is None), None)
+        found = f"{len(words)} numbers" if wrong is None else repr(wrong)
+        expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
         raise UsageError(
-            "the payload is not 4, 7 or 10 numbers",
-            where=repr(line),
-            expected="mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass",
-            found=f"{len(words)} numbers" if wrong is None else repr(wrong),
+            "the payload is not 4, 7 or 10 numbers", where=repr(line), expected=expected, found=found
         )
     return payload(numbers[0], numbers[1:4], numbers[4:] or None)
