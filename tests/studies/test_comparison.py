@@ -19,8 +19,7 @@ from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.report.html import page_of
-from gd_analyze.studies.comparison import comparison_result
-from gd_analyze.studies.comparison_agreement import agreement
+from gd_analyze.studies.comparison import agreement, comparison_result
 from gd_analyze.studies.comparison_costs import (
     N_JOINTS,
     SIZES,

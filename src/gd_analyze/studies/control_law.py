@@ -191,12 +191,23 @@ class ControlSettings:
     tolerance: Tolerance = field(default_factory=Tolerance)
 
     def __post_init__(self) -> None:
-        _require("bandwidth", self.bandwidth, 0.01, 1e4, "rad/s")
-        _require("damping", self.damping, 0.05, 20.0, "")
+        periodic = [rate for rate in self.rates if rate != CONTINUOUS]
         for name, values, low, high, unit in (
-            ("rates", self.rates, 1.0, 1e5, "Hz"),
+            ("bandwidth", [self.bandwidth], 0.01, 1e4, "rad/s"),
+            ("damping", [self.damping], 0.05, 20.0, ""),
+            ("rates", periodic, 1.0, 1e5, "Hz"),
             ("speeds", self.speeds, 0.01, 100.0, "times the planned one"),
+            ("limits", [] if self.limits is None else [self.limits], 1e-3, 1e3, "times the arm's"),
         ):
+            for value in values:
+                if not low <= value <= high:
+                    raise UsageError(
+                        f"the setting {name} is out of range",
+                        where=name,
+                        expected=f"{low:g} to {high:g} {unit}".rstrip(),
+                        found=f"{value:g}",
+                    )
+        for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
                 raise UsageError(
                     f"these are no {name} to be compared",
@@ -204,20 +215,14 @@ class ControlSettings:
                     expected=f"1 to {_MOST} different ones",
                     found=", ".join(f"{value:g}" for value in values) or "none",
                 )
-            for value in values:
-                if name != "rates" or value != CONTINUOUS:
-                    _require(name, value, low, high, unit)
-        for rate in self.rates:
-            if rate < self.bandwidth:
-                raise UsageError(
-                    "the loop is too slow for its bandwidth: it cannot be stable",
-                    where="rates",
-                    expected=f"{self.bandwidth:g} Hz or more, a radian of the bandwidth per period",
-                    found=f"{rate:g} Hz",
-                    next_step="take a higher rate or a lower bandwidth",
-                )
-        if self.limits is not None:
-            _require("limits", self.limits, 1e-3, 1e3, "times the arm's")
+        if min(self.rates) < self.bandwidth:
+            raise UsageError(
+                "the loop is too slow for its bandwidth: it cannot be stable",
+                where="rates",
+                expected=f"{self.bandwidth:g} Hz or more, a radian of the bandwidth per period",
+                found=f"{min(self.rates):g} Hz",
+                next_step="take a higher rate or a lower bandwidth",
+            )
 
     @property
     def usual_rate(self) -> float:
@@ -233,16 +238,6 @@ class ControlSettings:
     def gains(self) -> Gains:
         """The gains."""
         return Gains(self.bandwidth, self.damping)
-
-
-def _require(name: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low <= value <= high:
-        raise UsageError(
-            f"the setting {name} is out of range",
-            where=name,
-            expected=f"{low:g} to {high:g} {unit}".rstrip(),
-            found=f"{value:g}",
-        )
 
 
 class Controller(NamedTuple):
