@@ -16,9 +16,7 @@ from report_cases import HOSTILE, made_findings, resting_findings
 from gd_analyze.report.budget import BudgetPath, budget_words
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
-from gd_analyze.report.main_report import first_parts, opening_of
-from gd_analyze.report.numbering import Numbers
-from gd_analyze.report.sections import sections
+from gd_analyze.report.main_report import main_report
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
@@ -61,7 +59,7 @@ def test_identifiers_are_unique_and_links_lead_to_them(page: Page) -> None:
 
 def test_it_answers_with_the_numbers_of_the_run(puma_findings: Findings, page: Page) -> None:
     words, model = words_of(page), puma_findings.model
-    opening = opening_of(puma_findings)
+    opening = main_report(puma_findings).opening
     for said in (opening.title, opening.headline, *(fact.written for fact in opening.facts)):
         assert " ".join(said.split()) in words
     assert f"{model.operations.total} instead of {model.operations_full.total}" in words
@@ -72,7 +70,7 @@ def test_it_answers_with_the_numbers_of_the_run(puma_findings: Findings, page: P
 
 
 def test_what_is_numbered_is_there_once_and_in_order(puma_findings: Findings, page: Page) -> None:
-    numbers = Numbers.of((*first_parts(puma_findings), *sections(puma_findings)))
+    numbers = main_report(puma_findings).numbers
     for kind, count in (("Figure", len(numbers.figures)), ("Table", len(numbers.tables))):
         found = [int(number) for number in re.findall(rf"{kind} (\d+)\.", page.text)]
         assert sorted(found) == list(range(1, count + 1))

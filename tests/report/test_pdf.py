@@ -16,7 +16,7 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
 from gd_analyze.report import pdf
 from gd_analyze.report.main_pdf import prepare_pdf
-from gd_analyze.report.main_report import opening_of
+from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
@@ -33,7 +33,7 @@ def puma_pdf(puma_findings: Findings) -> bytes:
 
 def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
     words = " ".join(read(puma_pdf, tmp_path, "-l", "1").split())
-    opening = opening_of(puma_findings)
+    opening = main_report(puma_findings).opening
     for said in (opening.title, opening.headline, *(fact.label for fact in opening.facts)):
         assert said in words
     for joint in puma_findings.arm.joints:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup, escape
 
 from gd_analyze.figures.colours import css_variables
-from gd_analyze.figures.figure import Figure, Key
+from gd_analyze.figures.figure import Figure
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.numbering import Numbers, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.text import pretty
 
@@ -89,60 +90,43 @@ def template(name: str) -> str:
 
 def opening(result: Result) -> str:
     """Title, headline, notices and facts; the first four facts stand out."""
-    facts = [fact for fact in result.facts if fact.label]
+    items = "".join(f"<li>{text(notice)}</li>\n" for notice in result.notices)
+    notices = f'<ul class="notices">\n{items}</ul>\n' if items else ""
     return (
         f"<h1>{text(result.title)} <span>{text(result.subtitle)}</span></h1>\n"
-        f'<p class="headline">{text(result.headline)}</p>\n'
-        f"{notices_html(result.notices)}{facts_html(facts)}"
+        f'<p class="headline">{text(result.headline)}</p>\n{notices}{_facts(result.facts)}'
     )
 
 
-def notices_html(notices: Sequence[str]) -> str:
-    """What the reader must know first."""
-    items = "".join(f"<li>{text(notice)}</li>\n" for notice in notices)
-    return f'<ul class="notices">\n{items}</ul>\n' if notices else ""
-
-
-def facts_html(facts: Sequence[Fact]) -> str:
+def _facts(facts: Iterable[Part]) -> str:
     """Values above their names."""
+    seen = [fact for fact in facts if isinstance(fact, Fact) and fact.label]
     rows = "".join(
-        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n"
-        for fact in facts
-        if fact.label
+        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n" for fact in seen
     )
     return f'<dl class="facts">\n{rows}</dl>\n' if rows else ""
 
 
-def parts_html(parts: Sequence[Part], numbers: Numbers) -> str:
-    """Write parts in order; facts that follow each other stand together."""
+def parts_html(parts: Sequence[Part], numbers: Numbers, level: int = 2) -> str:
+    """Write parts in order, sections with a heading of that level; facts in a row stand together."""
     out: list[str] = []
-    facts: list[Fact] = []
-    for part in (*parts, None):
-        if isinstance(part, Fact):
-            facts.append(part)
+    for kind, alike in groupby(parts, type):
+        if kind is Fact:
+            out.append(_facts(alike))
             continue
-        out.append(facts_html(facts))
-        facts = []
-        if isinstance(part, Table):
-            out.append(table_html(part, numbers))
-        elif isinstance(part, Drawing):
-            out.append(drawing_html(part, numbers))
-        elif isinstance(part, Equations):
-            out.append(equations_html(part))
-        elif isinstance(part, Section):
-            out.append(section_html(part, numbers))
+        for part in alike:
+            if isinstance(part, Table):
+                out.append(table_html(part, numbers))
+            elif isinstance(part, Drawing):
+                out.append(drawing_html(part, numbers))
+            elif isinstance(part, Equations):
+                out.append(_equations(part))
+            elif isinstance(part, Section):
+                mark = f' id="{escape(part.key)}"' if part.key else ""
+                head = f"<h{level}>{text(part.title)}</h{level}>\n" if part.title else ""
+                inside = parts_html(part.parts, numbers, level + 1)
+                out.append(f"<section{mark}>\n{head}{paragraphs(part.note)}{inside}</section>\n")
     return "".join(out)
-
-
-def section_html(section: Section, numbers: Numbers, level: int = 2) -> str:
-    """A heading, its text, and its parts."""
-    mark = f' id="{escape(section.key)}"' if section.key else ""
-    inside = "".join(
-        section_html(part, numbers, level + 1) if isinstance(part, Section) else parts_html((part,), numbers)
-        for part in section.parts
-    )
-    head = f"<h{level}>{text(section.title)}</h{level}>\n" if section.title else ""
-    return f"<section{mark}>\n{head}{paragraphs(section.note)}{inside}</section>\n"
 
 
 def paragraphs(note: str, kind: str = "") -> str:
@@ -153,18 +137,17 @@ def paragraphs(note: str, kind: str = "") -> str:
 
 def table_html(table: Table, numbers: Numbers) -> str:
     """A table that scrolls where it is wide and, where it is long, can be sorted."""
-    count = table.n_rows if table.top is None else min(table.top, table.n_rows)
-    if not count or not any(column.label for column in table.columns):
+    if not is_seen(table):
         return ""
-    sortable = count > _SORTABLE
-    heads, cells = [], []
-    for column, unit, written in table.shown():
+    columns = table.shown()
+    sortable = len(columns[0][2]) > _SORTABLE
+    heads = []
+    for column, unit, _ in columns:
         name = text(column.label) + (Markup(f" <small>{text(unit)}</small>") if unit else "")
-        kind = "" if _is_left(column) else ' class="value"'
-        title = f' title="{escape(column.meaning)}"' if column.meaning else ""
         name = Markup(f'<button type="button">{name}</button>') if sortable else name
-        heads.append(f'<th scope="col"{kind}{title}>{name}</th>')
-        cells.append(_marked(column, written, sortable))
+        title = f' title="{escape(column.meaning)}"' if column.meaning else ""
+        heads.append(f'<th scope="col"{_side(column)}{title}>{name}</th>')
+    cells = [_cells(column, written, sortable) for column, _, written in columns]
     rows = "".join(f"<tr>{''.join(row)}</tr>\n" for row in zip(*cells, strict=True))
     caption = f"{numbers.of_table(table.key)}{text(table.title)}"
     return (
@@ -175,61 +158,53 @@ def table_html(table: Table, numbers: Numbers) -> str:
     )
 
 
-def _marked(column: Column, written: Sequence[str], sortable: bool) -> list[str]:
+def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[str]:
     """Cells as elements of a row; a name heads its row."""
-    out = []
     for value, cell in zip(column.values, map(text, written), strict=False):
         sorts = f' data-v="{float(value):.6g}"' if sortable and isinstance(value, int | float) else ""
-        kind = "" if _is_left(column) else ' class="value"'
         if column.shown == "math":
-            out.append(f"<td>{maths(value)}</td>")
+            yield f"<td>{maths(value)}</td>"
         elif column.shown == "effect":
             effect, _, mark = str(value or "").partition(" ")
-            out.append(
+            yield (
                 f'<td><span class="kept {escape(effect)}">{text(mark)}</span></td>' if value else "<td></td>"
             )
         elif column.shown == "share":
             share = 0.0 if value is None else min(max(float(value), 0.0), 1.0)
-            out.append(f'<td{sorts}><span class="share" style="--share:{share:.4g}">{cell}</span></td>')
+            yield f'<td{sorts}><span class="share" style="--share:{share:.4g}">{cell}</span></td>'
         elif column.shown == "name":
-            out.append(f'<th scope="row">{cell}</th>')
+            yield f'<th scope="row">{cell}</th>'
         else:
-            out.append(f"<td{kind}{sorts}>{cell}</td>")
-    return out
+            yield f"<td{_side(column)}{sorts}>{cell}</td>"
 
 
-def _is_left(column: Column) -> bool:
-    return column.is_text or column.shown in ("math", "effect", "share")
+def _side(column: Column) -> str:
+    """Words on the left, figures on the right."""
+    return "" if column.is_text or column.shown in ("math", "effect", "share") else ' class="value"'
 
 
 def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
     """Panels of a figure with legend and caption; empty places keep a matrix in shape where there is room."""
     figure: Figure = drawing.figure
     panels = []
-    for r, row in enumerate(figure.rows, start=1):
-        for c, panel in enumerate(row, start=1):
-            if panel is not None:
-                place = f' style="grid-area:{r}/{c}"' if None in row else ""
-                panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
+    for r, c, panel in figure.places:
+        place = f' style="grid-area:{r + 1}/{c + 1}"' if None in figure.rows[r] else ""
+        panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
+    keys = "".join(
+        f'<span><i class="key key-{key.kind}" style="color:var(--{key.colour})'
+        f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
+        for key in figure.legend
+    )
+    legend = f'<p class="legend">{keys}</p>\n' if keys else ""
     caption = f"{numbers.of_figure(drawing.key)}{text(drawing.title)}"
     return (
-        f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend_html(figure.legend)}'
+        f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend}'
         f'<div class="panels" style="--columns:{figure.columns}">\n{"".join(panels)}</div>\n'
         f"<figcaption>{caption} {text(drawing.note)}</figcaption>\n</figure>\n"
     )
 
 
-def legend_html(keys: Sequence[Key]) -> str:
-    """Entries of a legend in a line."""
-    entries = "".join(
-        f'<span><i class="key key-{key.kind}" style="color:var(--{key.colour})'
-        f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
-        for key in keys
-    )
-    return f'<p class="legend">{entries}</p>\n' if keys else ""
-
-
-def equations_html(part: Equations) -> str:
+def _equations(part: Equations) -> str:
     """Formulas between whose summands lines may break, and what their letters mean."""
     if part.formulas:
         lines = "".join(f'<p class="equation">{maths(formula)}</p>\n' for formula in part.formulas)

@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.torques import contributions_figure
-from gd_analyze.figures.trade_off import trade_off_figure
-from gd_analyze.report.model_sections import nothing_to_trade, trade_off_table
+from gd_analyze.figures.trade_off import kind_name, trade_off_figure
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Drawing, Part, Result, Section
+from gd_analyze.result import Column, Drawing, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
 from gd_analyze.results.run_result import (
@@ -24,23 +23,22 @@ from gd_analyze.results.run_result import (
 
 
 class MainReport(NamedTuple):
-    """Parts of the main report: `first` before the `appendices`, and the numbers of all."""
+    """Parts of the main report, and the numbers of all."""
 
-    opening: Result
-    first: tuple[Part, ...]
+    opening: Result  # title, headline, facts and notices
+    arm: Drawing
+    contributions: Drawing
+    errors: Table
+    trade_off: (
+        tuple[Drawing, Table] | None
+    )  # None where no budget gives fewer operations than the exact torque
     appendices: tuple[Section, ...]
     numbers: Numbers
 
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
-    first, appendices = first_parts(findings), sections(findings)
-    return MainReport(opening_of(findings), first, appendices, Numbers.of((*first, *appendices)))
-
-
-def opening_of(findings: Findings) -> Result:
-    """Title, headline, facts and notices of the report."""
-    return Result(
+    opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
@@ -48,30 +46,48 @@ def opening_of(findings: Findings) -> Result:
         notices=(*findings.warnings, *notices(findings)),
         provenance=dict(provenance_lines(findings)),
     )
-
-
-def first_parts(findings: Findings) -> tuple[Part, ...]:
-    """Drawings and tables before the appendices, in order."""
-    budget = findings.model.accuracy.budget
+    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
     contributions = Drawing(
         "contributions",
         "Torque by contribution over time.",
         contributions_figure(findings),
         "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
     )
-    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
-    parts: list[Part] = [arm, contributions, joint_errors(findings.model, tube_bound(findings), "errors")]
-    if not nothing_to_trade(findings):
-        of = findings.model.accuracy.asked.shares_of
-        note = "" if of == "peak torque" else f" Errors are shares of what {budget} allows."
-        words = "Operations against error for other budgets and levels; the star is this report's model."
-        parts.append(Drawing("trade_off", words, trade_off_figure(findings), _TRADE_OFF + note))
-        parts.append(trade_off_table(findings))
-    return tuple(parts)
+    errors = joint_errors(findings.model, tube_bound(findings), "errors")
+    operations = findings.tables["trade_off"].operations.values
+    has_fewer = bool((operations < findings.model.operations_full.total).any())
+    trade_off = (_trade_off(findings), _trade_off_table(findings)) if has_fewer else None
+    appendices = sections(findings)
+    parts: tuple[Part, ...] = (arm, contributions, errors, *(trade_off or ()), *appendices)
+    return MainReport(opening, arm, contributions, errors, trade_off, appendices, Numbers.of(parts))
 
 
-_TRADE_OFF = (
-    "Dashed: the models of the slider. Other levels come from one quick search each; a longer search "
-    "may find "
-    "fewer operations."
-)
+def _trade_off(findings: Findings) -> Drawing:
+    accuracy = findings.model.accuracy
+    note = (
+        "Dashed: the models of the slider. Other levels come from one quick search each; a longer search may "
+        "find fewer operations."
+    )
+    if accuracy.asked.shares_of != "peak torque":
+        note += f" Errors are shares of what {accuracy.budget} allows."
+    words = "Operations against error for other budgets and levels; the star is this report's model."
+    return Drawing("trade_off", words, trade_off_figure(findings), note)
+
+
+def _trade_off_table(findings: Findings) -> Table:
+    """Operations and error of every kind of model, by budget."""
+    table = findings.tables["trade_off"]
+    columns = [Column("", "budget", table.budget.values.tolist(), shown="text")]
+    kinds = zip(
+        table.level.values,
+        table.refit.values,
+        table.operations.values,
+        table.largest_share.values,
+        strict=True,
+    )
+    for level, refit, counts, shares in kinds:
+        columns.append(Column("", kind_name(level, refit), counts.tolist(), shown="count"))
+        columns.append(Column("", "error", shares.tolist(), shown="percent"))
+    title = f"Operations, and largest error of the {findings.model.accuracy.asked.shares_of}, by budget"
+    note = "Choose a point with `--operations N` or `--budget`, a level with `--level` and `--refit`."
+    return Table("trade_off", title, tuple(columns), note)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from markupsafe import Markup
 
 from gd_analyze.result import Drawing, Part, Section, Table
 
 
-@dataclass(frozen=True)
-class Numbers:
+class Numbers(NamedTuple):
     """Numbers of drawings and tables by their keys, in the order in which a reader meets them."""
 
     figures: dict[str, int]
@@ -19,10 +18,12 @@ class Numbers:
 
     @classmethod
     def of(cls, parts: Sequence[Part]) -> Numbers:
-        """Count drawings and tables."""
-        every = [*_flat(parts)]
+        """Count drawings, and tables that people see."""
+        every = [*flat(parts)]
         drawings = dict.fromkeys(part.key for part in every if isinstance(part, Drawing))
-        tables = dict.fromkeys(part.key for part in every if isinstance(part, Table) and _is_shown(part))
+        tables = dict.fromkeys(
+            part.key for part in every if isinstance(part, Table) and part.key and is_seen(part)
+        )
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 
     def of_figure(self, key: str) -> Markup:
@@ -34,12 +35,14 @@ class Numbers:
         return Markup(f"<b>Table {self.tables[key]}.</b> ") if key in self.tables else Markup("")
 
 
-def _flat(parts: Sequence[Part]) -> Iterator[Part]:
+def flat(parts: Sequence[Part]) -> Iterator[Part]:
+    """Parts and, after each section, what is in it."""
     for part in parts:
         yield part
         if isinstance(part, Section):
-            yield from _flat(part.parts)
+            yield from flat(part.parts)
 
 
-def _is_shown(table: Table) -> bool:
-    return bool(table.n_rows and table.key and any(column.label for column in table.columns))
+def is_seen(table: Table) -> bool:
+    """Whether a table has rows for people."""
+    return table.n_rows > 0 and table.top != 0 and any(column.label for column in table.columns)

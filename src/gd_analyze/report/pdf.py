@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
-from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.numbering import Numbers, flat
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.text import pretty
 
@@ -42,12 +42,11 @@ def result_data(result: Result) -> dict[str, Any]:
 
 
 def parts_data(parts: Sequence[Part], numbers: Numbers) -> list[dict[str, Any]]:
-    """Parts as JSON values, each with its kind."""
-    return [_part(part, numbers) for part in parts if _is_shown(part)]
+    """Parts for people as JSON values, each with its kind."""
+    return [_part(part, numbers) for part in parts if _is_seen(part)]
 
 
-def _is_shown(part: Part) -> bool:
-    """Whether it is for people, not for JSON only."""
+def _is_seen(part: Part) -> bool:
     if isinstance(part, Table):
         return any(column.label for column in part.columns)
     return not isinstance(part, Fact) or bool(part.label)
@@ -55,28 +54,15 @@ def _is_shown(part: Part) -> bool:
 
 def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
     """SVG of every drawing by its key."""
-    return {part.key: figure_svg(part.figure) for part in _flat(parts) if isinstance(part, Drawing)}
-
-
-def _flat(parts: Sequence[Part]) -> Iterator[Part]:
-    for part in parts:
-        yield part
-        if isinstance(part, Section):
-            yield from _flat(part.parts)
+    return {part.key: figure_svg(part.figure) for part in flat(parts) if isinstance(part, Drawing)}
 
 
 def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
     if isinstance(part, Fact):
         return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
     if isinstance(part, Section):
-        inside = parts_data(part.parts, numbers)
-        return {
-            "kind": "section",
-            "key": part.key,
-            "title": part.title,
-            "note": _lines(part.note),
-            "parts": inside,
-        }
+        inside, named = parts_data(part.parts, numbers), {"key": part.key, "title": part.title}
+        return {"kind": "section", **named, "note": _lines(part.note), "parts": inside}
     if isinstance(part, Drawing):
         width = part.figure.columns * part.figure.width
         number = numbers.figures.get(part.key)
@@ -87,43 +73,40 @@ def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
             "kind": "equations",
             "title": part.title,
             "lines": list(part.lines) if not part.formulas else [],
-            "formulas": [formula_data(formula) for formula in part.formulas],
+            "formulas": [_formula(formula) for formula in part.formulas],
             "legend": list(_TYPST.legend(part.legend)) if part.legend else [],
             "note": _lines(part.note),
         }
-    return table_data(part, numbers)
+    return _table(part, numbers)
 
 
-def table_data(table: Table, numbers: Numbers) -> dict[str, Any]:
+def _table(table: Table, numbers: Numbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
-    shown = [(column, unit, _cells(column, cells)) for column, unit, cells in table.shown()]
-    lengths = [max((len(str(cell)) for cell in cells), default=0) for _, _, cells in shown]
+    shown = table.shown()
+    columns = [column for column, _, _ in shown]
+    cells = [_cells(column, written) for column, _, written in shown]
+    lengths = [max((len(str(cell)) for cell in of_column), default=0) for of_column in cells]
     return {
         "kind": "table",
         "number": numbers.tables.get(table.key),
         "title": pretty(table.title),
         "heads": [[column.label, unit] for column, unit, _ in shown],
-        "left": [column.is_text or column.shown in ("math", "effect") for column, *_ in shown],
-        "long": [column.is_text and length > 40 for (column, *_), length in zip(shown, lengths, strict=True)],
-        "rows": [list(row) for row in zip(*(cells for *_, cells in shown), strict=True)],
+        "left": [column.is_text or column.shown in ("math", "effect") for column in columns],
+        "long": [column.is_text and length > 40 for column, length in zip(columns, lengths, strict=True)],
+        "rows": [list(row) for row in zip(*cells, strict=True)],
         "note": _lines(table.note),
     }
 
 
 def _cells(column: Column, written: Sequence[str]) -> list[Any]:
     """Cells: text, mathematics ("math"), or an effect ("effect") with its mark."""
+    values = column.values[: len(written)]
     if column.shown == "math":
-        return [_maths(value) for value in column.values[: len(written)]]
+        return [_maths(value) for value in values]
     if column.shown == "effect":
-        return [_effect(value) for value in column.values[: len(written)]]
+        marks = [str(value or "").partition(" ") for value in values]
+        return [{"effect": effect, "text": mark} if effect else "" for effect, _, mark in marks]
     return [pretty(cell) for cell in written]
-
-
-def _effect(value: str | None) -> Any:
-    if not value:
-        return ""
-    effect, _, mark = value.partition(" ")
-    return {"effect": effect, "text": mark}
 
 
 def _maths(value: Any) -> Any:
@@ -133,12 +116,11 @@ def _maths(value: Any) -> Any:
         left = f"{_TYPST.symbol(value.left)} = " if value.left.letter else ""
         return {"math": left + _TYPST.right(value)}
     if isinstance(value, tuple | list):
-        found = [_maths(entry) for entry in value]
-        return {"math": ", ".join(entry["math"] for entry in found)} if found else ""
+        return {"math": ", ".join(_maths(entry)["math"] for entry in value)} if value else ""
     return "" if value is None else pretty(str(value))
 
 
-def formula_data(formula: Formula) -> dict[str, Any]:
+def _formula(formula: Formula) -> dict[str, Any]:
     """Left-hand side and pieces; one group each for what a joint carries and D, for h and for c."""
     groups: dict[str, list[dict[str, str]]] = {}
     for piece in formula.pieces:

@@ -1,10 +1,9 @@
-"""The main report as parts: its appendices, which page and paper show alike."""
+"""The appendices of the main report, which page and paper show alike."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,17 +12,13 @@ from gd_analyze.figures.elements import LETTERS, inertia_figure, vector_figure
 from gd_analyze.figures.motion import motion_figure, recording_figure
 from gd_analyze.figures.torques import error_figure, measured_figure, measured_joints
 from gd_analyze.formulas.formula import Formula, Symbol
-from gd_analyze.formulas.writing import (
-    part_symbol,
-    term_formula,
-    torque_legend,
-    torque_symbol,
-)
+from gd_analyze.formulas.writing import part_symbol, term_formula, torque_legend, torque_symbol
 from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
 from gd_analyze.results.motion_result import (
+    MOST_COLUMNS,
     effect_of,
     friction_tables,
     is_recorded,
@@ -33,14 +28,16 @@ from gd_analyze.results.motion_result import (
     recording_parts,
     strict_notice,
     verdict_rows,
+    worst_fact,
 )
 from gd_analyze.results.rows import element_rows, joint_rows, rows_of, table_of
 from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
+from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import amount, given, number, percent, pretty
 
-# Rows of rankings, and motions that have a column each.
-_TERMS, _MOST_COLUMNS = 40, 12
+# Rows of the ranking of terms.
+_TERMS = 40
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
 
 
@@ -48,15 +45,15 @@ def sections(findings: Findings) -> tuple[Section, ...]:
     """All appendices that have something to show, in order."""
     every = (
         _motion(findings),
-        _recording(findings),
-        _measured(findings),
+        _recording(findings) if is_recorded(findings) else None,
+        _measured(findings) if measured_joints(findings) else None,
         _effects(findings),
         _ranking(findings),
-        _motions(findings),
+        _motions(findings) if findings.trajectory.motions else None,
         _terms(findings),
         model_section(findings),
         beyond_section(findings),
-        founding_section(findings),
+        founding_section(findings) if made_of(findings) != "parts" else None,
         _equations(findings),
         _data(findings),
     )
@@ -64,7 +61,6 @@ def sections(findings: Findings) -> tuple[Section, ...]:
 
 
 def _motion(findings: Findings) -> Section:
-    rows = joint_rows(findings, "simplified_model")
     labels = {
         "peak_torque": ("peak torque", "@effort_unit"),
         "allowed_error": ("allowed error", "@effort_unit"),
@@ -75,105 +71,73 @@ def _motion(findings: Findings) -> Section:
     }
     norms = findings.model.accuracy.norms
     note = f"Norm of the error over norm of the torque: {norms_text(norms)}." if norms else ""
-    return Section(
-        "motion",
-        "Motion, torque and error over time",
-        (
-            Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), _PATH),
-            Drawing("motion", "The motion of every joint.", motion_figure(findings)),
-            Drawing(
-                "errors",
-                "Torque and error of every joint, sampled at the set points.",
-                error_figure(findings),
-            ),
-            table_of("torques", "Torque and error of every joint along this trajectory", rows, labels, note),
-        ),
+    title, rows = (
+        "Torque and error of every joint along this trajectory",
+        joint_rows(findings, "simplified_model"),
     )
+    path = "From light to dark in time; the path of the end effector from the open circle to the filled one."
+    sampled = "Torque and error of every joint, sampled at the set points."
+    parts = (
+        Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), path),
+        Drawing("motion", "The motion of every joint.", motion_figure(findings)),
+        Drawing("errors", sampled, error_figure(findings)),
+        table_of("torques", title, rows, labels, note),
+    )
+    return Section("motion", "Motion, torque and error over time", parts)
 
 
-_PATH = (
-    "Poses from light to dark in time; the path of the end effector from the open circle to the filled one."
-)
-
-
-def _recording(findings: Findings) -> Section | None:
-    if not is_recorded(findings):
-        return None
+def _recording(findings: Findings) -> Section:
     table = findings.tables["recording"]
-    treatment = "\n".join(
-        f"{line[:1].upper()}{line[1:]}." for line in table.attrs["treatment"].split("\n") if line
-    )
-    readings = recording_parts(findings)[0]
+    (readings,) = recording_parts(findings)
     assert isinstance(readings, Section)
-    inside = [part for part in readings.parts if isinstance(part, Fact | Table)]
     names = ("column", "column_role", "column_joint", "column_unit", "column_why")
-    used: list[tuple[str, ...]] = []
-    unused: list[tuple[str, ...]] = []
-    for row in zip(*(table[name].values.tolist() for name in names), strict=True):
-        (unused if row[1] == "unused" else used).append(row)
+    rows = list(zip(*(table[name].values.tolist() for name in names), strict=True))
+    used = zip(*(row for row in rows if row[1] != "unused"), strict=True)
     heads = ("column", "holds", "joint", "unit", "understood by")
-    columns = [_words(head, cells) for head, cells in zip(heads, zip(*used, strict=True), strict=False)]
-    left_out = ", ".join(f"{name} ({why})" if why else name for name, *_, why in unused)
+    columns = tuple(_words(head, cells) for head, cells in zip(heads, used, strict=False))
+    unused = [f"{name} ({why})" if why else name for name, role, *_, why in rows if role == "unused"]
     drawing = Drawing(
         "recording",
         "Left: readings and smoothed motion. Right: their difference near the joint's largest acceleration.",
         recording_figure(findings),
         "Noise looks alike at all times; a slow swing is motion that the smoothing removed.",
     )
-    log = Table(
-        "columns",
-        "Columns of the log that are used",
-        tuple(columns),
-        f"Unused: {left_out}." if unused else "",
-    )
-    parts = (*(part for part in inside if part.key != "columns"), drawing, *([log] if columns else []))
-    return Section("recording", "Readings behind the motion", parts, treatment)
+    note = f"Unused: {', '.join(unused)}." if unused else ""
+    log = Table("columns", "Columns of the log that are used", columns, note)
+    inside = (part for part in readings.parts if isinstance(part, Fact | Table) and part.key != "columns")
+    treatment = [f"{line[:1].upper()}{line[1:]}." for line in table.attrs["treatment"].split("\n") if line]
+    parts: tuple[Part, ...] = (*inside, drawing, *([log] if columns else []))
+    return Section("recording", "Readings behind the motion", parts, "\n".join(treatment))
 
 
-def _measured(findings: Findings) -> Section | None:
-    if not measured_joints(findings):
-        return None
+def _measured(findings: Findings) -> Section:
     table = findings.tables["measured_torque"]
-    note = f"Compared at {table.attrs['compared']} set points with measured torque"
-    note += ", both filtered alike." if table.attrs["filter"] else "."
-    return Section(
-        "measured",
-        "Measured torque beside the model's",
-        (
-            Drawing(
-                "measured", "Measured and exact torque, and their difference.", measured_figure(findings)
-            ),
-            measured_table(table, findings.arm),
-            *friction_tables(table, findings.arm),
-        ),
-        note,
+    alike = ", both filtered alike" if table.attrs["filter"] else ""
+    figure = measured_figure(findings)
+    parts: tuple[Part, ...] = (
+        Drawing("measured", "Measured and exact torque, and their difference.", figure),
+        measured_table(table, findings.arm),
+        *friction_tables(table, findings.arm),
     )
+    note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
+    return Section("measured", "Measured torque beside the model's", parts, note)
 
 
 def _effects(findings: Findings) -> Section:
-    like = " Laid out after Fig {} of [FGL87]."
-    is_text = text_comparison(findings) is not None
-    drawings = (
-        ("inertia", "Inertia matrix D by effect, each panel at its place in the matrix.", "3.10"),
-        ("coriolis_centrifugal", "Coriolis and centrifugal vector h by effect.", "3.11"),
-        ("gravity_loading", "Gravity loading c, which acts on masses only and has no rotational part.", ""),
+    is_shown = text_comparison(findings) is not None
+    like = [f" Laid out after Fig {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
+    matrix = f"Inertia matrix D by effect, each panel at its place in the matrix.{like[0]}"
+    vector = f"Coriolis and centrifugal vector h by effect.{like[1]}"
+    loading = "Gravity loading c, which acts on masses only and has no rotational part."
+    parts = [Drawing("inertia", matrix, inertia_figure(findings))]
+    for name, title in (("coriolis_centrifugal", vector), ("gravity_loading", loading)):
+        parts.append(Drawing(name, title, vector_figure(findings, name)))
+    note = (
+        "Each element is the sum of a part from moving the links' masses (translation) and a part from "
+        "turning the links about their centres of mass (rotation). At the right of a title: what dominates, "
+        "T or R. Parts that are zero but for round-off are drawn as zero."
     )
-    return Section(
-        "effects",
-        "Inertia, velocity and gravity terms by effect",
-        tuple(
-            Drawing(
-                name,
-                title + (like.format(number) if is_text and number else ""),
-                inertia_figure(findings) if name == "inertia" else vector_figure(findings, name),
-            )
-            for name, title, number in drawings
-        ),
-        "Each element is the sum of a part from moving the links' masses (translation) and a part "
-        "from turning the links about their centres of mass (rotation). At the right of a title: what "
-        "dominates, T or R. "
-        "Parts that are zero but for round-off are drawn as zero.",
-    )
+    return Section("effects", "Inertia, velocity and gravity terms by effect", tuple(parts), note)
 
 
 def _symbol(label: str) -> Symbol:
@@ -182,17 +146,6 @@ def _symbol(label: str) -> Symbol:
 
 def _ranking(findings: Findings) -> Section:
     text = text_comparison(findings)
-    rows = [
-        row
-        | {
-            "symbol": _symbol(row["element"]),
-            "verdict": f"{effect_of(row)} {VERDICTS[effect_of(row)]}",
-            "kept": f"{effect_of(row, 'kept')} {LETTERS[effect_of(row, 'kept')]}",
-            "beside": _beside(row),
-            **({} if row["quantity"] != "gravity_loading" else dict.fromkeys(_SPLIT)),
-        }
-        for row in element_rows(findings)
-    ]
     labels = {
         "rank": ("rank", "", "count"),
         "symbol": ("element", "", "math"),
@@ -208,132 +161,96 @@ def _ranking(findings: Findings) -> Section:
         "kept": ("kept", "", "effect"),
         **({"beside": ("[FGL87]", "", "text")} if text else {}),
     }
-    threshold = percent(float(findings.dominance.attrs["threshold"]))
-    ranking = table_of("ranking", "Elements by the torque that they make", rows, labels)
-    parts: list[Part] = [ranking]
+    rows = []
+    for row in element_rows(findings):
+        effect, kept, found = effect_of(row), effect_of(row, "kept"), row["text_verdict"]
+        shown = {
+            "symbol": _symbol(row["element"]),
+            "verdict": f"{effect} {VERDICTS[effect]}",
+            "kept": f"{kept} {LETTERS[kept]}",
+            "beside": f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–",
+        }
+        if row["quantity"] == "gravity_loading":
+            split = ("part_peak", "change_without")
+            shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
+        rows.append(row | shown)
+    parts: list[Part] = [table_of("ranking", "Elements by the torque that they make", rows, labels)]
     if text:
-        remarks = [
-            f"{row['element']}, called {row['text_verdict']} dominant: {remark}. Here its translation "
-            f"peaks at "
-            f"{number(row['part_peak_translation'])} and its rotation at {number(row['part_peak_rotation'])} "
-            f"{row['unit']}: {finding}."
-            for row, remark, finding in text["remarks"]
+        said = [
+            f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "
+            "trajectory (✓); it states neither its trajectory nor its inertial parameters, and verdicts "
+            "depend on both."
         ]
-        note = (
-            f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on "
-            "this trajectory (✓); it states neither its trajectory nor its inertial parameters, and "
-            "verdicts depend on both."
-        )
-        more = (
-            [f"The founding text contradicts itself on {len(remarks)} of them:", *remarks] if remarks else []
-        )
-        parts.append(
-            Section(
-                "", "Beside the founding text", (), "\n".join([note, *more, f"[FGL87] {text['source']}."])
+        if text["remarks"]:
+            said.append(f"The founding text contradicts itself on {len(text['remarks'])} of them:")
+        for row, remark, finding in text["remarks"]:
+            moving, turning = (number(row[f"part_peak_{effect}"]) for effect in ("translation", "rotation"))
+            said.append(
+                f"{row['element']}, called {row['text_verdict']} dominant: {remark}. Here its translation "
+                f"peaks at {moving} and its rotation at {turning} {row['unit']}: {finding}."
             )
-        )
+        said.append(f"[FGL87] {text['source']}.")
+        parts.append(Section("", "Beside the founding text", (), "\n".join(said)))
     note = (
-        "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % "
-        f"where elements cancel. An effect dominates an element that changes by at most {threshold} of "
-        f"its peak "
-        "without the other."
+        "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % where "
+        "elements cancel. An effect dominates an element that changes by at most "
+        f"{percent(float(findings.dominance.attrs['threshold']))} of its peak without the other."
     )
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
 
 
-_SPLIT = (
-    "part_peak_translation",
-    "part_peak_rotation",
-    "change_without_translation",
-    "change_without_rotation",
-)
-
-
-def _beside(row: dict[str, Any]) -> str:
-    found = row["text_verdict"]
-    return f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–"
-
-
-def _motions(findings: Findings) -> Section | None:
-    if not findings.trajectory.motions:
-        return None
-    rows, verdicts, arm = motion_rows(findings), verdict_rows(findings), findings.arm
-    changing = [row for row in verdicts if row["changes"]]
-    worst = max(rows, key=lambda row: row["worst"])
+def _motions(findings: Findings) -> Section:
+    rows, verdicts = motion_rows(findings), verdict_rows(findings)
     columns = [
         Column("", "no.", range(1, len(rows) + 1), shown="count"),
         Column("", "motion", [row["motion"] for row in rows], shown="name"),
         Column("", "set points", [row["set_points"] for row in rows], shown="count"),
         Column("", "duration", [row["duration"] for row in rows], "s"),
     ]
-    for i, joint in enumerate(arm.joints):
-        cells = [
-            f"{percent(row['used'][i])}, {pretty(amount(row['peak_torque'][i], joint.effort_unit))}"
-            for row in rows
-        ]
+    for i, joint in enumerate(findings.arm.joints):
+        peaks = [pretty(amount(row["peak_torque"][i], joint.effort_unit)) for row in rows]
+        cells = [f"{percent(row['used'][i])}, {peak}" for row, peak in zip(rows, peaks, strict=True)]
         columns.append(_words(f"{i + 1} {joint.name}", cells))
-    parts: list[Part] = [
-        Fact(
-            "worst",
-            "Largest share of the allowed error",
-            worst["worst"],
-            shown="percent",
-            note=f"joint {worst['joint']} along {worst['motion']}",
-        ),
-        Table(
-            "motions", "Each motion by itself: error of allowed, and peak torque, by joint", tuple(columns)
-        ),
-    ]
+    title = "Each motion by itself: error of allowed, and peak torque, by joint"
+    parts: list[Part] = [worst_fact(rows), Table("motions", title, tuple(columns))]
+    changing = [row for row in verdicts if row["changes"]]
     if changing:
-        names = Column("", "element", [_symbol(row["element"]) for row in changing], shown="math")
-        if len(rows) <= _MOST_COLUMNS:
-            marks = [
-                Column(
-                    "",
-                    f"{k} {row['motion']}",
-                    [_mark(one["verdicts"][k - 1]) for one in changing],
-                    shown="effect",
-                )
-                for k, row in enumerate(rows, start=1)
-            ]
+        columns = [Column("", "element", [_symbol(row["element"]) for row in changing], shown="math")]
+        if len(rows) <= MOST_COLUMNS:
+            for k, motion in enumerate(rows):
+                found = [row["verdicts"][k] for row in changing]
+                marks = [f"{verdict} {mark_of(verdict)}" for verdict in found]
+                columns.append(Column("", f"{k + 1} {motion['motion']}", marks, shown="effect"))
         else:
-            marks = [
-                Column("", word, [one["verdicts"].count(verdict) for one in changing], shown="count")
-                for verdict, word in VERDICTS.items()
-            ]
+            for verdict, word in VERDICTS.items():
+                counts = [row["verdicts"].count(verdict) for row in changing]
+                columns.append(Column("", word, counts, shown="count"))
         title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
-        parts.append(Table("verdicts", title, (names, *marks)))
+        parts.append(Table("verdicts", title, tuple(columns)))
     note = "The budget is measured along each motion by itself, and holds on each."
-    strict = strict_notice(findings)
-    return Section("motions", "Motion by motion", tuple(parts), f"{note}\n{strict}" if strict else note)
-
-
-def _mark(verdict: str) -> str:
-    return f"{verdict} {mark_of(verdict)}"
+    return Section("motions", "Motion by motion", tuple(parts), f"{note}\n{strict_notice(findings)}".rstrip())
 
 
 def _terms(findings: Findings) -> Section:
-    table = findings.tables["terms"]
-    total, title = table.attrs["total"], "Single terms ranked by torque"
+    table, title = findings.tables["terms"], "Single terms ranked by torque"
     if not findings.is_written_out:
-        name = findings.arm.name
-        note = f"Too many terms to rank here; `gd-analyze rank {name}` ranks those that matter most."
-        return Section("terms", title, (), note)
-    rows, stated = [], not_worth_keeping(findings)
+        rank = f"`gd-analyze rank {findings.arm.name}`"
+        return Section(
+            "terms", title, (), f"Too many terms to rank here; {rank} ranks those that matter most."
+        )
+    total, stated = table.attrs["total"], not_worth_keeping(findings)
     kept = findings.model.torques if made_of(findings) == "terms" else None
+    rows = []
     shown = rows_of(table.isel(rank=slice(_TERMS)), "rank")
     for row, (term, weight) in zip(shown, findings.ranked_terms.items(), strict=False):
-        formula = term_formula(term, weight)
-        rows.append(
-            row
-            | {
-                "of": _SYMBOLS[row["quantity"]],
-                "in": torque_symbol(term.row),
-                "term": Formula(Symbol(""), formula.pieces),
-                "kept": "" if kept is None else "✓" if term in kept else "–",
-                "above": "–" if row["below_uncertainty"] else "✓",
-            }
-        )
+        cells = {
+            "of": _SYMBOLS[row["quantity"]],
+            "in": torque_symbol(term.row),
+            "term": Formula(Symbol(""), term_formula(term, weight).pieces),
+            "kept": "" if kept is None else "✓" if term in kept else "–",
+            "above": "–" if row["below_uncertainty"] else "✓",
+        }
+        rows.append(row | cells)
     labels = {
         "rank": ("rank", "", "count"),
         "of": ("of", "", "text"),
@@ -348,9 +265,8 @@ def _terms(findings: Findings) -> Section:
         **({} if stated is None else {"above": ("above uncertainty", "", "text")}),
     }
     note = (
-        f"The exact torques are a sum of {total} terms. The ranking removes the term whose loss adds "
-        "least to the squared error of all removed before; the last to be removed ranks first. Everything "
-        "below "
+        f"The exact torques are a sum of {total} terms. The ranking removes the term whose loss adds least "
+        "to the squared error of all removed before; the last to be removed ranks first. Everything below "
         "the row whose error is acceptable may go at once."
     )
     if stated is not None:
@@ -358,13 +274,11 @@ def _terms(findings: Findings) -> Section:
             f"\nThe lowest {stated} of {total} terms together change no torque by more than its standard "
             "uncertainty, which follows from the stated uncertainties of the arm's parameters."
         )
-    legend = (
-        None if kept is not None else torque_legend(findings.model.form.velocities, findings.ranked_terms)
-    )
     parts: list[Part] = [
         table_of("terms", f"The {len(rows)} terms that matter most, of {total}", rows, labels)
     ]
-    if legend is not None:
+    if kept is None:  # else the model explains its symbols
+        legend = torque_legend(findings.model.form.velocities, findings.ranked_terms)
         parts.append(Equations("names", "", (), (), legend))
     return Section("terms", title, tuple(parts), note)
 
@@ -381,91 +295,73 @@ def _equations(findings: Findings) -> Section:
     }
     check = table_of("cross_check", "Difference from Pinocchio, an independent implementation", rows, labels)
     note = (
-        "Generalized d'Alembert equations of motion of K. S. Fu, R. C. Gonzalez, C. S. G. Lee, "
-        "Robotics, 1987 [FGL87], of revolute joints; a prismatic joint contributes its axis where a "
-        "revolute one "
-        "contributes axis × "
-        "arm. z: axes of joints; p: origins of frames; r, c: centres of mass from the base and from "
-        "the joint before; m, I: mass and inertia about it of a link; R: rotations."
+        "Generalized d'Alembert equations of motion of K. S. Fu, R. C. Gonzalez, C. S. G. Lee, Robotics, "
+        "1987 [FGL87], of revolute joints; a prismatic joint contributes its axis where a revolute one "
+        "contributes axis × arm. z: axes of joints; p: origins of frames; r, c: centres of mass from the "
+        "base and from the joint before; m, I: mass and inertia about it of a link; R: rotations."
     )
     return Section("equations", "Equations and cross-check", (check,), note)
 
 
 def _data(findings: Findings) -> Section:
     arm = findings.arm
-    joints = [
-        *joint_columns(arm.joints),
-        _words("kind", [joint.kind for joint in arm.joints]),
-    ]
+    joints = [*joint_columns(arm.joints), _words("kind", [joint.kind for joint in arm.joints])]
     if arm.dh_table:
         rows = [
             (f"{given(math.degrees(r.theta))}°", given(r.d), given(r.a), f"{given(math.degrees(r.alpha))}°")
             for r in arm.dh_table
         ]
+        # Of the parameter that is the joint's variable the cell is an offset.
+        variable = {"θ": "revolute", "d, m": "prismatic"}
         for name, cells in zip(("θ", "d, m", "a, m", "α"), zip(*rows, strict=True), strict=True):
-            joints.append(_words(name, _with_variable(arm, name[0], cells)))
-    joints += [
-        _words("range", [_range(joint) for joint in arm.joints]),
-        _words("velocity limit", [_limit(joint.velocity_limit, f"{joint.unit}/s") for joint in arm.joints]),
-        _words(
-            "acceleration limit",
-            [_limit(joint.acceleration_limit, f"{joint.unit}/s²") for joint in arm.joints],
-        ),
-    ]
+            moves = [joint.kind == variable.get(name) for joint in arm.joints]
+            with_variable = [
+                cell if not moving else f"q{k}" if cell.rstrip("°") in ("0", "−0") else f"q{k} + {cell}"
+                for k, (cell, moving) in enumerate(zip(cells, moves, strict=True), start=1)
+            ]
+            joints.append(_words(name, with_variable))
+    joints.append(_words("range", [_range(joint) for joint in arm.joints]))
+    for what, per in (("velocity", "s"), ("acceleration", "s²")):
+        limits = [(getattr(joint, f"{what}_limit"), f"{joint.unit}/{per}") for joint in arm.joints]
+        texts = ["not given" if limit is None else f"{given(limit)} {unit}" for limit, unit in limits]
+        joints.append(_words(f"{what} limit", texts))
     if arm.drives:
         units = ["kg m^2" if joint.kind == "revolute" else "kg" for joint in arm.joints]
         joints.append(Column("", "drive inertia", [drive.inertia for drive in arm.drives], units))
-    gravity = ", ".join(map(given, arm.gravity))
     geometry = f", {arm.convention} parameters" if arm.dh_table and arm.convention else ""
-    title = f"Joints{geometry} and limits"
-    inertias = [(f"I{'xyz'[a]}{'xyz'[b]}", a, b) for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    if not any(np.any(link.inertia_com != np.diag(np.diag(link.inertia_com))) for link in arm.links):
-        inertias = inertias[:3]
+    gravity = f"Gravity ({', '.join(map(given, arm.gravity))}) m/s² in the base frame."
+    entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+    is_diagonal = all(
+        np.array_equal(i, np.diag(np.diag(i))) for i in (link.inertia_com for link in arm.links)
+    )
     links = [
         Column("", "link", [link.name for link in arm.links], shown="name"),
         _words("mass, kg", [given(link.mass) for link in arm.links]),
         _words("centre of mass, m", [", ".join(map(given, link.com)) for link in arm.links]),
-        *(_words(name, [given(link.inertia_com[a, b]) for link in arm.links]) for name, a, b in inertias),
     ]
+    for a, b in entries[:3] if is_diagonal else entries:
+        links.append(_words(f"I{'xyz'[a]}{'xyz'[b]}", [given(link.inertia_com[a, b]) for link in arm.links]))
     stated = [
         *arm.sources,
         *(f"Assumed: {line}" for line in arm.assumptions),
         *(f"Doubtful: {line}" for line in (*arm.doubts, *inconsistent_inertias(arm))),
     ]
-    return Section(
-        "data",
-        "Data and provenance",
-        (
-            Table("joints", title, tuple(joints), f"Gravity ({gravity}) m/s² in the base frame."),
-            Table(
-                "links", "Links in their own frames; inertia about the centre of mass, kg m²", tuple(links)
-            ),
-            *([Section("sources", "Sources and assumptions", (), "\n".join(stated))] if stated else []),
-        ),
-    )
+    about = "Links in their own frames; inertia about the centre of mass, kg m²"
+    parts: list[Part] = [
+        Table("joints", f"Joints{geometry} and limits", tuple(joints), gravity),
+        Table("links", about, tuple(links)),
+    ]
+    if stated:
+        parts.append(Section("sources", "Sources and assumptions", (), "\n".join(stated)))
+    return Section("data", "Data and provenance", tuple(parts))
 
 
-def _with_variable(arm: Any, name: str, cells: Sequence[str]) -> list[str]:
-    """Cells of a Denavit-Hartenberg parameter, with the joint variable where it is one."""
-    variable = {"θ": "revolute", "d": "prismatic"}
-    out = []
-    for k, (joint, cell) in enumerate(zip(arm.joints, cells, strict=True), start=1):
-        if joint.kind == variable.get(name):
-            cell = f"q{k}" if cell.rstrip("°") in ("0", "−0") else f"q{k} + {cell}"
-        out.append(cell)
-    return out
-
-
-def _range(joint: Any) -> str:
+def _range(joint: Joint) -> str:
     if joint.lower is None or joint.upper is None:
         return "not given"
     if joint.kind == "revolute":
         return f"{given(math.degrees(joint.lower))} to {given(math.degrees(joint.upper))}°"
     return f"{given(joint.lower)} to {given(joint.upper)} m"
-
-
-def _limit(value: float | None, unit: str) -> str:
-    return "not given" if value is None else f"{given(value)} {unit}"
 
 
 def _words(label: str, cells: Sequence[str]) -> Column:

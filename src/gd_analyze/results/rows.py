@@ -22,10 +22,11 @@ Row = dict[str, Any]
 
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
     """One row per joint, of tables that have the dimension, with the unit of its torque."""
-    tables = [rows_of(findings.tables[group], "joint") for group in groups]
+    rows: list[Row] = [{} for _ in findings.arm.joints]
+    for group in groups:
+        rows = [row | more for row, more in zip(rows, rows_of(findings.tables[group], "joint"), strict=True)]
     return [
-        {key: value for row in rows for key, value in row.items()} | {"effort_unit": joint.effort_unit}
-        for joint, *rows in zip(findings.arm.joints, *tables, strict=True)
+        row | {"effort_unit": joint.effort_unit} for row, joint in zip(rows, findings.arm.joints, strict=True)
     ]
 
 
@@ -62,33 +63,16 @@ def dropped_parts(findings: Findings) -> DroppedParts:
     )
 
 
-def trade_off_rows(findings: Findings) -> list[Row]:
-    """One row per budget, its operations and shares in the order of the kinds."""
-    table = findings.tables["trade_off"]
-    return [
-        row
-        | {
-            "asked": row["factor"] == 1.0,
-            "operations": table.operations.values[:, k].tolist(),
-            "largest_share": table.largest_share.values[:, k].tolist(),
-        }
-        for k, row in enumerate(rows_of(table, "factor"))
-    ]
-
-
 def budget_rows(findings: Findings) -> list[Row]:
     """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    plain = ("factor", "budget", "operations", "multiplications", "additions")
-    kept: list[list[Any]] = [[] for _ in table.factor.values]
+    names = ("factor", "budget", "operations", "multiplications", "additions", "largest_error")
+    columns = {name: table[name].values.tolist() for name in names}
+    columns["kept"] = [[] for _ in table.factor]
     for name, dim in (("kept", "rank"), ("kept_parts", "part")):
         if name in table:
-            kept = [table[dim].values[row].tolist() for row in table[name].values]
-    return [
-        {name: table[name].values[k].item() for name in plain}
-        | {"largest_error": table.largest_error.values[k].tolist(), "kept": kept[k]}
-        for k in range(table.sizes["factor"])
-    ]
+            columns["kept"] = [table[dim].values[row].tolist() for row in table[name].values]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
@@ -105,7 +89,7 @@ def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
     return pd.DataFrame(_columns(table, dims[0]))
 
 
-def rows_of(table: xr.Dataset, *dims: str) -> list[dict[str, Any]]:
+def rows_of(table: xr.Dataset, *dims: str) -> list[Row]:
     """Take the same as plain values, as JSON has them; what is not a number is None."""
     columns: Any = _columns(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
     plain = {name: np.asarray(columns[name]).tolist() for name in columns}
@@ -113,6 +97,17 @@ def rows_of(table: xr.Dataset, *dims: str) -> list[dict[str, Any]]:
         {name: None if isinstance(x, float) and x != x else x for name, x in zip(plain, row, strict=True)}
         for row in zip(*plain.values(), strict=True)
     ]
+
+
+def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
+    columns: dict[str, np.ndarray] = {dim: table[dim].values}
+    for name, array in (*table.data_vars.items(), *table.coords.items()):
+        if array.dims == (dim,):
+            columns[str(name)] = array.values
+        elif len(array.dims) == 2 and array.dims[0] == dim:
+            labels = table[array.dims[1]].values
+            columns |= {f"{name}_{label}": array.values[:, k] for k, label in enumerate(labels)}
+    return columns
 
 
 def table_of(
@@ -128,26 +123,16 @@ def table_of(
     In rows "joint_name" beside "joint" names joints; names that begin with "shown_" are for people only. A
     label is heading, unit ("@" names a column of units) and how values are shown.
     """
-    names = [*labels, *(name for name in (rows[0] if rows else {}) if name not in labels)]
+    if not rows:
+        return Table(key, title, (), note, top)
     columns: list[Column] = []
-    if rows and "joint_name" in rows[0]:
+    if "joint_name" in rows[0]:
         pairs = [joint_name(row["joint"], row["joint_name"]) for row in rows]
         columns.append(Column("", "joint", pairs, shown="name"))
-    for name in names if rows else ():
+    for name in dict.fromkeys((*labels, *rows[0])):
         given = labels.get(name, ("",))
         label, unit, shown = given + ("", "", "number")[len(given) :]
         units: Any = [row[unit[1:]] for row in rows] if unit.startswith("@") else unit
         stored = "" if name.startswith("shown_") else name
         columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, shown)))
     return Table(key, title, tuple(columns), note, top)
-
-
-def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
-    columns: dict[str, np.ndarray] = {dim: table[dim].values}
-    for name, array in (*table.data_vars.items(), *table.coords.items()):
-        if array.dims == (dim,):
-            columns[str(name)] = array.values
-        elif len(array.dims) == 2 and array.dims[0] == dim:
-            labels = table[array.dims[1]].values
-            columns |= {f"{name}_{label}": array.values[:, k] for k, label in enumerate(labels)}
-    return columns
