@@ -129,10 +129,6 @@ def test_coefficients_scale_with_the_masses(arm, power):
         np.testing.assert_array_equal(factor * one.coefficients, other.coefficients)
 
 
-def two_link_of_the_text() -> Harmonics:
-    return harmonics_of(two_link_of(1.0, 2.0, 1.0))
-
-
 def named(harmonics: Harmonics, polynomial: TrigonometricPolynomial) -> dict[str, float]:
     from gd_analyze.formulas.formula import Product
     from gd_analyze.formulas.languages import Plain
