@@ -1,9 +1,8 @@
-"""Everything that is proven of one model over a box or along a motion, and its result."""
+"""Everything that is proven of one model over a box or along a motion, as a result."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,164 +25,14 @@ from gd_analyze.text import rounded_up, share_up
 _STATE = ("q", "qd", "qdd")
 
 
-@dataclass(frozen=True, eq=False)
-class Proof:
-    """Bounds on the errors of a model."""
-
-    model: SimplifiedModel
-    effort: int  # effort of the certificate
-    certificate: Certificate  # bounds over the arm's limits, or along the motion
-    # With a motion: bounds over all combinations of values between its extremes, without margins
-    extremes: Certificate | None
-    definiteness: Definiteness | None  # smallest eigenvalue of D; None if the model's D need not be symmetric
-    largest: FloatArray  # largest exact torque found in the region, N m (N), shape (n,)
-    elsewhere: bool  # whether the motion is another one than the model was fitted on
-
-    def result(self) -> Result:
-        """The bounds per joint, whether they prove the budget, and whether D is positive definite."""
-        model, certificate, accuracy = self.model, self.certificate, self.model.accuracy
-        arm, box, certified = model.arm, (self.extremes or certificate).box, certificate.certified
-        shares = share_of(certified, accuracy.errors.peak_torque) if accuracy.measured else certified
-        worst = int(np.nanargmax(shares))
-        if accuracy.measured and np.isfinite(shares[worst]):
-            bound = f"{100 * share_up(float(shares[worst])):.3g} % of peak torque"
-        else:
-            bound = f"{rounded_up(float(certified[worst])):.3g} {arm.joints[worst].effort_unit}"
-        notices = [certificate.note]
-        if not accuracy.measured:
-            states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
-            notices.append(f"Allowed and sampled errors are stated by the file, not measured, for {states}.")
-        if accuracy.asked.norm is not None:
-            notices.append("A budget of the norm holds for a share of states and cannot be proven for all.")
-        within = "the motion's margins" if isinstance(certificate.region, Tube) else "the arm's limits"
-        limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
-        return Result(
-            title=f"{arm.title or arm.name}: proven torque error of the model of level {model.level}",
-            subtitle=f"within {certificate.where}",
-            headline=f"Torque error at most {bound} (joint {worst + 1}) within {within}",
-            facts=(
-                Fact("arm", "", arm.name),
-                Fact("level", "", model.level.name),
-                Fact("budget", "Budget", accuracy.budget),
-                Fact(
-                    "allowed_and_largest_error", "", "measured" if accuracy.measured else "stated by the file"
-                ),
-                Fact("from", "", certificate.region.where),
-                Fact("box", "", limits),
-                Fact("tube", "", self._tube()),
-                *self._definite(),
-                Fact("effort", "", self.effort),
-            ),
-            parts=(self._joints(),),
-            notices=tuple(filter(None, notices)),
-        )
-
-    def _joints(self) -> Table:
-        """What is sampled, found and proven joint by joint."""
-        certificate, accuracy, extremes = self.certificate, self.model.accuracy, self.extremes
-        joints, certified = self.model.arm.joints, certificate.certified
-        units, none = [joint.effort_unit for joint in joints], [None] * len(joints)
-        # A budget of the norm allows no joint an error of its own.
-        is_norm = accuracy.asked.norm is not None
-        of_allowed = none if is_norm else share_of(certified, accuracy.allowed)
-        of_peak = share_of(certified, accuracy.errors.peak_torque)
-        sampled = "stated" if self.elsewhere else "sampled"
-        states = [
-            dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)
-        ]
-        between, note = [], "Found: largest error of a search over the box."
-        if extremes is not None:
-            between = [Column("certified_between_extremes", "extremes", extremes.certified, units, "bound")]
-            note = "Extremes: proven for all combinations of values between the motion's extremes."
-        return Table(
-            "joints",
-            "Torque error",
-            (
-                *joint_columns(joints),
-                Column("largest_error", sampled, accuracy.errors.largest, units),
-                Column("worst_found", "" if extremes else "found", certificate.worst_found, units),
-                Column("certified", "proven", certified, units, "bound"),
-                *between,
-                Column(
-                    "allowed_error",
-                    "" if is_norm else "allowed",
-                    none if is_norm else accuracy.allowed,
-                    units,
-                ),
-                Column(
-                    "certified_of_allowed", "" if is_norm else "of allowed", of_allowed, shown="bound_percent"
-                ),
-                Column("within_allowed", "", none if is_norm else certificate.within(accuracy.allowed)),
-                Column("worst_state", "", states),
-                Column("largest_torque_found", "", self.largest),
-                Column("certified_share_of_largest_found", "", share_of(certified, self.largest)),
-                Column("certified_share_of_peak_made_for", "", of_peak),
-                Column("ratio", "", certificate.ratio),
-            ),
-            f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
-        )
-
-    def _tube(self) -> Mapping[str, Any] | None:
-        tube, along = self.certificate.region, self.certificate.along
-        if not isinstance(tube, Tube) or along is None:
-            return None
-        pieces = zip(tube.begin.tolist(), tube.end.tolist(), along.tolist(), strict=True)
-        return {
-            "margins": dict(zip(_STATE, tube.margins, strict=True)),
-            "coarse": tube.coarse,
-            "note": tube.note,
-            "pieces": [dict(zip(("begin", "end", "certified"), piece, strict=True)) for piece in pieces],
-        }
-
-    def _definite(self) -> list[Fact]:
-        """The verdicts: joints within the budget, and D."""
-        accuracy, definite, facts = (
-            self.model.accuracy,
-            self.definiteness,
-            [Fact("positive_definite", "", None)],
-        )
-        if accuracy.asked.norm is None:
-            within = self.certificate.within(accuracy.allowed)
-            facts.append(Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"))
-        if definite is None:
-            return facts
-        facts[0] = Fact(
-            "positive_definite",
-            "",
-            {
-                "proven": definite.is_proven,
-                "singular": definite.is_singular,
-                "smallest_eigenvalue_at_least": definite.proven,
-                "smallest_eigenvalue_found": definite.smallest_found,
-                "position": definite.position,
-            },
-        )
-        if definite.is_proven:
-            verdict = "positive definite everywhere in the box"
-        elif definite.is_singular:
-            verdict = "singular: some motion has no inertia, and the model cannot be simulated"
-        elif definite.smallest_found < 0.0:
-            verdict = "not positive definite"
-        else:
-            verdict = "not proven positive definite; a larger --effort may prove it"
-        unit = "kg m^2" if all(self.model.arm.is_revolute) else ""
-        place = "at q = " + ", ".join(f"{q:.4g}" for q in definite.position)
-        return [
-            *facts,
-            Fact("", "Inertia matrix D", verdict),
-            Fact("", "Smallest eigenvalue of D, proven", -rounded_up(-definite.proven, 4), unit),
-            Fact("", "Smallest eigenvalue of D, found", definite.smallest_found, unit, note=place),
-        ]
-
-
-def prove(
+def proof(
     model: SimplifiedModel,
     motion: Trajectory | None = None,
     *,
     margin: Margin | str | None = None,
     effort: int = bounds.EFFORT,
     progress: Callable[[int], None] | None = None,
-) -> Proof:
+) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
 
     For a model of level energy the smallest eigenvalue of D is bounded as well. `progress` is as for
@@ -200,5 +49,136 @@ def prove(
         positions = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
         definiteness = certify_positive_definite(model, certificate.box, effort=positions)
     largest = largest_torque(model, region, harmonics=harmonics)
-    elsewhere = motion is not None and motion.name != model.accuracy.fitted_on.get("trajectory")
-    return Proof(model, effort, certificate, extremes, definiteness, largest, elsewhere)
+    accuracy = model.accuracy
+    elsewhere = motion is not None and motion.name != accuracy.fitted_on.get("trajectory")
+    arm, box, certified = model.arm, (extremes or certificate).box, certificate.certified
+    shares = share_of(certified, accuracy.errors.peak_torque) if accuracy.measured else certified
+    worst = int(np.nanargmax(shares))
+    if accuracy.measured and np.isfinite(shares[worst]):
+        bound = f"{100 * share_up(float(shares[worst])):.3g} % of peak torque"
+    else:
+        bound = f"{rounded_up(float(certified[worst])):.3g} {arm.joints[worst].effort_unit}"
+    notices = [certificate.note]
+    if not accuracy.measured:
+        states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
+        notices.append(f"Allowed and sampled errors are stated by the file, not measured, for {states}.")
+    if accuracy.asked.norm is not None:
+        notices.append("A budget of the norm holds for a share of states and cannot be proven for all.")
+    within = "the arm's limits" if motion is None else "the motion's margins"
+    limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
+    return Result(
+        title=f"{arm.title or arm.name}: proven torque error of the model of level {model.level}",
+        subtitle=f"within {certificate.where}",
+        headline=f"Torque error at most {bound} (joint {worst + 1}) within {within}",
+        facts=(
+            Fact("arm", "", arm.name),
+            Fact("level", "", model.level.name),
+            Fact("budget", "Budget", accuracy.budget),
+            Fact("allowed_and_largest_error", "", "measured" if accuracy.measured else "stated by the file"),
+            Fact("from", "", region.where),
+            Fact("box", "", limits),
+            Fact("tube", "", _tube(certificate)),
+            *_definite(model, certificate, definiteness),
+            Fact("effort", "", effort),
+        ),
+        parts=(_joints(model, certificate, extremes, largest, "stated" if elsewhere else "sampled"),),
+        notices=tuple(filter(None, notices)),
+    )
+
+
+def _joints(
+    model: SimplifiedModel,
+    certificate: Certificate,
+    extremes: Certificate | None,
+    largest: FloatArray,
+    sampled: str,
+) -> Table:
+    """What is sampled, found and proven joint by joint; the largest torques found are N m (N), shape (n,)."""
+    accuracy, joints, certified = model.accuracy, model.arm.joints, certificate.certified
+    units, none = [joint.effort_unit for joint in joints], [None] * len(joints)
+    # A budget of the norm allows no joint an error of its own.
+    is_norm = accuracy.asked.norm is not None
+    of_allowed = none if is_norm else share_of(certified, accuracy.allowed)
+    of_peak = share_of(certified, accuracy.errors.peak_torque)
+    states = [dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)]
+    between, note = [], "Found: largest error of a search over the box."
+    if extremes is not None:
+        between = [Column("certified_between_extremes", "extremes", extremes.certified, units, "bound")]
+        note = "Extremes: proven for all combinations of values between the motion's extremes."
+    return Table(
+        "joints",
+        "Torque error",
+        (
+            *joint_columns(joints),
+            Column("largest_error", sampled, accuracy.errors.largest, units),
+            Column("worst_found", "" if extremes else "found", certificate.worst_found, units),
+            Column("certified", "proven", certified, units, "bound"),
+            *between,
+            Column(
+                "allowed_error",
+                "" if is_norm else "allowed",
+                none if is_norm else accuracy.allowed,
+                units,
+            ),
+            Column(
+                "certified_of_allowed", "" if is_norm else "of allowed", of_allowed, shown="bound_percent"
+            ),
+            Column("within_allowed", "", none if is_norm else certificate.within(accuracy.allowed)),
+            Column("worst_state", "", states),
+            Column("largest_torque_found", "", largest),
+            Column("certified_share_of_largest_found", "", share_of(certified, largest)),
+            Column("certified_share_of_peak_made_for", "", of_peak),
+            Column("ratio", "", certificate.ratio),
+        ),
+        f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
+    )
+
+
+def _tube(certificate: Certificate) -> Mapping[str, Any] | None:
+    tube, along = certificate.region, certificate.along
+    if not isinstance(tube, Tube) or along is None:
+        return None
+    pieces = zip(tube.begin.tolist(), tube.end.tolist(), along.tolist(), strict=True)
+    return {
+        "margins": dict(zip(_STATE, tube.margins, strict=True)),
+        "coarse": tube.coarse,
+        "note": tube.note,
+        "pieces": [dict(zip(("begin", "end", "certified"), piece, strict=True)) for piece in pieces],
+    }
+
+
+def _definite(model: SimplifiedModel, certificate: Certificate, definite: Definiteness | None) -> list[Fact]:
+    """The verdicts: joints within the budget, and D."""
+    accuracy, facts = model.accuracy, [Fact("positive_definite", "", None)]
+    if accuracy.asked.norm is None:
+        within = certificate.within(accuracy.allowed)
+        facts.append(Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"))
+    if definite is None:
+        return facts
+    facts[0] = Fact(
+        "positive_definite",
+        "",
+        {
+            "proven": definite.is_proven,
+            "singular": definite.is_singular,
+            "smallest_eigenvalue_at_least": definite.proven,
+            "smallest_eigenvalue_found": definite.smallest_found,
+            "position": definite.position,
+        },
+    )
+    if definite.is_proven:
+        verdict = "positive definite everywhere in the box"
+    elif definite.is_singular:
+        verdict = "singular: some motion has no inertia, and the model cannot be simulated"
+    elif definite.smallest_found < 0.0:
+        verdict = "not positive definite"
+    else:
+        verdict = "not proven positive definite; a larger --effort may prove it"
+    unit = "kg m^2" if all(model.arm.is_revolute) else ""
+    place = "at q = " + ", ".join(f"{q:.4g}" for q in definite.position)
+    return [
+        *facts,
+        Fact("", "Inertia matrix D", verdict),
+        Fact("", "Smallest eigenvalue of D, proven", -rounded_up(-definite.proven, 4), unit),
+        Fact("", "Smallest eigenvalue of D, found", definite.smallest_found, unit, note=place),
+    ]

@@ -55,7 +55,7 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
         raise click.UsageError("--margin goes with --along")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.certification.proof import prove
+        from gd_analyze.certification.proof import proof
         from gd_analyze.simplification.model_checks import measured_at
 
         around = gd.Margin.of(margin)
@@ -66,5 +66,5 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None else 2))
-        proof = prove(loaded, motion, margin=around, effort=effort, progress=stage.advance)
-    output.give(proof.result())
+        result = proof(loaded, motion, margin=around, effort=effort, progress=stage.advance)
+    output.give(result)

@@ -20,11 +20,12 @@ class Plain(Printer):
         dots = symbol.dots - (symbol.letter == "p")
         index = f"_{symbol.index}" if symbol.index.isalpha() else symbol.index
         word = f"^{symbol.word}" if symbol.word else ""
-        return f"{symbol.letter}{'d' * dots}{PRIME * symbol.primes}{index}{word}{_superscript(exponent)}"
+        return self.raised(f"{symbol.letter}{'d' * dots}{PRIME * symbol.primes}{index}{word}", exponent)
 
-    def function(self, name: str, argument: str, exponent: int) -> str:
-        """Write cos²(2 q2 - q3)."""
-        return f"{name}{_superscript(exponent)}({argument})"
+    def raised(self, text: str, exponent: int) -> str:
+        """Write C23²."""
+        digits = str(exponent).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        return text if exponent == 1 else text + digits
 
     def scientific(self, mantissa: str, exponent: int) -> str:
         """Write 5.85e-5."""
@@ -41,10 +42,6 @@ class Plain(Printer):
             else:
                 lines.append(" " * len(start) + piece)
         return "\n".join(lines)
-
-
-def _superscript(exponent: int) -> str:
-    return str(exponent).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent != 1 else ""
 
 
 def equations(
@@ -73,11 +70,15 @@ class Latex(Printer):
         base += PRIME * symbol.primes
         index = f"_{{{symbol.index}}}" if symbol.index else ""
         word = rf"^{{\mathrm{{{symbol.word}}}}}" if symbol.word else ""
-        return f"{base}{index}{word}" + (f"^{{{exponent}}}" if exponent != 1 else "")
+        return self.raised(f"{base}{index}{word}", exponent)
+
+    def raised(self, text: str, exponent: int) -> str:
+        """Write C_{23}^{2}."""
+        return text if exponent == 1 else f"{text}^{{{exponent}}}"
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         r"""Write \cos^{2}(2 q_{2} - q_{3})."""
-        return rf"\{name}" + (f"^{{{exponent}}}" if exponent != 1 else "") + f"({argument})"
+        return super().function(rf"\{name}", argument, exponent)
 
     def words(self, words: str) -> str:
         r"""Write \text{ is }."""
@@ -101,11 +102,11 @@ class Typst(Printer):
         # Letters side by side would be one name.
         index = f"_({re.sub('(?<=.)(?=[a-z])', ' ', symbol.index)})" if symbol.index else ""
         word = f'^"{symbol.word}"' if symbol.word else ""
-        return f"{base}{index}{word}" + (f"^{exponent}" if exponent != 1 else "")
+        return self.raised(f"{base}{index}{word}", exponent)
 
-    def function(self, name: str, argument: str, exponent: int) -> str:
-        """Write cos^2(2 thin q_(2) - q_(3))."""
-        return name + (f"^{exponent}" if exponent != 1 else "") + f"({argument})"
+    def raised(self, text: str, exponent: int) -> str:
+        """Write C_(23)^2."""
+        return text if exponent == 1 else f"{text}^{exponent}"
 
     def scientific(self, mantissa: str, exponent: int) -> str:
         """Write 5.85 times 10^(-5)."""
@@ -136,18 +137,21 @@ class MathML(Printer):
         parts = re.findall(r"[^a-z]+|[a-z]", symbol.index)
         index = "".join(f"<mi>{part}</mi>" if part.isalpha() else f"<mn>{part}</mn>" for part in parts)
         index = f"<mrow>{index}</mrow>" if len(parts) > 1 else index
-        above = f"<mtext>{symbol.word}</mtext>" if symbol.word else _exponent(exponent)
+        power = f"<mn>{exponent}</mn>" if exponent != 1 else ""
+        above = f"<mtext>{symbol.word}</mtext>" if symbol.word else power
         if symbol.primes:
             primes = f"<mo>{'′' * symbol.primes}</mo>"
             above = f"<mrow>{primes}{above}</mrow>" if above else primes
         tag = f"m{'sub' if index else ''}{'sup' if above else ''}"
         return f"<{tag}>{base}{index}{above}</{tag}>" if index or above else base
 
+    def raised(self, text: str, exponent: int) -> str:
+        """Write an element with its exponent."""
+        return text if exponent == 1 else f"<msup>{text}<mn>{exponent}</mn></msup>"
+
     def function(self, name: str, argument: str, exponent: int) -> str:
         """Write cos or sin with its argument in brackets."""
-        head = f"<mi>{name}</mi>"
-        if exponent != 1:
-            head = f"<msup>{head}{_exponent(exponent)}</msup>"
+        head = self.raised(f"<mi>{name}</mi>", exponent)
         return f"{head}<mo>&#x2061;</mo><mrow>{argument.join(self.brackets)}</mrow>"
 
     def scientific(self, mantissa: str, exponent: int) -> str:
@@ -202,7 +206,3 @@ class PageMathML(MathML):
                 sign = sign.replace("<mo>", '<mo rspace=".25em">')
             out.append(f"<math>{sign}{self.body(piece)}</math>")
         return tuple(out)
-
-
-def _exponent(exponent: int) -> str:
-    return f"<mn>{exponent}</mn>" if exponent != 1 else ""

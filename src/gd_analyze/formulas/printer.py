@@ -56,8 +56,12 @@ class Printer(ABC):
         """Write a symbol raised to a power."""
 
     @abstractmethod
+    def raised(self, text: str, exponent: int) -> str:
+        """Write a power of what is written already."""
+
     def function(self, name: str, argument: str, exponent: int) -> str:
-        """Write a function of an argument already written, raised to a power."""
+        """Write a function of an argument already written, raised to a power: cos²(2 q2 - q3)."""
+        return f"{self.raised(name, exponent)}({argument})"
 
     @abstractmethod
     def scientific(self, mantissa: str, exponent: int) -> str:
