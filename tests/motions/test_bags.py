@@ -43,27 +43,6 @@ def state(store: Any, k: int, ros1: bool = False) -> Any:
     )
 
 
-def trajectory(store: Any, points: int) -> Any:
-    point, duration = (
-        store.types[f"{of}"]
-        for of in ("trajectory_msgs/msg/JointTrajectoryPoint", "builtin_interfaces/msg/Duration")
-    )
-    return store.types["trajectory_msgs/msg/JointTrajectory"](
-        header=header(store, 0),
-        joint_names=["hip", "knee"],
-        points=[
-            point(
-                positions=np.array([k, 1.0]),
-                velocities=np.array([2.0, 3.0]),
-                accelerations=np.array([4.0, 5.0]),
-                effort=np.array([]),
-                time_from_start=duration(sec=0, nanosec=k * STEP),
-            )
-            for k in range(points)
-        ],
-    )
-
-
 def bag2(path: Path, messages: dict[str, list[Any]], store: Any, plugin: Any = StoragePlugin.SQLITE3) -> Path:
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
         for topic, sent in messages.items():
@@ -109,14 +88,6 @@ def test_ros_1(tmp_path: Path) -> None:
     assert_states(path)
 
 
-def test_a_trajectory_is_a_plan(tmp_path: Path, store: Any) -> None:
-    logged = read_log(bag2(tmp_path / "run", {"/plan": [trajectory(store, 4)]}, store), TWO)
-    np.testing.assert_array_equal(logged.q[:, 0], [0, 1, 2, 3])
-    np.testing.assert_array_equal(logged.qdd, [[4, 5]] * 4)
-    assert (logged.torque, logged.measured) == (None, False)
-    np.testing.assert_allclose(logged.time, 0.008 * np.arange(4), rtol=1e-15)
-
-
 def test_commanded_states_are_a_plan(tmp_path: Path, store: Any) -> None:
     sent = {"/joint_command": [state(store, k) for k in range(5)]}
     assert not read_log(bag2(tmp_path / "run", sent, store), TWO).measured
@@ -147,28 +118,16 @@ def test_dynamic_states(tmp_path: Path, store: Any) -> None:
     assert logged.torque is None  # of the knee alone
 
 
-def test_topics_are_chosen_by_the_user(tmp_path: Path, store: Any) -> None:
-    sent = {"/joint_states": [state(store, k) for k in range(5)], "/plan": [trajectory(store, 4)]}
-    path = bag2(tmp_path / "run", sent, store)
-    with pytest.raises(TrajectoryError) as caught:
-        read_log(path, TWO)
-    for text in (
-        "several topics",
-        "/joint_states (JointState, 5 messages); /plan (JointTrajectory, 1 messages)",
-        "--topic: /joint_states or /plan",
-    ):
-        assert text in str(caught.value)
-    assert_states(path, topic="/joint_states")
-    with pytest.raises(TrajectoryError, match="no motion of joints on topic /tf") as caught:
-        read_log(path, TWO, Reading(topic="/tf"))
-    assert "expected: /joint_states, /plan" in str(caught.value)
-
-
-def test_a_bag_without_joints(tmp_path: Path, store: Any) -> None:
-    text = store.types["std_msgs/msg/String"](data="hello")
-    with pytest.raises(TrajectoryError, match="holds no motion of joints") as caught:
-        read_log(bag2(tmp_path / "run", {"/chatter": [text]}, store), TWO)
-    assert "found: /chatter (String, 1 messages)" in str(caught.value)
+def test_topics(tmp_path: Path, store: Any) -> None:
+    states, text = [state(store, k) for k in range(5)], store.types["std_msgs/msg/String"](data="hello")
+    two = bag2(tmp_path / "two", {"/joint_states": states, "/left": states[:1]}, store)
+    none = bag2(tmp_path / "none", {"/chatter": [text]}, store)
+    listed = "/joint_states (JointState, 5 messages); /left (JointState, 1 messages)"
+    for path, topic, found in ((two, None, listed), (two, "/tf", listed), (none, None, "/chatter (String")):
+        with pytest.raises(TrajectoryError) as caught:
+            read_log(path, TWO, Reading(topic=topic))
+        assert found in caught.value.details["found"]
+    assert_states(two, topic="/joint_states")
 
 
 @pytest.mark.parametrize("suffix", [".db3", ".mcap", ".bag"])

@@ -13,7 +13,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
 from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.trajectory import Trajectory, write_trajectory
 from several_motions import swung
 
 
@@ -54,18 +54,13 @@ def test_a_pool_of_pools_is_the_pool_of_all(motions):
     assert [motion.n_set_points for motion in apart.motions] == [one.n_set_points for one in motions]
 
 
-def test_one_motion_is_that_motion(swing, two_link):
-    assert pool([swing]) is swing
-    assert trajectory_of([swing], two_link) is swing
-    assert taken_apart(swing) == (swing,)
-
-
 def test_time_runs_on_with_a_pause_that_is_told():
     whole = pool([swung(2.0, "a", 5), swung(4.0, "b", 5)])
     # A tenth of their mean duration of 3 s.
     assert whole.time[[0, 4, 5, 9]].tolist() == [0.0, 2.0, 2.3, 6.3]
     assert whole.gaps == (5,)
     assert whole.origin == "2 motions (a, b), one after the other with 0.3 s between"
+    assert pool([whole]).time.tolist() == whole.time.tolist()
     still = Trajectory([7.0], *[[[0.0, 0.0]]] * 3, "still")
     assert pool([still, still]).time.tolist() == [0.0, 1.0]
 
@@ -85,13 +80,6 @@ def test_names(names, name):
     whole = pool([swung(1.0, one) for one in names])
     assert whole.name == name
     assert len({motion.name for motion in whole.motions}) == len(names)
-
-
-def test_the_fingerprint_is_of_all_of_them():
-    a, b, c = (swung(duration, "m") for duration in (1.0, 2.0, 3.0))
-    prints = [pool(motions).fingerprint for motions in ([a, b], [b, a], [a, c], [a, b, c])]
-    assert len(set(prints)) == 4
-    assert pool([a, b]).fingerprint == prints[0]
 
 
 def test_where_derivatives_come_from():
@@ -125,23 +113,19 @@ def test_readings_are_those_of_all_where_all_have_some():
     assert pool([recorded("a", 5.0), swung(1.0, "plan")]).recording is None
 
 
-def test_motions_of_different_arms_are_named(swing, pick_and_place):
-    with pytest.raises(TrajectoryError, match="trajectory pick-and-place is not of the arm of") as caught:
-        pool([swing, pick_and_place])
-    assert caught.value.details["expected"] == "2 joints, as two-link-swing has"
-    assert caught.value.details["found"] == "6 joints"
-
-
-@pytest.mark.parametrize(("given_", "said"), [([], "there are no motions"), ([3], "this is no trajectory")])
-def test_nothing_to_put_together(given_, said):
-    with pytest.raises(TrajectoryError, match=said) as caught:
-        pool(given_)
-    assert caught.value.details["where"] == "motions"
+def test_refusals(swing, pick_and_place):
+    where = "trajectory pick-and-place"
+    for motions, at, found in (
+        ([swing, pick_and_place], where, "6 joints"),
+        ([], "motions", "none"),
+        ([3], "motions", "3"),
+    ):
+        with pytest.raises(TrajectoryError) as caught:
+            pool(motions)
+        assert (caught.value.details["where"], caught.value.details["found"]) == (at, found)
 
 
 def test_files_names_and_values_together(two_link, swing, tmp_path):
-    from gd_analyze.motions.trajectory import write_trajectory
-
     write_trajectory(swung(4.0, "quick"), tmp_path / "quick.csv")
     whole = trajectory_of(["two-link-swing", tmp_path / "quick.csv", swung(5.0, "made")], two_link)
     assert whole.name == "two-link-swing+quick+made"

@@ -10,8 +10,6 @@ import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States, in_words, states_in_box, states_of
-from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.robots.limits import box_limits
 
 
 def test_states_in_the_box(puma):
@@ -53,15 +51,6 @@ def test_a_box_that_is_assumed(puma):
     np.testing.assert_array_equal(drawn.qdd, as_stated.qdd)
     assert np.abs(drawn.q[:, 0]).max() <= np.pi
     assert np.abs(drawn.qd[:, 0]).max() <= 2.0
-
-
-def test_defaults_of_sliding_and_turning_joints_are_told_apart():
-    stanford = load_arm("stanford")
-    joints = tuple(dataclasses.replace(joint, acceleration_limit=None) for joint in stanford.joints)
-    with pytest.warns(GdAnalyzeWarning, match=r"an acceleration of 5 m/s\^2 of joint"):
-        limits = box_limits(dataclasses.replace(stanford, joints=joints))
-    np.testing.assert_array_equal(limits.acceleration, np.full(6, 5.0))
-    assert "an acceleration of 5 rad/s^2 of joint" in limits.remark
 
 
 def test_some_of_them(puma):

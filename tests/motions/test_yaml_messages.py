@@ -104,27 +104,23 @@ def test_state_of_a_controller(read: Read) -> None:
     assert (measured.measured, planned.measured) == (True, False)
 
 
-CASES: dict[str, tuple[str, list[str]]] = {
-    "no YAML": ("a: [1, 2\nb: 3\n", ["line 2, column"]),
-    "something else": ("- 1\n- 2\n", ["no JointState, JointTrajectory"]),
-    "cut short": (STATE.format(nano=0, knee=0.1).replace("- 0.5\n", "- 0.5\n- '...'\n"), ["--full-length"]),
-    "another length": (
-        STATE.format(nano=0, knee=0.1).replace("velocity: [1.0, 2]", "velocity: [1.0]"),
-        ["1 of velocity for 2 joints"],
-    ),
-    "no stamp": (STATE.format(nano="soon", knee=0), ["a stamp without sec and nanosec"]),
-    "no rows": ("---\n---\n", ["found: no message"]),
-    "two plans": (TRAJECTORY * 2, ["found: 2, 2 points"]),
-    "lists without end": ("a: " + "[" * 100_000 + "\n", ["line 1"]),
-    "code": ("!!python/object/apply:os.system ['true']\n", ["line 1"]),
+CASES: dict[str, tuple[str, str]] = {
+    "no YAML": ("a: [1, 2\nb: 3\n", "line 2, column"),
+    "something else": ("- 1\n- 2\n", "no JointState, JointTrajectory"),
+    "cut short": (STATE.format(nano=0, knee=0.1).replace("- 0.5\n", "- 0.5\n- '...'\n"), "--full-length"),
+    "another length": (STATE.format(nano=0, knee=0).replace(", 2]", "]"), "1 of velocity for 2 joints"),
+    "no stamp": (STATE.format(nano="soon", knee=0), "a stamp without sec and nanosec"),
+    "no rows": ("---\n---\n", "found: no message"),
+    "two plans": (TRAJECTORY * 2, "found: 2, 2 points"),
+    "lists without end": ("a: " + "[" * 100_000 + "\n", "line 1"),
+    "code": ("!!python/object/apply:os.system ['true']\n", "line 1"),
 }
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_message(case: str, read: Read) -> None:
+def test_refusals(case: str, read: Read) -> None:
     content, says = CASES[case]
     with pytest.raises(TrajectoryError) as caught:
         read(content, TWO, "bad.yaml")
     assert "bad.yaml" in str(caught.value)
-    for text in says:
-        assert text in str(caught.value)
+    assert says in str(caught.value)
