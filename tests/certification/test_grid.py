@@ -28,20 +28,12 @@ def positions(lower, upper) -> gd.Box:
 def drawn(seed: int, joints: int) -> tuple[TrigonometricPolynomial, gd.Box]:
     """Three polynomials of degree at most 2, and a box that may be a circle, narrow or a point."""
     rng = np.random.default_rng(seed)
-    prismatic = [bool(rng.random() < 0.3) for _ in range(joints)]
-    written = []
-    for _ in range(3):
-        polynomial = {}
-        for _ in range(rng.integers(1, 8)):
-            monomial = []
-            for k in range(joints):
-                unit = tuple(int(j == k) for j in range(joints))
-                kinds = ["power"] if prismatic[k] else ["cos", "sin"]
-                monomial += [(str(rng.choice(kinds)), unit) for _ in range(rng.integers(0, 3))]
-            polynomial[tuple(sorted(monomial))] = float(rng.normal())
-        written.append(polynomial)
+    prismatic = rng.random(joints) < 0.3
+    multiples = np.unique(rng.integers(np.where(prismatic, 0, -2), 3, (12, joints)), axis=0)
+    real, imaginary = rng.normal(size=(2, 3, len(multiples)))
+    polynomial = TrigonometricPolynomial(tuple(prismatic.tolist()), multiples, real + 1j * imaginary)
     middle, half = rng.uniform(-2.0, 2.0, joints), rng.choice([0.0, 0.2, 1.5, 3.5], joints)
-    return to_polynomial(written, prismatic), positions(middle - half, middle + half)
+    return polynomial, positions(middle - half, middle + half)
 
 
 def round_off(polynomial: TrigonometricPolynomial, box: gd.Box) -> float:
