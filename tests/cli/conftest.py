@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+import gd_analyze as gd
 from gd_analyze.cli.entry import main
 
 
@@ -24,7 +25,15 @@ class Result:
         def refuse(constant: str) -> None:
             raise ValueError(f"{constant} is no JSON")
 
+        assert self.out.isascii()
         return json.loads(self.out, parse_constant=refuse)
+
+    @property
+    def words(self) -> str:
+        """What is shown, on 80 columns, with every space one space."""
+        assert (self.code, self.err) == (0, "")
+        assert max(map(len, self.out.splitlines())) <= 80
+        return " ".join(self.out.split())
 
 
 Run = Callable[..., Result]
@@ -39,13 +48,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def run(here: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Call the entry point as the console script does, in an empty folder."""
+    """Call the entry point as the console script does, in an empty folder; a text is split into its words."""
 
-    def call(*words: object) -> Result:
+    def call(line: str, *words: object) -> Result:
         capsys.readouterr()
         code = 0
         try:
-            main([str(word) for word in words])
+            main([*line.split(), *map(str, words)])
         except SystemExit as leaving:
             code = int(leaving.code or 0)
         captured = capsys.readouterr()
@@ -54,20 +63,17 @@ def run(here: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     return call
 
 
+PROGRAM = "from gd_analyze.cli import main\nmain()"
+
+
 @pytest.fixture
 def process(here: Path) -> Run:
     """Run the program in a process of its own."""
 
-    def call(*words: object, stdin: str = "", before: str = "", flags: tuple[str, ...] = ()) -> Result:
-        code = f"{before}\nfrom gd_analyze.cli import main\nmain()"
-        done = subprocess.run(
-            [sys.executable, *flags, "-c", code, *(str(word) for word in words)],
-            input=stdin,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=120,
-        )
+    def call(line: str, *words: object, before: str = "", **more: Any) -> Result:
+        command = [sys.executable, "-c", f"{before}\n{PROGRAM}", *line.split(), *map(str, words)]
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | more
+        done = subprocess.run(command, text=True, check=False, timeout=120, **streams)
         return Result(done.returncode, done.stdout, done.stderr)
 
     return call
@@ -80,6 +86,18 @@ def motion(here: Path) -> Path:
     rows = "".join(f"{0.25 * k},{0.02 * k * k},{-0.01 * k * k}\n" for k in range(9))
     path.write_text("time,q1,q2\n" + rows)
     return path
+
+
+@pytest.fixture(scope="session")
+def swing_model(two_link, swing) -> gd.SimplifiedModel:
+    return gd.simplify(two_link, swing, "20%")
+
+
+@pytest.fixture
+def model(here: Path, swing_model) -> gd.SimplifiedModel:
+    """The model of the swing, in model.json."""
+    gd.save_model(swing_model, here / "model.json")
+    return swing_model
 
 
 @pytest.fixture

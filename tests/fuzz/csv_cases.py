@@ -10,9 +10,8 @@ from random import Random
 from typing import Any
 
 import numpy as np
+from changes import Stage, text_format
 from hostile_values import RAW, number, text
-from plans import Plan, Stage, carried_out, plans
-from text_changes import BYTES, TEXT
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.read import read_trajectory
@@ -22,20 +21,7 @@ from gd_analyze.robots.catalogue import load_arm
 ARM = load_arm("two_link")
 # Digits, a point and an exponent in ASCII: whatever else Python's float takes is no number in a CSV file.
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
-HEADERS = [
-    "time",
-    "q0",
-    "q3",
-    "q1_deg",
-    "q2_DEG",
-    "QD1",
-    "qd2_deg",
-    "qdd1_deg",
-    "t",
-    "time_ms",
-    "joint_1",
-    "",
-]
+HEADERS = ["time", "q0", "q3", "q1_deg", "q2_DEG", "QD1", "qd2_deg", "qdd1_deg", "t", "time_ms", "joint_1"]
 LOGS = ["actual_q_0", "joint_pos_1", "shoulder velocity", "Timestamp [s]", "tau1", "wrist_3_joint", "acc_02"]
 
 
@@ -173,12 +159,7 @@ TABLE_CHANGES = {
     "quotes": _quotes,
     "decimal comma": _decimal_comma,
 }
-STAGES = (Stage(TABLE_CHANGES, lambda table: table.text, weight=2), TEXT, BYTES)
-
-
-def made(plan: Plan) -> bytes:
-    """A trajectory file changed as planned."""
-    return carried_out(plan, BASES[plan.base], STAGES)
+STAGES = (Stage(TABLE_CHANGES, lambda table: table.text, weight=2),)
 
 
 def read(path: Path) -> tuple[Trajectory, str]:
@@ -227,4 +208,4 @@ def _held(trajectory: Trajectory, name: str) -> FloatArray:
     return np.asarray(getattr(trajectory, name[:-1])[:, int(name[-1]) - 1])
 
 
-cases = plans(len(BASES), STAGES)
+FORMAT = text_format(BASES, STAGES, read, use)

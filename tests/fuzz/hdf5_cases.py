@@ -14,9 +14,9 @@ from typing import Any
 
 import h5py
 import numpy as np
+from changes import Change, Format, Plan, Stage, carried_out, cut
 from hdf5_process import PROCESS
 from hostile_values import NOT_FINITE, number, text
-from plans import Change, Plan, Stage, carried_out, plans
 from tree_changes import TREE_CHANGES
 from verdict import BrokenError
 
@@ -187,10 +187,6 @@ def _overwrite(random: Random, content: bytes) -> bytes:
     return content[:place] + random.choice(runs) + content[place + length :]
 
 
-def _cut(random: Random, content: bytes) -> bytes:
-    return content[: random.randint(0, len(content))]
-
-
 def _tail(random: Random, content: bytes) -> bytes:
     return content + random.choice([bytes(8), bytes(4096), content])
 
@@ -208,9 +204,8 @@ STALE = "leave the digest"
 STAGES = (
     Stage({name: _edit(change) for name, change in EDITS.items()}, bytes, weight=2),
     Stage({"flip": _flip, "overwrite": _overwrite}, bytes, weight=4),
-    Stage({"cut": _cut, "tail": _tail, STALE: lambda random, content: content}, bytes),
+    Stage({"cut": cut, "tail": _tail, STALE: lambda random, content: content}, bytes),
 )
-cases = plans(1, STAGES)
 
 
 def write(plan: Plan, path: Path) -> None:
@@ -230,3 +225,6 @@ def judged(path: Path) -> bool:
     if "cause" in found:
         raise BrokenError(*found["cause"], found["detail"])
     return found["read"]
+
+
+FORMAT = Format(1, STAGES, write, judged)

@@ -11,9 +11,8 @@ from random import Random
 from typing import Any
 
 import numpy as np
+from changes import Stage, text_format
 from hostile_values import Raw
-from plans import Plan, Stage, carried_out, plans
-from text_changes import BYTES, TEXT
 from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
@@ -90,14 +89,7 @@ def _json(tree: Any) -> str:
 STAGES = (
     Stage(TREE_CHANGES, lambda tree: tree, weight=4),
     Stage({"reconcile": _reconciled}, lambda tree: _signed(_json(tree)), weight=12),
-    TEXT,
-    BYTES,
 )
-
-
-def made(plan: Plan) -> bytes:
-    """A model file changed as planned."""
-    return carried_out(plan, BASES[plan.base], STAGES)
 
 
 def use(model: SimplifiedModel) -> None:
@@ -124,5 +116,4 @@ def use(model: SimplifiedModel) -> None:
     assert all(x.shape == (n,) and np.isfinite(x).all() and (x >= 0).all() for x in stated), "no errors"
 
 
-read = load_model
-cases = plans(len(BASES), STAGES)
+FORMAT = text_format(BASES, STAGES, load_model, use)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import replace
 from random import Random
 from typing import Any
 
 import numpy as np
+from changes import Stage, text_format
 from csv_cases import TABLE_CHANGES, Table
 from hostile_values import text
-from plans import Plan, Stage, carried_out, plans
-from text_changes import BYTES, TEXT
 
-from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.read import read_log
 from gd_analyze.robots.catalogue import load_arm
 
@@ -57,13 +55,11 @@ BASES = [
 def _other_name(random: Random, table: Table) -> Table:
     rows, _, column = table.place(random)
     rows[0][column % len(rows[0])] = random.choice([*NAMES, text(random)])
-    return Table(rows, table.delimiter, table.comment)
+    return replace(table, rows=rows)
 
 
 def _all_names(random: Random, table: Table) -> Table:
-    return Table(
-        [[random.choice(NAMES) for _ in table.rows[0]], *table.rows[1:]], table.delimiter, table.comment
-    )
+    return replace(table, rows=[[random.choice(NAMES) for _ in table.rows[0]], *table.rows[1:]])
 
 
 def _empty_cells(random: Random, table: Table) -> Table:
@@ -72,7 +68,7 @@ def _empty_cells(random: Random, table: Table) -> Table:
         for column in range(len(row)):
             if random.random() < 0.2:
                 row[column] = random.choice(["", "nan", "NA"])
-    return Table(rows, table.delimiter, table.comment)
+    return replace(table, rows=rows)
 
 
 CHANGES = {
@@ -81,16 +77,7 @@ CHANGES = {
     "other names": _all_names,
     "empty cells": _empty_cells,
 }
-STAGES = (Stage(CHANGES, lambda table: table.text, weight=2), TEXT, BYTES)
-
-
-def made(plan: Plan) -> bytes:
-    """A log changed as planned."""
-    return carried_out(plan, BASES[plan.base], STAGES)
-
-
-def read(path: Path) -> Logged:
-    return read_log(path, ARM)
+STAGES = (Stage(CHANGES, lambda table: table.text, weight=2),)
 
 
 def use(logged: Any) -> None:
@@ -110,4 +97,4 @@ def use(logged: Any) -> None:
         assert sorted(of) == ["elbow", "shoulder"], f"{name} of {of}"
 
 
-cases = plans(len(BASES), STAGES)
+FORMAT = text_format(BASES, STAGES, lambda path: read_log(path, ARM), use)

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 # The tests' own helpers, as pytest finds them.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from changes import Plan
 from fuzz_formats import FORMATS
-from plans import Plan
 from verdict import BrokenError
 
 # Hypothesis remembers what it tried; beyond some thousand examples that takes longer than the cases.

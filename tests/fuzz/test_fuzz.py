@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from changes import Plan
 from fuzz_formats import FORMATS
 from hypothesis import given
-from plans import Plan
 
 from strategies import examples
 

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from changes import Stage, text_format
 from hostile_values import Raw
-from plans import Plan, Stage, carried_out, plans
-from text_changes import BYTES, TEXT
 from tree_changes import TREE_CHANGES
 
 from gd_analyze.dynamics.decomposition import decompose_states
@@ -167,12 +166,7 @@ def _letter(letter: str) -> str:
     return letter if plain else f"\\u{ord(letter):04x}"
 
 
-STAGES = (Stage(TREE_CHANGES, toml, weight=3), TEXT, BYTES)
-
-
-def made(plan: Plan) -> bytes:
-    """An arm file changed as planned."""
-    return carried_out(plan, BASES[plan.base], STAGES)
+STAGES = (Stage(TREE_CHANGES, toml, weight=3),)
 
 
 def use(arm: RobotArm) -> None:
@@ -214,5 +208,4 @@ def _written_and_read(arm: RobotArm) -> RobotArm:
         return read_arm(path)
 
 
-read = read_arm
-cases = plans(len(BASES), STAGES)
+FORMAT = text_format(BASES, STAGES, read_arm, use)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from random import Random
 
 import toml_cases
+from changes import Change, Stage, text_format
 from hostile_values import number, text
-from plans import Change, Plan, Stage, carried_out, plans
-from text_changes import BYTES, TEXT
 
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from robot_files import joint, link, two_joints, urdf
 
@@ -89,17 +86,7 @@ def _attribute_change(change: str) -> Change:
 CHANGES = {
     f"attribute's {name}": _attribute_change(name) for name in ("word", "value", "key", "count", "gone")
 }
-STAGES = (Stage({**CHANGES, "tag": _tag}, str, weight=3), TEXT, BYTES)
+STAGES = (Stage({**CHANGES, "tag": _tag}, str, weight=3),)
 
 
-def made(plan: Plan) -> bytes:
-    """A robot's file changed as planned."""
-    return carried_out(plan, BASES[plan.base], STAGES)
-
-
-def read(path: Path) -> RobotArm:
-    return load_arm(path)
-
-
-use = toml_cases.use
-cases = plans(len(BASES), STAGES)
+FORMAT = text_format(BASES, STAGES, load_arm, toml_cases.use)

@@ -1,0 +1,242 @@
+"""Verbs about what is read: arms and what is picked of them, columns of logs, plans, and exact equations."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+import tomllib
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.cli.plan import PROFILE_NAMES
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import element_formula
+from gd_analyze.motions.profiles import PROFILES
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.studies.comparison_costs import generic_chain
+from robot_files import fingers, link, two_joints
+
+# The moments are 0.03, 0.04 and 0.05 but for products; 0.15 is more than the others by half of itself.
+ODD = two_joints().replace(link("upper"), link("upper", izz=0.15))
+
+
+@pytest.mark.parametrize("name", list(gd.builtin_arms()))
+def test_one_arm_in_full(run, name):
+    flowing, document, arm = run(f"arms {name}").words, run(f"arms {name} --json").json, gd.load_arm(name)
+    for text in (*(part.name for part in (*arm.joints, *arm.links)), *arm.sources, *arm.assumptions):
+        assert text in flowing
+    assert document["suspicious"] == []
+    assert [link["mass"] for link in document["links"]] == arm.mass.tolist()
+    assert name in run("arms").words
+    assert name in [row["name"] for row in run("arms --json").json["arms"]]
+
+
+def test_suspicious_numbers_stand_first_with_their_line(run, here):
+    (here / "odd.urdf").write_text(ODD)
+    result = run("arms odd.urdf")
+    line = ODD[: ODD.index('izz="0.15"')].count("\n") + 1
+    assert f"Suspicious - line {line}" in result.words
+    assert result.out.index("Suspicious") < result.out.index("Chain") < result.out.index("Links")
+    [text] = run("arms odd.urdf --json").json["suspicious"]
+    assert "the inertia of link upper violates the triangle inequality by 5" in text
+
+
+def test_any_arm_becomes_toml(run, here):
+    (here / "odd.urdf").write_text(ODD)
+    result = run("arms odd.urdf --limits all=90deg --to toml")
+    assert result.code == 0
+    assert "the inertia of link" in result.err
+    (here / "own.toml").write_text(result.out, encoding="utf-8")
+    with pytest.warns(gd.GdAnalyzeWarning):
+        before, after = gd.load_arm("odd.urdf", limits=["all=90deg"]), gd.load_arm("own.toml")
+    assert fingerprint(after, drives=True) == fingerprint(before, drives=True)
+    assert after.joints[0].acceleration_limit == math.pi / 2
+    # A file that is TOML already keeps its comments; with something added it is written anew.
+    assert run("arms own.toml --to toml").out == result.out
+    changed = tomllib.loads(run("arms puma560 --limits all=7 --to toml").out)
+    assert changed["joints"][3]["acceleration_limit"] == 7.0
+    assert changed["convention"] == "standard"
+
+
+LOCKS = "--lock left_finger=0 --lock right_finger=10mm"
+
+
+@pytest.mark.parametrize("picked", [LOCKS, "--tip lower"])
+@pytest.mark.parametrize(
+    "verb",
+    [
+        "arms robot.urdf",
+        "rank robot.urdf swing.csv",
+        "simplify robot.urdf swing.csv",
+        "equations robot.urdf",
+        "plan robot.urdf --from 0,0 --to 10,20 --duration 3",
+        "robot.urdf swing.csv --out out --format json,html",
+    ],
+)
+def test_every_verb_takes_what_is_picked(run, here, verb, picked):
+    (here / "robot.urdf").write_text(two_joints(*fingers()))
+    rows = "".join(f"\n{0.1 * i},{0.01 * i**2},{-0.02 * i**2}" for i in range(8))
+    (here / "swing.csv").write_text("time,q1,q2" + rows)
+    result = run(f"{verb} {picked} --json")
+    assert result.code == 0, result.err
+    assert result.json
+    if "html" in verb and picked == LOCKS:
+        page = (here / "out" / "report.html").read_text(encoding="utf-8")
+        assert "Held, with what they carry: left_finger at 0 m, right_finger at 0.01 m." in page
+        assert "--lock left_finger=0" in page  # the command
+
+
+LOG = "timestamp,actual_q_0,actual_q_1,target_q_0,target_q_1,temp_0\n" + "".join(
+    f"{0.01 * k:.2f},{0.2 * np.sin(0.02 * k):.9f},{0.3 * np.cos(0.02 * k):.9f},0,{k},21\n" for k in range(200)
+)
+
+
+def test_columns_of_a_log(run, here):
+    (here / "log.csv").write_text(LOG)
+    shown, told = run("columns two_link log.csv").words, run("columns two_link log.csv --json").json
+    assert "actual_q_1 q elbow rad by number, from 0" in shown
+    assert (told["measured"], told["rows"], told["seconds"]) == (True, 200, 1.99)
+    keys, values = ["column", "role", "joint", "unit", "why"], ("actual_q_0", "q", "shoulder", "rad")
+    assert told["columns"][1] == dict(zip(keys, (*values, "by number, from 0"), strict=True))
+    assert "Kind plan" in run("columns two_link two-link-swing").words
+
+
+def test_options_reach_the_reader_in_every_verb(run, here):
+    (here / "log.csv").write_text(LOG)
+    assert run("columns two_link log.csv --planned --family target --json").json["measured"] is False
+    words = "--map q:1=#3 --map q:elbow=actual_q_0 --time-unit ms --degrees --save-mapping ours.toml"
+    told = run(f"columns two_link log.csv {words} --json").json
+    used = [("timestamp", "", "ms"), ("actual_q_0", "elbow", "deg"), ("actual_q_1", "shoulder", "deg")]
+    assert [(use["column"], use["joint"], use["unit"]) for use in told["columns"][:3]] == used
+    again = run("columns two_link log.csv --mapping ours.toml --json").json
+    assert [use["unit"] for use in again["columns"][:3]] == ["ms", "deg", "deg"]
+    assert run("two_link log.csv --out r --format json --cutoff 5").code == 0
+    told = run("rank two_link log.csv --time-unit ms --planned --json").json
+    assert told["states"]["trajectory"] == "log"
+    assert run("evaluate r/model.json log.csv --map time=none --rate 100").code == 0
+
+
+def test_standard_input(process):
+    told = process("columns two_link - --json", input=LOG).json
+    assert (told["log"], told["rows"]) == ("stdin", 200)
+    planned = process("plan two_link --from 0,0 --to 60,-45 --duration 2")
+    result = process("two_link - --format json --json", input=planned.out)
+    assert result.json["trajectory"] == "stdin"
+
+
+PLAN = "plan two_link --from 0,0 --to 60,-45 --duration 2"
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_plan_is_repeated_by_the_command_in_its_file(run, here, profile):
+    assert tuple(PROFILES) == PROFILE_NAMES
+    words = (*PLAN.split(), "--points", "17", "--profile", profile, "-o", "my swing.csv")
+    result = run("", *words)
+    assert result.words.endswith("wrote my swing.csv")
+    motion = gd.read_trajectory("my swing.csv", gd.load_arm("two_link"))
+    assert motion.n_set_points == 17
+    # Typed degrees become radians by one rounding each.
+    np.testing.assert_allclose(np.rad2deg(motion.q[[0, -1]]), [[0, 0], [60, -45]], rtol=4e-16, atol=0)
+    text = (here / "my swing.csv").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == "# " + shlex.join(["gd-analyze", *words])
+
+
+def test_a_plan_on_standard_output_as_json_and_too_fast(run, listing, here):
+    lines, told = run(PLAN).out.splitlines(), run(f"{PLAN} --json").json
+    assert lines[:2] == [f"# gd-analyze {PLAN}", "time,q1,q2,qd1,qd2,qdd1,qdd2"]
+    assert len(lines) - 2 == len(told["time"]) == told["set_points"] == 31
+    assert told["q"][-1] == [math.radians(60), math.radians(-45)]
+    assert listing() == set()
+    result = run(f"{PLAN[:-1]}0.3 --allow-violations -o fast.csv")
+    assert result.code == 0
+    assert "warning: the motion is too fast" in result.err
+    assert (here / "fast.csv").exists()
+
+
+def body(text: str) -> str:
+    """What follows the header."""
+    return text.partition("\n\n")[2]
+
+
+@pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
+def test_all_equations(run, name):
+    result, found = run(f"equations {name}"), gd.equations(gd.load_arm(name))
+    lines = (Plain().wrapped(element_formula(equation), 80) for equation in found)
+    assert body(result.out) == "".join(f"{line}\n" for line in lines)
+    assert f"{sum(len(equation.terms) for equation in found)} terms" in result.words
+
+
+def test_elements_shares_digits_and_terms(run):
+    words = "equations puma560 --element D12 --element c3 --min-share 1%"
+    assert body(run(words).out) == "D12 = 0.687 S2 - 0.133 C23 + 0.0237 C2\nc3 = -8.45 S23 + 0.25 C23\n"
+    assert run(f"{words} --quiet").out == body(run(words).out)
+    out = run(f"{words[:-2]}0.01 --digits 1 --quiet").out
+    assert out == "D12 = 0.7 S2 - 0.1 C23 + 0.02 C2\nc3 = -8 S23 + 0.3 C23\n"
+    assert run("equations puma560 --element D45 --quiet").out == "D45 = 0\n"
+    (told,) = run("equations puma560 --element D11 --json").json["equations"]
+    (equation,) = gd.equations(gd.load_arm("puma560"), ["D11"])
+    assert [t["coefficient"] for t in told["terms"]] == [t.coefficient for t in equation.terms]
+    assert told["terms"][1]["factors"] == [{"kind": "cos", "multiples": [0, 1, 0, 0, 0, 0], "exponent": 2}]
+    assert "1 1.84 both 1-6 100 %" in run("equations puma560 --element D11 --terms").words
+
+
+def test_other_forms_and_files(run, here, listing):
+    lines = run("equations two_link --format latex").out.splitlines()
+    assert next(line for line in lines if line and not line.startswith("% ")) == "D_{11} = 2 + C_{2}"
+    text = run("arms two_link --to toml").out
+    # Neither ends a title the comment it stands in, nor needs an arm weight.
+    text = re.sub(r'title = ".*"', 'title = "two --> <b>"', text)
+    (here / "own.toml").write_text(re.sub(r"gravity = .*", "gravity = [0, 0, 0]", text))
+    page = ET.fromstring(f"<page>{run('equations own.toml --format mathml').out}</page>")
+    told = run("equations own.toml --json").json
+    assert len(page) == len(told["equations"])
+    assert not [equation for equation in told["equations"] if equation["symbol"].startswith("c")]
+    (here / "own.toml").unlink()
+    assert run("equations two_link -o out/two.txt").words.endswith("wrote out/two.txt")
+    assert body((here / "out/two.txt").read_text(encoding="utf-8")) == body(run("equations two_link").out)
+    assert listing() == {"out", "out/two.txt"}
+
+
+def test_the_sympy_form_is_a_script(run):
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    scope: dict[str, object] = {}
+    exec(run("equations stanford --format sympy").out, scope)
+    q = np.linspace(0.1, 0.6, 6)
+    values = {sympy.Symbol(f"q{j + 1}", real=True): q[j] for j in range(6)}
+    exact = gd.decompose_states(gd.load_arm("stanford"), gd.States(q, q, q))
+    # Some ten terms of at most the arm's largest inertia, each rounded.
+    assert float(sympy.sympify(scope["D11"]).subs(values)) == pytest.approx(
+        exact["inertia"][:, 0, 0].sum(), rel=1e-12
+    )
+
+
+def test_outer_elements_of_an_arm_of_many_joints(run, here):
+    """All of this arm's equations would take 19 GB."""
+    (here / "long.toml").write_text(toml_of(generic_chain(11)), encoding="utf-8")
+    assert run("equations long.toml --element D10,11 --quiet").out.startswith("D10,11 = ")
+    refused = run("equations long.toml --element D1,2")
+    assert refused.code == 2
+    assert "next: elements from D22 on, and c, are found;" in refused.err
+
+
+def test_base_parameters(run, here):
+    result, told = run("equations puma560 --parameters"), run("equations puma560 --parameters --json").json
+    base = gd.base_parameters("puma560")
+    assert f"{len(base)} (of {len(base.original)} parameters)" in result.words
+    row, combination = (line for line in result.out.splitlines() if line.startswith("MX2"))
+    assert row.split() == ["MX2", "3.8", "3.8", "0", "0", "kg", "m"]
+    assert combination == "MX2 = mx2 + 0.432 m3..6"
+    assert [one["number"] for one in told["parameters"]] == [one.number for one in base]
+    assert told["parameters"][1]["combination"][1] == {"coefficient": 0.4318, "kind": "m", "link": 3}
+    assert told["never_acting"][0] == {"kind": "m", "link": 1}
+    latex = run("equations two_link --parameters --format latex").out.splitlines()
+    assert latex[0] == r"MX_{1} = mx_{1} + m_{2} = 2 \; \mathrm{kg~m}"
+    plain = run("equations two_link --parameters --quiet").out
+    assert plain.splitlines()[2] == "PXX1 = Pxx1 + Pyy1 + m2 = 1.67 kg m^2"
+    assert run("equations two_link --parameters -o base.txt").words.endswith("wrote base.txt")
+    assert (here / "base.txt").read_text(encoding="utf-8") == plain

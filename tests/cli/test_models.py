@@ -1,0 +1,440 @@
+"""Verbs that make and try models: options reach the library; text, JSON and files are its answer."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from changed_recursions import summands_dropped
+from gd_analyze.exporting.registry import LANGUAGES
+from gd_analyze.motions.trajectory import trajectory_csv
+from gd_analyze.robots.payload import with_payload
+from gd_analyze.studies.control_result import control_result
+from made_models import by_elements
+from recorded_logs import recorded
+from several_motions import swung
+
+TWO = "simplify two_link two-link-swing"
+PUMA = "simplify puma560 pick-and-place"
+
+
+def of(rows, name: str) -> list:
+    return [row[name] for row in rows]
+
+
+@pytest.mark.parametrize("level", ["element", "term", "energy"])
+def test_a_model_written_is_a_model_evaluated(run, here, level):
+    words = f"{TWO} --budget 10% --level {level}"
+    made, found = run(f"{words} -o m.json"), run(f"{words} --json").json
+    assert made.out.endswith("wrote m.json\n")
+    model = gd.load_model("m.json")
+    assert (found["level"], model.level.name) == (level, level)
+    assert model.provenance["command"] == f"gd-analyze {words} -o m.json"
+    left, full = found["operations"], found["operations_full"]
+    assert left["total"] == left["multiplications"] + left["additions"] <= full["total"]
+    shown = ("kept",) if level == "element" else ("equations", "legend")
+    assert all(text in made.words for name in shown for text in found[name])
+    again = run("evaluate m.json two-link-swing --json").json
+    # The same program on the same states, so the same bits.
+    assert of(again["joints"], "largest_error") == of(found["joints"], "largest_error")
+    assert all(row["largest_error"] <= row["allowed_error"] for row in found["joints"])
+
+
+def test_the_exact_equations_of_two_rods(run):
+    words = f"{TWO} --budget 0% --level energy --json"
+    found = run(words).json
+    assert found["equations"] == [
+        "tau1 = tau2 + 1.67 pd1 + 0.5 C2 pd2 - 0.5 S2 p2² + 19.6 C1",
+        "tau2 = 0.5 C2 pd1 + 0.333 pd2 + 0.5 S2 p1² + 4.9 C12",
+    ]
+    assert found["legend"][:2] == ["p2 = qd1 + qd2", "pd2 = qdd1 + qdd2"]
+    assert found["operations"]["total"] <= 22
+    assert "0.33 pd2" in run(f"{words} --digits 2 --quiet").json["equations"][1]
+
+
+def test_states_drives_refit_and_effort(run):
+    words = "simplify puma560 --drives --level energy --states 100 --seed 3"
+    result, found = run(words), run(f"{words} --json").json
+    assert "100 states drawn from the arm's ranges" in result.words
+    assert (found["fitted_on"]["seed"], found["drives"], found["refitted"]) == (3, True, False)
+    for row in found["joints"]:
+        assert row["certified"] is None
+        assert 0 <= row["rms_error"] <= row["largest_error"] <= row["allowed_error"]
+        assert row["allowed_error"] == pytest.approx(0.01 * row["peak_torque"], rel=1e-14)
+    refitted = run(f"{words} --refit --json").json
+    assert refitted["operations"]["total"] <= found["operations"]["total"]
+    # A refit goes on from where the search without one ends.
+    assert refitted["search"][: len(found["search"])] == found["search"]
+    assert run(f"{words} --refit --effort 0.001 --json").json["cut_short"] is True
+
+
+def test_payload_links_alone_and_so_many_operations(run):
+    assert run(f"{TWO} --payload 1,0,0,0 --json").json["arm"] == "two_link+1kg"
+    assert "links alone" in run(f"{PUMA} --no-drives --budget 5%").out
+    asked = run(f"{TWO} --operations 12 --json").json
+    assert asked["operations"]["total"] <= 12
+    loose = run(f"{TWO} --operations 1000 --json").json
+    assert max(of(loose["joints"], "largest_share")) <= 1e-5
+
+
+def test_budgets_beside_friction_and_in_torque(run):
+    words = (PUMA, "--budget", "1% or 10% friction")
+    found = run(*words, "--json").json
+    assert (found["budget"], found["notices"]) == ("1% or 10% friction", [])
+    assert all(row["allowed_error"] > 0.01 * row["peak_torque"] for row in found["joints"])
+    assert "of allowed error (joint" in run(*words).words
+    (notice,) = run(f"{PUMA} --json").json["notices"]
+    assert '--budget "1% or 10% friction"' in notice
+    assert "N m (joint" in run(f"{PUMA} --budget 1").words
+
+
+@pytest.mark.parametrize(
+    ("words", "region"),
+    [
+        ("two_link --states 100", ""),
+        *(
+            (f"two_link two-link-swing --level {x}", "--along two-link-swing")
+            for x in ("term", "energy", "element")
+        ),
+    ],
+)
+def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
+    words = f"simplify {words} --certified --budget 5%"
+    assert run(f"{words} -o m.json").code == 0
+    told = run(f"{words} --json").json
+    assert told["certified_within"].endswith("two-link-swing" if region else "the arm's limits")
+    found = told["joints"]
+    for row in found:
+        assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
+    assert of(run(f"certify m.json {region} --json").json["joints"], "certified") == of(found, "certified")
+
+
+def test_a_recursion_shows_what_it_keeps_and_leaves_out(run, monkeypatch):
+    # Without a search: this is about what is shown of a model.
+    monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
+    words = f"{PUMA} --level recursive"
+    shown, found = run(words).words, run(f"{words} --json").json
+    assert all(" ".join(equation.split()) in shown for equation in found["equations"])
+    states = {(row["link"], row["parameter"]): row["state"] for row in found["parameters"]}
+    assert len(states) == 6 * 11
+    assert states[1, "M"] == states[6, "MZ"] == "never acts"
+    assert {"dropped", "kept", "partly kept"} <= set(states.values())
+    shares = [max(row["share"]) for row in found["left_out"]]
+    assert shares == sorted(shares, reverse=True)
+    assert found["left_out"][0]["in"] in shown
+    assert "tau1 = n1z" in run(f"{TWO} --level recursive --budget 0%").words
+
+
+def test_the_ranking(run, here):
+    words = "rank puma560 pick-and-place"
+    shown, told = run(f"{words} --top 8").out, run(f"{words} --json").json
+    assert [term["term"] for term in told["terms"] if term["term"] in shown][:8] == of(
+        told["terms"][:8], "term"
+    )
+    assert told["terms"][8]["term"] not in shown
+    assert 0 < told["needed_for_0.01"] < told["needed_for_0.001"]
+    assert len(told["torque_uncertainty"]) == 6
+    told = run("rank two_link two-link-swing --level energy --json").json
+    assert set(of(told["terms"], "label")) == {"D'11", "D'12", "D'22", "U"}
+    assert (told["torque_uncertainty"], told["states"]["trajectory"]) == (None, "two-link-swing")
+
+
+@pytest.mark.parametrize("quick", ["", "--quick"])
+def test_the_curve(run, quick):
+    words = f"trade-off two_link two-link-swing {quick}"
+    shown, told = run(words).words, run(f"{words} --json").json
+    assert len(told["points"]) == 6 * 7
+    for point in told["points"]:
+        assert point["largest_share"] <= float(point["budget"].rstrip("%")) / 100 * (1 + 1e-9)
+        assert str(point["operations"]["total"]) in shown
+
+
+def test_the_curve_is_in_the_terms_of_the_budget(run):
+    found = run("trade-off puma560 pick-and-place --quick --json --budget", "0.5 N m").json
+    assert (found["shares_of"], found["saves"]) == ("allowed error", True)
+    for point in found["points"]:
+        # Quick points are counted on a tenth of the smallest budget of terms swept before.
+        assert point["largest_share"] <= float(point["budget"].removesuffix(" N m")) / 0.5 * (1 + 1e-9)
+    assert run("trade-off two_link --states 50 --quick --budget 1e-6% --json").json["saves"] is False
+
+
+def test_evaluated_at_drawn_states(run, model):
+    told = run("evaluate model.json --states 300 --seed 7 --json").json
+    expected = gd.evaluate(model, gd.states_in_box(model.arm, 300, 7)).errors
+    # The same programs at the same states, so the same bits.
+    assert of(told["joints"], "largest_error") == expected.largest.tolist()
+    assert of(told["joints"], "peak_torque") == expected.peak_torque.tolist()
+    assert (told["states"], told["seed"], told["trajectory"], told["set_points"]) == (300, 7, None, None)
+    assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}
+    assert run("evaluate model.json --states 300 --seed 8 --json").json["joints"] != told["joints"]
+    assert "300 states drawn" in run("evaluate model.json --states 300").words
+
+
+def test_evaluated_with_a_payload(run, model, swing, here):
+    words = "evaluate model.json two-link-swing --payload 0.5,0.01,0,0,0.001,0.001,0.001"
+    told = run(f"{words} -o torque.csv --json").json
+    loaded = with_payload(model.arm, 0.5, [0.01, 0.0, 0.0], [0.001] * 3)
+    held, without = gd.evaluate(model, swing, loaded), gd.evaluate(model, swing).errors
+    assert of(told["joints"], "largest_error") == held.errors.largest.tolist()
+    assert of(told["joints"], "largest_error_without_payload") == without.largest.tolist()
+    assert told["held_against"] == {
+        "arm": "two_link+0.5kg,0.01,0,0,0.001,0.001,0.001",
+        "drives": False,
+        "payload": {"mass": 0.5, "position": [0.01, 0.0, 0.0], "inertia": (0.001 * np.eye(3)).tolist()},
+    }
+    assert (told["arm"], told["largest_losses"]) == ("two_link", [])
+    rows = np.loadtxt(here / "torque.csv", delimiter=",", skiprows=1)
+    np.testing.assert_array_equal(rows[:, 1:], np.hstack([held.dynamics.torque, held.torque]))
+    shown = run(words).words
+    assert "Two-link planar arm carrying 0.5 kg" in shown
+    assert "unloaded" in shown
+
+
+def test_what_may_be_carried(run, model, swing):
+    told = run("evaluate model.json two-link-swing --json").json
+    effect = gd.payload_effect(model, gd.states_of(swing))
+    assert told["mass_within_budget"] == effect.largest_mass > 0
+    assert of(told["joints"], "torque_per_kg") == effect.torque_per_kg.tolist()
+    # Just as much, put into the hand, and a hundredth more.
+    for factor, within in ((0.99, True), (1.01, False)):
+        payload = f"{factor * effect.largest_mass},0,0,0"
+        rows = run("evaluate model.json two-link-swing --json --payload", payload).json["joints"]
+        assert all(row["largest_error"] <= row["allowed_error"] for row in rows) == within
+
+
+def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, here, swing, motion):
+    """Fitted to a gentle motion, so that velocity terms may go, which are large elsewhere."""
+    arm = gd.load_arm("two_link")
+    made = by_elements(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"))
+    gd.save_model(made, here / "model.json")
+    told, exact = run("evaluate model.json two-link-swing --json").json, gd.evaluate(made, swing).errors
+    for row, allowed, error, peak in zip(
+        told["joints"], made.accuracy.allowed, exact.largest, exact.peak_torque, strict=True
+    ):
+        assert row["within_allowed"] == (row["largest_of_allowed"] <= 1.0) == (error <= allowed)
+        assert row["largest_share_of_peak_here"] == error / peak
+        assert (row["largest_share_of_peak_fitted_on"] <= 0.02) == row["within_allowed"]
+    assert not all(of(told["joints"], "within_allowed"))
+    shown = run("evaluate model.json two-link-swing").words
+    assert all(f"{row['largest_of_allowed']:.3g} times" in shown for row in told["joints"])
+    assert "Left out, by torque alone" in shown
+    assert "Point mass" not in shown
+
+
+@pytest.fixture
+def motions(two_link, here):
+    """A model of the slow motion; beside it that one, a fast one, and a brisk one in a folder."""
+    made = gd.simplify(two_link, swung(6.0, "slow"), "5%")
+    gd.save_model(made, here / "model.json")
+    (here / "logs").mkdir()
+    for path, seconds in (("slow.csv", 6.0), ("fast.csv", 1.0), ("logs/brisk.csv", 2.0)):
+        (here / path).write_text(trajectory_csv(swung(seconds, "x")), encoding="utf-8")
+    return made
+
+
+def test_a_verdict_is_an_exit_code_and_a_junit_file(run, motions, here):
+    assert "Not judged" in " ".join(run("validate model.json slow.csv fast.csv").out.split())
+    passes = run("validate model.json slow.csv --fail-over 5%")
+    assert (passes.code, "Passed: --fail-over 5%" in passes.out) == (0, True)
+    words = "validate model.json slow.csv fast.csv --fail-over 5% --junit out/junit.xml"
+    fails = run(words)
+    assert (fails.code, "Failed: --fail-over 5%" in fails.out) == (1, True)
+    assert "error:" not in fails.err
+    assert fails.out.endswith("wrote out/junit.xml\n")
+    told = run(f"{words} --json").json
+    assert (told["passed"], told["files"]) == (False, ["out/junit.xml"])
+    root = ElementTree.parse(here / "out/junit.xml").getroot()
+    failed = sum(not row["passed"] for one in told["motions"] for row in one["joints"])
+    assert (root.attrib["tests"], root.attrib["failures"]) == ("4", str(failed))
+    quiet = run("validate model.json fast.csv --fail-over 5% --quiet")
+    assert (quiet.code, quiet.out, quiet.err) == (1, "", "")
+    assert run("validate model.json fast.csv --fail-over promise").code == 1
+    told = run("validate model.json logs slow.csv --json").json
+    assert of(told["motions"], "trajectory") == ["brisk", "slow"]
+
+
+def test_json_of_a_verdict_is_the_library_s_and_that_of_evaluate(run, motions):
+    told = run("validate model.json slow.csv fast.csv --fail-over 5% --json").json
+    found = gd.validate(motions, [swung(6.0, "slow"), swung(1.0, "fast")], fail_over="5%")
+    for said, one in zip(told["motions"], found.motions, strict=True):
+        # The file holds the same numbers to 17 digits, and so the same bits.
+        assert of(said["joints"], "largest_error") == one.evaluation.errors.largest.tolist()
+        assert of(said["joints"], "passed") == (~one.fails).tolist()
+        assert of(said["joints"], "largest_error_at") == one.at.tolist()
+        assert said["set_points_outside_box"] == int(one.outside.sum())
+        assert of(said["box_exits"], "first") == [each.first for each in one.exits]
+    assert told["motions"][1]["box_exits"]
+    alone = run("evaluate model.json fast.csv --json").json["joints"]
+    for mine, theirs in zip(alone, told["motions"][1]["joints"], strict=True):
+        shared = mine.keys() & theirs.keys()
+        assert "largest_error" in shared
+        assert {key: mine[key] for key in shared} == {key: theirs[key] for key in shared}
+
+
+def test_measured_torques_beside_exact_and_simplified(run, model, two_link, here):
+    motion = recorded(two_link, friction=(2.0, 0.7, 0.3))
+    rows = np.column_stack([motion.time, motion.q, motion.recording.torque])
+    np.savetxt(here / "log.csv", rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
+    words = "validate model.json log.csv --measured"
+    assert "Friction and offset fitted" in " ".join(run(f"{words} --fit-friction").out.split())
+    (told,) = run(f"{words} --fit-friction --json").json["motions"]
+    for row in told["measured_torque"]["exact"]:
+        # Numerical derivatives of the readings' positions, smoothed: a few per cent of friction.
+        assert row["coulomb"] == pytest.approx(2.0, rel=0.05)
+        assert row["offset"] == pytest.approx(0.3, abs=0.05)
+    (without,) = run(f"{words} --json").json["motions"]
+    assert "coulomb" not in without["measured_torque"]["exact"][0]
+    assert "rms_difference" in without["measured_torque"]["simplified"][0]
+
+
+def test_a_promise_of_the_norm_and_an_exact_model(run, motions, two_link, here):
+    gd.save_model(gd.simplify(two_link, swung(6.0, "slow"), "5% norm at 95%"), here / "norm.json")
+    shown = " ".join(run("validate norm.json fast.csv").out.split())
+    assert "5% norm at 95% of states (broken)" in shown
+    assert "promises no joint" in run("validate norm.json fast.csv --fail-over promise").err
+    assert run("simplify two_link fast.csv --budget 1e-6% -o exact.json").code == 0
+    for words in ("", "--fail-over 1e-6%"):
+        result = run(f"validate exact.json fast.csv --junit j.xml {words}")
+        assert result.code == 0
+        assert "no torque error beyond round-off" in " ".join(result.out.split())
+    assert "no torque error beyond round-off" in (here / "j.xml").read_text()
+
+
+def test_certified_over_the_arms_limits(run, model):
+    assert run(f"{TWO} --level energy -o model.json").code == 0
+    words = "certify model.json --effort 1000"
+    shown, told = run(words).words, run(f"{words} --json").json
+    assert (told["arm"], told["effort"], told["tube"]) == ("two_link", 1000, None)
+    assert told["allowed_and_largest_error"] == "measured"
+    for joint in told["joints"]:
+        assert max(joint["largest_error"], joint["worst_found"]) <= joint["certified"]
+        assert joint["within_allowed"] == (joint["certified"] <= joint["allowed_error"])
+        assert joint["certified_of_allowed"] == pytest.approx(joint["certified"] / joint["allowed_error"])
+    assert f"{sum(of(told['joints'], 'within_allowed'))} of 2" in shown
+    assert told["headline"] in shown
+    definite = told["positive_definite"]
+    assert definite["smallest_eigenvalue_at_least"] <= definite["smallest_eigenvalue_found"]
+    assert run(f"{words} --json").json == told
+    assert run("certify model.json --effort 1 --quiet").out == ""
+
+
+def test_certified_along_a_trajectory_and_between_its_extremes(run):
+    assert run(f"{PUMA} --effort 0.1 -o m.json").code == 0
+    along = "--along pick-and-place"
+    told, whole, large = (
+        run(f"certify m.json {words} --json").json for words in (along, "", f"{along} --margin 5deg,qd=10%")
+    )
+    assert told["from"] == "1°, 2 % of peak velocity and 5 % of peak acceleration of pick-and-place"
+    for inner, outer, wide in zip(told["joints"], whole["joints"], large["joints"], strict=True):
+        assert 0.0 < inner["largest_error"] <= inner["certified"] < wide["certified"]
+        assert inner["certified"] < inner["certified_between_extremes"] < outer["certified"]
+        assert inner["certified_between_extremes"] == wide["certified_between_extremes"]
+        assert 1.0 <= inner["ratio"] <= 1.1
+    pieces = told["tube"]["pieces"]
+    assert (pieces[0]["begin"], pieces[-1]["end"]) == (0.0, 2.4)
+    assert np.max(of(pieces, "certified"), axis=0).tolist() == of(told["joints"], "certified")
+    assert large["tube"]["margins"]["q"] == pytest.approx([np.radians(5.0)] * 6)
+    assert "2 of 30 intervals" in run(f"certify m.json {along}").words
+
+
+def test_a_loop_is_the_library_s(run, model, swing, here):
+    words = "control model.json two-link-swing --loop-rate continuous,200 --speeds 1,2 --bandwidth 30"
+    told = run(f"{words} --within 20mrad --json").json
+    settings = gd.ControlSettings(
+        bandwidth=30.0, rates=(math.inf, 200.0), speeds=(1.0, 2.0), tolerance=gd.Tolerance(revolute=0.02)
+    )
+    study = gd.control(gd.load_model("model.json"), swing, settings)
+    for row, loop in zip(told["loops"], study.loops, strict=True):
+        assert (row["controller"], row["rate"] or math.inf) == (loop.controller.title, loop.rate)
+        for name in ("peak_error", "rms_error", "peak_torque", "saturated"):
+            # The same operations in the same order.
+            assert row[name] == getattr(loop, name).tolist()
+    assert (told["bandwidth"], told["damping"], told["speeds"]) == (30.0, 1.0, [1.0, 2.0])
+    assert (told["files"], told["joints"][0]["tolerance"]) == ([], 0.02)
+    shown, result = run(f"{words} --within 20mrad").words, control_result(study)
+    assert result.headline in shown
+    assert all(fact.written in shown for fact in result.facts if fact.label)
+
+
+def test_a_loop_with_a_payload_and_its_report(run, model, here):
+    words = "control model.json two-link-swing --payload 0.5,0,0,0 --loop-rate 200 --speeds 1 --out r"
+    told = run(f"{words} --json").json
+    assert (told["moved"], told["joints"][0]["certified"]) == ("two_link+0.5kg", [])
+    assert told["files"] == ["r/control.html", "r/control.pdf", "r/control.json"]
+    assert sorted(path.name for path in (here / "r").iterdir()) == sorted(x[2:] for x in told["files"])
+    assert run(words).code == 0
+    other = run(f"{words} --torque-limits off")
+    assert (other.code, "holds files of another run" in other.err) == (2, True)
+    assert run(f"{words} --torque-limits off --overwrite").code == 0
+
+
+def test_compared_formulations_and_their_files(run, here, motion):
+    result = run("compare two_link gentle.csv")
+    folder = here / "reports" / "compare-two_link-gentle"
+    assert {path.suffix for path in folder.iterdir()} == {".html", ".pdf", ".json"}
+    told = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))
+    for row in told["cost"]["methods"][:-1]:
+        assert f"{row['executed']['multiplications']} + {row['executed']['additions']}" in result.out
+    assert told["agrees"]
+    assert told["provenance"]["command"] == "gd-analyze compare two_link gentle.csv"
+    words = f"compare two_link --format json --out {folder} --payload 2,0,0,0 --json"
+    assert "holds files of another run" in run(words).err
+    told = run(f"{words} --overwrite").json
+    assert "500 random states" in told["compared_at"]
+    assert "payload of 2 kg" in told["provenance"]["payload"]
+    assert [path.name for path in folder.iterdir()] == ["comparison.json"]
+
+
+def test_compared_in_symbols(run, listing):
+    assert "D22 = l**2*m2/3" in run("compare two_link --symbolic").words
+    told = run("compare two_link --symbolic --json").json
+    assert all(forms["is_the_text's"] for forms in told["methods"].values())
+    assert listing() == set()
+
+
+def test_exported_files_are_the_library_s(run, here):
+    result = run(f"export two_link --to {','.join(LANGUAGES)} --out made")
+    files = gd.export("two_link", LANGUAGES).files
+    assert {path.name: path.read_text() for path in (here / "made").iterdir()} == dict(files)
+    assert result.words.count("wrote ") == len(files)
+    assert re.search(r"torque +12 +10 +4", result.out)
+    assert run("export two_link --to c --what decomposition --float --out parts").code == 0
+    for name, text in gd.export_decomposition("two_link", "c", scalar="float").files.items():
+        assert (here / "parts" / name).read_text() == text
+    told = run("export puma560 --to c --no-drives --out x --json").json
+    assert told["joints"][3] == {"name": "wrist roll", "identifier": "wrist_roll"}
+    assert (told["files"], told["stated"]) == (["x/puma560.h", "x/puma560.c"], {})
+    assert "Inertia of the drives: left out." in (here / "x/puma560.h").read_text()
+
+
+def test_an_exported_model_states_its_bound(run, model, here):
+    assert run("export model.json --to c,latex --name mine").words.count("wrote ") == 3
+    assert "mine_error_bound" in (here / "mine.h").read_text()
+    certified = of(run("certify model.json --json").json["joints"], "certified")
+    stated = run("export model.json --to c --json").json["stated"]["error_bound"]
+    for bound, proven in zip(stated, certified, strict=True):
+        assert proven <= bound <= proven * (1 + 1e-5)
+    refused = run("export model.json --to c,python --no-bound")
+    assert (refused.code, "where: two_link.h, two_link.c" in refused.err) == (2, True)
+    assert not (here / "two_link.py").exists()
+    assert run("export model.json --to c --no-bound --overwrite").err == ""
+    assert "error_bound" not in (here / "two_link.h").read_text()
+
+
+def test_what_cannot_be_bounded_is_exported_with_a_warning(run, model, here, monkeypatch):
+    from gd_analyze.errors import ModelError
+
+    def refuse(*_, **__):
+        raise ModelError("it has too many terms to be bounded")
+
+    monkeypatch.setattr(gd, "certify", refuse, raising=False)
+    result = run("export model.json --to c")
+    assert result.code == 0
+    assert "no bound is written: it has too many terms to be bounded" in " ".join(result.err.split())
+    assert "error_bound" not in (here / "two_link.h").read_text()
