@@ -78,18 +78,15 @@ def test_no_text_acts_on_a_terminal(text):
 @given(st.text(min_size=1), st.integers(90, 400))
 @examples(50)
 def test_a_long_text_is_cut_to_a_length_and_keeps_its_ends(text, most):
-    long = "start " + text * 500 + " end of it"
-    cut = shortened(long, most)
-    assert len(cut) == most
-    assert (cut[:6], cut[-10:]) == ("start ", " end of it")
+    cut = shortened("start " + text * 500 + " end of it", most)
+    assert (len(cut), cut[:6], cut[-10:]) == (most, "start ", " end of it")
 
 
 def test_values_that_python_does_not_write():
     deep: list[object] = []
     for _ in range(100_000):
         deep = [deep]
-    assert in_python(10**5000) == "int, too large to be shown"
-    assert in_python(deep) == "list, too large to be shown"
+    assert [in_python(value)[:4] for value in (10**5000, deep, "0.1")] == ["int,", "list", "'0.1"]
 
 
 @pytest.mark.parametrize("part", ["what", "where", "expected", "found", "next_step"])

@@ -75,14 +75,10 @@ def test_units_of_a_mixed_arm_balance(mixed_findings):
 def test_no_force_is_said_to_be_a_torque(mixed_findings):
     for group in ("simplified_model", "beyond", "decomposition"):
         assert mixed_findings.tables[group].effort_unit.values.tolist() == ["N m"] * 2 + ["N"] + ["N m"] * 3
-    dominance = mixed_findings.dominance
-    for unit, torque, label, joint in zip(
-        dominance.unit.values,
-        dominance.torque_unit.values,
-        dominance.element.values,
-        dominance.torque_joint.values,
-        strict=True,
-    ):
+    columns = (
+        mixed_findings.dominance[name].values for name in ("element", "unit", "torque_joint", "torque_unit")
+    )
+    for label, unit, joint, torque in zip(*columns, strict=True):
         slides = label[1:].count("3")
         assert unit == (("kg m^2", "kg m", "kg")[slides] if label[0] == "D" else ("N m", "N")[slides])
         assert torque == ("N" if joint == 3 else "N m")
