@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -281,18 +281,10 @@ def _joints(study: ControlStudy) -> list[dict[str, Any]]:
 
 
 def _loop(study: ControlStudy, loop: TrackedLoop) -> dict[str, Any]:
-    controller = loop.controller
-    names = (
-        *("rate", "speed", "lost_at", "peak_error", "rms_error", "peak_torque", "rms_torque", "saturated"),
-        *("work", "dissipated", "energy_residual"),
-    )
-    return {
-        "controller": controller.title,
-        "law": controller.law,
-        "knows": controller.knows,
-        "expected": study.expected[controller, loop.speed],
-        **{name: getattr(loop, name) for name in names},
-    }
+    law, knows, title = loop.controller
+    values = {x.name: getattr(loop, x.name) for x in fields(loop) if x.name not in ("end", "time", "error")}
+    expected = study.expected[loop.controller, loop.speed]
+    return values | {"controller": title, "law": law, "knows": knows, "expected": expected}
 
 
 def _by_controller(key: str, title: str, columns: Sequence[Column]) -> Table:

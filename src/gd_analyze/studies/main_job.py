@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import Certificate, certify, expansion_of
+from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.long_decomposition import decompose_on_demand
@@ -261,15 +261,8 @@ def find(
         warn_of_implausible(arm, stacklevel=2)
         for motion in taken_apart(trajectory):
             check_against_arm(motion, arm)
-        dataset = decompose_on_demand(
-            arm,
-            trajectory,
-            christoffel=how.christoffel,
-            by_link=how.by_link,
-            terms=how.terms,
-            drives=how.drives,
-            progress=stage.advance,
-        )
+        kept = {"christoffel": how.christoffel, "by_link": how.by_link, "terms": how.terms}
+        dataset = decompose_on_demand(arm, trajectory, **kept, drives=how.drives, progress=stage.advance)
         stage("checking and ranking")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
@@ -290,6 +283,10 @@ def find(
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+    own = [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]
+    for item in caught:  # what other libraries say is passed on
+        if not issubclass(item.category, GdAnalyzeWarning):
+            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
     # Where a number of operations was asked for, the model keeps to another budget.
@@ -329,7 +326,7 @@ def find(
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=tuple(dict.fromkeys([*warned, *_own(caught)])),
+        warnings=tuple(dict.fromkeys([*warned, *own])),
         provenance=source,
     )
 
@@ -373,11 +370,10 @@ def _beyond(
 ) -> xr.Dataset:
     """Try a model at states that it was not fitted on."""
     arm, states = exact.arm, exact.states
-    certificate: Certificate | None = None
+    certificate = errors = None
     if efforts is not None:
         box = Box.around(*states.arrays)
         certificate = certify(model, box, effort=efforts[0], harmonics=exact.form.harmonics)
-    errors = None
     if arm.has_all_limits:
         drawn = exact.at(states_in_box(arm, _DRAWN))
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
@@ -398,11 +394,11 @@ def _tube(
     try:
         tube = Tube.along(arm, motion, margin)
         if efforts is None:
-            why = "the exact torque is given, so that there is no error but round-off to bound"
-            if model.saves:
-                large = "more equations than are written out here"
-                why = f"{arm.name} has {large}; `gd-analyze certify` takes its time"
-            tube = replace(tube, note=f"Not certified: {why}.")
+            exact_one = "the exact torque is given, so that there is no error but round-off to bound"
+            long_one = (
+                f"{arm.name} has more equations than are written out here; `gd-analyze certify` does it"
+            )
+            tube = replace(tube, note=f"Not certified: {long_one if model.saves else exact_one}.")
         else:
             certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
     except TrajectoryError as error:
@@ -411,14 +407,6 @@ def _tube(
         margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
         tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
     return run_tables.tube_table(model, tube, certificate, margin)
-
-
-def _own(caught: list[warnings.WarningMessage]) -> list[str]:
-    """Our own warnings as sentences; those of other libraries are passed on."""
-    for item in caught:
-        if not issubclass(item.category, GdAnalyzeWarning):
-            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
-    return [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:

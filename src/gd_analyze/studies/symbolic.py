@@ -134,9 +134,7 @@ class _Angle:
 
 
 class _SymbolicArm(SimpleNamespace):
-    # A namespace is compared by value and has no hash; here one arm is one key.
-    def __hash__(self) -> int:  # type: ignore[override]
-        return id(self)
+    __hash__ = object.__hash__  # type: ignore[assignment]  # kinematics are cached by the arm
 
 
 def _symbolic_arm(s: dict[str, Any]) -> Any:
@@ -145,7 +143,6 @@ def _symbolic_arm(s: dict[str, Any]) -> Any:
     com = np.array([-0.5 * length, 0.0, 0.0], dtype=object)
     frame = SimpleNamespace(rotation=np.eye(3), translation=np.array([length, 0.0, 0.0], dtype=object))
     across = [np.diag(np.array([0.0, s[f"I{k}"], s[f"I{k}"]], dtype=object)) for k in (1, 2)]
-    # Hashable, as kinematics are cached by the arm.
     return _SymbolicArm(
         mass=np.array([s["m1"], s["m2"]], dtype=object),
         com=np.array([com, com]),
