@@ -71,11 +71,9 @@ def test_instants(content: str, asked: dict[str, object], time: list[float], rea
     np.testing.assert_allclose(read(content, ONE, **asked).time, time, rtol=1e-15, atol=3e-16)
 
 
-MOVING = "".join(f"{k},{np.sin(0.01 * k)},{10 * np.cos(0.01 * k)}\n" for k in range(40))
 EPOCH = [1_700_000_000_000, 1_700_000_000_008, 1_700_000_000_016]
 CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "steps of 1": (table("Time", [0, 1, 2]), {}, "line 1, column 1"),
-    "velocities that tell": ("Time,q_0,qd_0\n" + MOVING, {}, "velocities say --time-unit ms"),
     "steps that may be anything": (table("time", [0, 500, 1000]), {}, "steps of 500"),
     "milliseconds or seconds": (table("time", [0, 0.998, 1.996]), {}, "steps of 0.998"),
     "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, "leave --rate out"),

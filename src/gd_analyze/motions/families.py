@@ -56,10 +56,6 @@ class Family:
         return tuple(column for columns in self.columns.values() for column in columns)
 
 
-# Makes a family of the columns that one group has, once their joints are known.
-_Make = Callable[..., Family]
-
-
 def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
     """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
     groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
@@ -81,10 +77,8 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
             found.append(affixed)
         else:
             labels = dict.fromkeys(meanings[c].label for c in rest if meanings[c].number is not None)
-            tried = [
-                _by_number(make, label, rest, meanings, names, None if beside else written)
-                for label in labels
-            ]
+            told = None if beside else written
+            tried = [_by_number(make, label, rest, meanings, names, told) for label in labels]
             counted = [family for family in tried if family is not None]
             if len(names) == len(rest) == 1 and not counted and not meanings[rest[0]].label:
                 counted = [make((), {0: (rest[0],)}, (), "the arm's only joint")]
@@ -112,7 +106,7 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 
 
 def _by_number(
-    make: _Make,
+    make: Callable[..., Family],
     label: Words,
     columns: Sequence[int],
     meanings: Sequence[Meaning],
@@ -127,8 +121,8 @@ def _by_number(
     counts = arms_numbers(names)
     if label and written is not None and counts is None:
         return None
-    numbers = {c: meanings[c].number or 0 for c in columns if meanings[c].label == label}
-    numbers = {c: number for c, number in numbers.items() if meanings[c].number is not None}
+    logged = [(c, meanings[c].number) for c in columns if meanings[c].label == label]
+    numbers = {c: number for c, number in logged if number is not None}
     base = 0 if 0 in numbers.values() else 1
     own = range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
     joints = {number + base: joint for joint, number in enumerate(own)}
@@ -142,7 +136,7 @@ def _by_number(
 
 
 def _by_affix(
-    make: _Make, columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
+    make: Callable[..., Family], columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
 ) -> Family | None:
     """Match names that differ in the same words before all of them, such as a prefix of the robot."""
     own = [without_fillers(words_of(name)) for name in names]

@@ -129,13 +129,10 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     if exact and unused and not (reading.columns or reading.map or reading.family):
         column = min(unused)
         kind = table.names[column].strip().lower().removesuffix("_deg").rstrip("0123456789")
-        raise refusal(
-            f"column {table.names[column]} does not fit arm {arm.name}",
-            table.where(None, column),
-            f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all",
-            _listed(table.names),
-            "choose the arm that the file is of, or complete the columns",
-        )
+        what, where = f"column {table.names[column]} does not fit arm {arm.name}", table.where(None, column)
+        expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
+        step = "choose the arm that the file is of, or complete the columns"
+        raise refusal(what, where, expected, _listed(table.names), step)
     remarks = tuple(_remarks(log, chosen))
     return Choice(tuple(uses), time, unused, measured, exact, remarks, chosen)
 
@@ -275,13 +272,13 @@ def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, 
             expected, step = f"a column for each joint, {of.name} too", f"add --map '{role}:{of.name}=COLUMN'"
             raise refusal(f"{role} is given of some joints only", "--map", expected, known, step)
         elif len(columns) > 1:
-            raise refusal(
+            what, where = (
                 f"{len(columns)} columns hold {role} of joint {of.name}",
                 log.table.where(None, columns[1]),
-                "one",
-                _listed([f"{log.table.names[c]} (column {c + 1})" for c in columns]),
-                f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}",
             )
+            found = _listed([f"{log.table.names[c]} (column {c + 1})" for c in columns])
+            step = f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}"
+            raise refusal(what, where, "one", found, step)
         else:
             column, why = columns[0], family.why
         uses.append(Use(column, role, joint, _unit(log, role, column, of), why))
@@ -400,13 +397,10 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         missing = [name for j, name in enumerate(names) if j not in nearest.columns]
         having = [table.names[c] for c in nearest.all_columns]
         others = [name for name in table.names if name and name not in having]
-        return refusal(
-            f"the log has no position of joint {', '.join(missing)}",
-            table.where(),
-            f"a position of every joint of arm {arm.name}: {', '.join(names)}",
-            f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having),
-            f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of",
-        )
+        what, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
+        found = f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having)
+        step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of"
+        return refusal(what, table.where(), f"positions of all joints: {expected}", found, step)
     strangers = {
         as_written(meaning.token, name) if meaning.label else name: None
         for meaning, name in zip(log.meanings, table.names, strict=True)
@@ -421,10 +415,6 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         return refusal(
             what, table.where(), ", ".join(names), _listed(list(strangers)), step + " ".join(pairs)
         )
-    return refusal(
-        "no column is known to be a position of a joint",
-        table.where(),
-        f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}",
-        _listed(table.names),
-        f"name the columns: --map 'q:{names[0]}=COLUMN' and so on",
-    )
+    what, step = "no column is known to be a position of a joint", f"--map 'q:{names[0]}=COLUMN' and so on"
+    expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
+    return refusal(what, table.where(), expected, _listed(table.names), f"name the columns: {step}")

@@ -25,7 +25,7 @@ from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
 from gd_analyze.motions.table import Columns, LogTable, Progress, no_progress
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
-from gd_analyze.motions.time_axis import SAMPLE, in_seconds, unit_by_velocity
+from gd_analyze.motions.time_axis import SAMPLE, in_seconds
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -38,8 +38,6 @@ _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
 # Of a pipe; a million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
 _LARGEST_STREAM = 1_000_000_000
-# Rows by which the unit of time is compared with velocities, for a message.
-_JUDGED = 20_000
 
 
 def shipped_trajectories() -> dict[str, Path]:
@@ -355,14 +353,10 @@ def _logged(
     elif choice.time is None:
         time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
     else:
-        column, hint = choice.time.columns[0], ""
-        if "qd" in arrays and len(columns.stamps) == 1:
-            judged = columns.stamps[0].rest[:_JUDGED]
-            likely = unit_by_velocity(judged, q[:_JUDGED], arrays["qd"][:_JUDGED])
-            hint = "" if likely is None else f"; the log's own velocities say --time-unit {likely}"
+        column = choice.time.columns[0]
         rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
         place = (table.label(column), table.where(None, column))
-        time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place, hint)
+        time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
     # Rows of other topics, and those without an instant, say nothing of the motion.
     known = np.isfinite(time) & np.isfinite(q).any(axis=1)
     if not known.any():

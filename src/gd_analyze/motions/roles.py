@@ -231,7 +231,12 @@ def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
         "points" in segment and next((int(w) for w in segment if _is_count(w)), 0) for segment in segments
     ):
         return Meaning("other")  # a further point of a message
-    if _is_blocked(segments):
+    words = {word for segment in segments for word in segment}
+    last = set(segments[-1]) if segments else set()
+    blocked = last & _BLOCKED
+    if any(_ROLE_WORDS.get(word) == "torque" for word in last):  # TorqueCur: torque that follows from current
+        blocked -= {"cur", "currents"}
+    if blocked or words & {"error", "err"} or ("current" in last and not words & set(_ROLE_WORDS)):
         return Meaning("other", unit=unit)
     return _of_joint(*_known_joint(segments, joints), unit)
 
@@ -266,15 +271,6 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
     if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no"} and set(last) & _INDEX:
         return "index"
     return None
-
-
-def _is_blocked(segments: Sequence[Words]) -> bool:
-    words = {word for segment in segments for word in segment}
-    last = set(segments[-1]) if segments else set()
-    blocked = last & _BLOCKED
-    if any(_ROLE_WORDS.get(word) == "torque" for word in last):  # TorqueCur: torque that follows from current
-        blocked -= {"cur", "currents"}
-    return bool(blocked or words & {"error", "err"} or ("current" in last and not words & set(_ROLE_WORDS)))
 
 
 def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[list[Words], int, int | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -70,12 +69,11 @@ def in_seconds(
     rate: float | None,
     name: str,
     where: Location,
-    hint: str = "",
 ) -> tuple[FloatArray, str, str]:
     """Time in s from the first instant, the unit it was in, and the reason for that unit.
 
-    `stamps` are the column of time, or seconds and nanoseconds; `hint` is what velocities say of the
-    unit. TrajectoryError if the unit is unknown, or contradicts the rate.
+    `stamps` are the column of time, or seconds and nanoseconds. TrajectoryError if the unit is unknown, or
+    contradicts the rate.
     """
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
@@ -97,19 +95,15 @@ def in_seconds(
         return values * TIME_UNITS[told[0]], *told
     step = _steps(values, np.median)
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
-        raise refusal(
-            f"{name} counts samples, or its unit is unknown",
-            where,
-            "time in s, or how long a sample is",
-            f"whole numbers in steps of {step:g}",
-            f"--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise{hint}",
-        )
+        what, found = f"{name} counts samples, or its unit is unknown", f"whole numbers in steps of {step:g}"
+        remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
+        raise refusal(what, where, "time in s, or how long a sample is", found, remedy)
     if step <= _DOUBTFUL:
         return values, "s", "no unit stated"
     likely = [known for known, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
     if len(likely) == 1:
         return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
-    expected, next_step = "time in s, or a name such as time_ms", f"--time-unit s, ms, us or ns{hint}"
+    expected, next_step = "time in s, or a name such as time_ms", "--time-unit s, ms, us or ns"
     raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
 
 
@@ -134,20 +128,6 @@ def _require_samples(
         expected = "whole numbers in steps of 1, or a name such as sample"
         remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
         raise refusal(what, where, expected, found, remedy)
-
-
-def unit_by_velocity(values: FloatArray, q: FloatArray, qd: FloatArray) -> str | None:
-    """Unit of time in which velocities are the derivative of positions, shape (N, n); None where none is."""
-    known = np.isfinite(values) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
-    steps = np.diff(values[known])[:, None]
-    if len(steps) < 8:
-        return None
-    moved = np.diff(q[known], axis=0)
-    with np.errstate(over="ignore", invalid="ignore"):
-        integrated = steps * (qd[known][1:] + qd[known][:-1]) / 2
-        size = float((integrated * integrated).sum())
-        factor = float((moved * integrated).sum()) / size if 0 < size < math.inf else 0.0
-    return next((unit for unit, known in TIME_UNITS.items() if abs(factor / known - 1) < 0.1), None)
 
 
 def _first(values: FloatArray) -> float:
