@@ -43,6 +43,7 @@ def test_every_motion_is_found_again(motions):
         assert motion.fingerprint == one.fingerprint
         assert motion.first == 0 or motion.first in whole.gaps
         assert motion.name.startswith(one.name)
+    assert whole.derived == ()
     assert len(whole.gaps) == len(motions) - 1 + sum(len(one.gaps) for one in motions)
 
 
@@ -80,17 +81,6 @@ def test_names(names, name):
     whole = pool([swung(1.0, one) for one in names])
     assert whole.name == name
     assert len({motion.name for motion in whole.motions}) == len(names)
-
-
-def test_where_derivatives_come_from():
-    given_, derived = (
-        swung(1.0, "a"),
-        dataclasses.replace(swung(1.0, "b"), derivatives_from="qdd derived from qd"),
-    )
-    assert pool([derived, derived]).derived == ("qdd",)
-    mixed = pool([given_, derived])
-    assert (mixed.derivatives_from, mixed.derived) == ("as each motion states", ())
-    assert [one.derivatives_from for one in taken_apart(mixed)] == ["given", "qdd derived from qd"]
 
 
 def test_readings_are_those_of_all_where_all_have_some():

@@ -136,23 +136,17 @@ def test_positions_in_units_that_are_not_known_are_none(unit: str, read: Read) -
     assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
 
 
-def test_degrees_as_said(read: Read) -> None:
+def test_as_said(read: Read) -> None:
     rail = arm_of("turn", "slide", kinds=["revolute", "prismatic"])
     logged = read("time,q0,q1,tau0,tau1\n0,90,0.25,3,4\n0.1,180,0.5,5,6\n", rail, degrees=True)
     np.testing.assert_allclose(logged.q, [[np.pi / 2, 0.25], [np.pi, 0.5]], rtol=1e-15)
     np.testing.assert_array_equal(logged.torque, [[3, 4], [5, 6]])
     assert [use.unit for use in logged.columns] == ["s", "deg", "m", "N m", "N"]
-
-
-def test_columns_given_to_a_file_without_names(read: Read) -> None:
-    body = "0,7,1,2\n0.1,7,3,4\n"
+    body = "0,7,1,2\n0.1,7,3,4\n"  # without names
     logged = read(body, TWO, columns="time,-,q1..q2")
     np.testing.assert_array_equal(logged.q, [[1, 2], [3, 4]])
     assert not logged.measured  # the names are those of set points
     assert read(body, TWO, columns="time,-,position0..position1").measured
-
-
-def test_only_some_columns(read: Read) -> None:
     text = "time,q_a_1,q_a_2,q_b_1,q_b_2\n0,1,2,3,4\n0.1,1,2,3,5\n"
     said = {"columns": "time,q_b_1,q_b_2", "map": ["joint:joint1=b_1", "joint:joint2=b_2"]}
     np.testing.assert_array_equal(read(text, arm_of("joint1", "joint2"), **said).q, [[3, 4], [3, 5]])

@@ -13,13 +13,9 @@ from gd_analyze.motions.logged import Logged
 
 Read = Callable[..., Logged]
 TWO = arm_of("hip", "knee")
-
 STATE = """\
 header:
-  stamp:
-    sec: 1700000000
-    nanosec: {nano}
-  frame_id: ''
+  stamp: {{sec: 1700000000, nanosec: {nano}}}
 name:
 - knee
 - hip
@@ -30,22 +26,12 @@ velocity: [1.0, 2]
 effort: []
 ---
 """
-TRAJECTORY = """\
-header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}
-joint_names: [knee, hip]
-points:
-- positions: [1.0, 2.0]
-  velocities: [3.0, 4.0]
-  accelerations: [5.0, 6.0]
-  effort: [7.0, 8.0]
-  time_from_start: {sec: 0, nanosec: 0}
-- positions: [1.5, 2.5]
-  velocities: [3.0, 4.0]
-  accelerations: [5.0, 6.0]
-  effort: [7.0, 8.0]
-  time_from_start: {sec: 0, nanosec: 8000000}
----
-"""
+POINT = "- {positions: [%g, 2.0], velocities: [3.0, 4.0], accelerations: [5.0, 6.0], effort: [7.0, 8.0],\n"
+TRAJECTORY = (
+    "header: {stamp: {sec: 0, nanosec: 0}}\njoint_names: [knee, hip]\npoints:\n"
+    f"{POINT % 1.0}   time_from_start: {{sec: 0, nanosec: 0}}}}\n"
+    f"{POINT % 1.5}   time_from_start: {{sec: 0, nanosec: 8000000}}}}\n---\n"
+)
 
 
 def test_joint_states(read: Read) -> None:
@@ -59,47 +45,34 @@ def test_joint_states(read: Read) -> None:
 
 def test_a_trajectory_is_a_plan(read: Read) -> None:
     logged = read(TRAJECTORY, TWO, "plan.yml")
-    np.testing.assert_array_equal(logged.q, [[2, 1], [2.5, 1.5]])
+    np.testing.assert_array_equal(logged.q, [[2, 1], [2, 1.5]])
     np.testing.assert_array_equal(logged.qdd[0], [6, 5])
     np.testing.assert_array_equal(logged.torque[0], [8, 7])
     np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
     assert not logged.measured
 
 
-def test_ros_1(read: Read) -> None:
-    text = "".join(
-        f"header: \n  seq: {k}\n  stamp: \n    secs: 15\n    nsecs: {k}\n  frame_id: ''\n"
-        f'name: ["hip", "knee"]\nposition: [{k}.5, 2]\nvelocity: []\neffort: [3, 4]\n---\n'
-        for k in range(3)
-    )
-    logged = read(text, TWO, "echo.yaml")
-    np.testing.assert_array_equal(logged.q[:, 0], [0.5, 1.5, 2.5])
-    np.testing.assert_array_equal(logged.torque[0], [3, 4])
-    np.testing.assert_allclose(logged.time, [0, 1e-9, 2e-9], rtol=1e-12)
-
-
-def test_a_gripper_among_the_joints(read: Read) -> None:
+def test_ros_1_and_a_gripper_among_the_joints(read: Read) -> None:
     """Two publishers on one topic: of the joints that a message lacks nothing is known at its instant."""
-    arm = "header: {stamp: {sec: 0, nanosec: %d}}\nname: [hip, knee]\nposition: [%d, 2]\n---\n"
-    grip = "header: {stamp: {sec: 0, nanosec: %d}}\nname: [finger]\nposition: [0.0]\n---\n"
-    text = "".join(grip % (2 * k) + arm % (2 * k + 1, k) for k in range(4))
-    logged = read(text, TWO, "both.yaml")
-    np.testing.assert_array_equal(logged.q[:, 0], [0, 1, 2, 3])
+    head = "header: {seq: 1, stamp: {secs: 15, nsecs: %d}}\n"
+    arm = head + 'name: ["hip", "knee"]\nposition: [%d.5, 2]\nvelocity: []\neffort: [3, 4]\n---\n'
+    grip = head + "name: [finger]\nposition: [0.0]\n---\n"
+    logged = read("".join(grip % (2 * k) + arm % (2 * k + 1, k) for k in range(4)), TWO, "both.yaml")
+    np.testing.assert_array_equal(logged.q[:, 0], [0.5, 1.5, 2.5, 3.5])
+    np.testing.assert_array_equal(logged.torque[0], [3, 4])
     np.testing.assert_allclose(logged.time, [0, 2e-9, 4e-9, 6e-9], rtol=1e-12)
 
 
 def test_state_of_a_controller(read: Read) -> None:
     text = "".join(
         f"header: {{stamp: {{sec: 0, nanosec: {k}}}}}\njoint_names: [hip, knee]\n"
-        f"reference: {{positions: [1, {k}], velocities: [], accelerations: [], effort: []}}\n"
-        f"feedback: {{positions: [3, {k}], velocities: [5, 6], accelerations: [], effort: []}}\n"
+        f"reference: {{positions: [1, {k}]}}\nfeedback: {{positions: [3, {k}], velocities: [5, 6]}}\n"
         f"error: {{positions: [7, 8]}}\n---\n"
         for k in range(3)
     )
-    measured = read(text, TWO, "state.yaml")
+    measured, planned = read(text, TWO, "a.yaml"), read(text, TWO, "a.yaml", family="reference")
     np.testing.assert_array_equal(measured.q[2], [3, 2])
     np.testing.assert_array_equal(measured.qd[2], [5, 6])
-    planned = read(text, TWO, "state.yaml", family="reference")
     np.testing.assert_array_equal(planned.q[2], [1, 2])
     assert (measured.measured, planned.measured) == (True, False)
 
