@@ -86,10 +86,7 @@ def of_puma(motion, budget: str) -> SimplifiedModel:
 
 @pytest.mark.parametrize(
     ("budget", "is_shipped"),
-    [
-        ("1% or 10% friction", True),
-        ("0.5% limit or 0.01 N m, 1%, 1%, 1%, uncertainty, friction", False),
-    ],
+    [("1% or 10% friction", True), ("0.5% limit or 0.01 N m, 1%, 1%, 1%, uncertainty, friction", False)],
 )
 def test_budgets_are_read_back(pick_and_place, path, budget, is_shipped):
     model = of_puma(pick_and_place if is_shipped else unknown(pick_and_place), budget)
@@ -265,11 +262,7 @@ def test_impossible_energy_terms(energies, path, change):
 
 @pytest.mark.parametrize(
     "change",
-    [
-        at("budget", "1% or 20% friction"),
-        at("arm drives 0 coulomb", [1.0, -1.0]),
-        at("arm drives", []),
-    ],
+    [at("budget", "1% or 20% friction"), at("arm drives 0 coulomb", [1.0, -1.0]), at("arm drives", [])],
     ids=["budget", "friction", "no drives"],
 )
 def test_what_does_not_come_to_the_allowed_error_is_refused(pick_and_place, path, change):
@@ -369,13 +362,7 @@ def an_overflow(document: Document) -> None:
     step.add_to_output(x)
 
 
-ELSE = [
-    a_high_power,
-    nothing_at_known_states,
-    a_small_term,
-    a_term_lost_in_rounding,
-    an_overflow,
-]
+ELSE = [a_high_power, nothing_at_known_states, a_small_term, a_term_lost_in_rounding, an_overflow]
 
 
 @pytest.mark.parametrize("change", ELSE)

@@ -184,13 +184,7 @@ def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place, made):
     k, j = numbers[0]
     steps[k][j] *= 1.0 + 1e-6
     renamed = [["input", "q9"] if step == ["input", "q1"] else step for step in right[0]]
-    for wrong in (
-        [[steps, right[1]]],
-        [[renamed, right[1]]],
-        [right, right],
-        before[:-1],
-        b"[" * 10_000,
-    ):
+    for wrong in ([[steps, right[1]]], [[renamed, right[1]]], [right, right], before[:-1], b"[" * 10_000):
         if isinstance(wrong, bytes):
             path.write_bytes(wrong)
         else:

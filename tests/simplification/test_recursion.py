@@ -27,14 +27,7 @@ from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
 from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.pruning import prune
-from gd_analyze.simplification.recursion import (
-    CONSTANT,
-    NUMBER,
-    Change,
-    Changes,
-    Quantity,
-    Recursion,
-)
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Quantity, Recursion
 from gd_analyze.simplification.recursion_losses import omissions
 from gd_analyze.simplification.recursive import RECURSIVE, Reading, scales
 from gd_analyze.simplification.simplify import simplify_exact

@@ -18,14 +18,7 @@ from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import (
-    FACTORS,
-    KINDS,
-    PATH_FACTORS,
-    budget_path,
-    curves,
-    trade_off,
-)
+from gd_analyze.simplification.trade_off import FACTORS, KINDS, PATH_FACTORS, budget_path, curves, trade_off
 from strategies import examples, motions
 
 

@@ -117,8 +117,9 @@ class _Pruned:
 class _Pruning:
     """A recursion, the torque it shall keep, and the states looked at."""
 
-    def __init__(self, recursion: Recursion, aim: Aim, work: Work) -> None:
-        self.recursion, self.every, self.work = recursion, aim, work
+    def __init__(self, recursion: Recursion, aim: Aim, work: Work, progress: Progress) -> None:
+        self.recursion, self.every, self.work, self.progress = recursion, aim, work, progress
+        self.reached = 0  # operations last told
         count = aim.torque.shape[1]
         evenly = np.linspace(0, count - 1, min(_STATES, count)).astype(np.intp)
         extremes = np.abs(aim.torque * aim.weights).argmax(axis=1)
@@ -241,16 +242,12 @@ class _Pruning:
         fit, slopes = here.fit, here.slopes
         numbers = columns_of(here.tape, fit, slopes)
         self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
-        columns = Columns(numbers)
-
-        def left(errors: FloatArray) -> FloatArray:
-            return columns.least(errors, _NEARLY_LARGEST)[1]
-
-        before = norm(left(fit.errors.ravel()), _NEARLY_LARGEST)
-        kept = []
+        columns, kept = Columns(numbers), []
+        _, left = columns.least(fit.errors.ravel(), _NEARLY_LARGEST)
+        before = norm(left, _NEARLY_LARGEST)
         for one in some:
-            change = one.change(fit.values)
-            after = left((fit.errors + slopes[one.step] * change).ravel())
+            errors = fit.errors + slopes[one.step] * one.change(fit.values)
+            _, after = columns.least(errors.ravel(), _NEARLY_LARGEST)
             if np.abs(after).max(initial=0.0) <= _PROMISED:
                 added = rounded(norm(after, _NEARLY_LARGEST) - before)
                 kept.append(one._replace(added=added))
@@ -270,7 +267,7 @@ class _Pruning:
             return here
         return self.stated(self.fitted(left, 4.0, 1))
 
-    def descend(self, here: _Pruned, tell: Callable[[_Pruned], None], whole: bool = False) -> _Pruned:
+    def descend(self, here: _Pruned, whole: bool = False) -> _Pruned:
         """Replace as long as that is possible, and as the effort lasts or, if `whole`, to the end."""
         while here.operations and (whole or self.work.affords(0.0)):
             here = self.again(here)
@@ -281,7 +278,9 @@ class _Pruning:
             if trial is None:
                 break
             here = trial
-            tell(here)
+            if self.progress is not None and here.operations < self.reached:
+                self.progress(self.reached - here.operations)
+                self.reached = here.operations
         return here
 
 
@@ -316,7 +315,7 @@ def prune(
     *,
     effort: float = 1.0,
     start: Changes | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = None,
 ) -> dict[Change, float]:
     """Prune an arm's recursion so that it keeps the allowed error, N m, shape (n,), at every state.
 
@@ -326,21 +325,14 @@ def prune(
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
     aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)
-    pruning = _Pruning(exact.form.recursion, aim, Work(effort))
+    pruning = _Pruning(exact.form.recursion, aim, Work(effort), progress)
     here = pruning.with_changes(start or {})
     assert here is not None
-    reached = here.operations
-
-    def tell(pruned: _Pruned) -> None:
-        nonlocal reached
-        if progress is not None and pruned.operations < reached:
-            progress(reached - pruned.operations)
-            reached = pruned.operations
-
-    here = pruning.descend(here, tell, whole=True)
+    pruning.reached = here.operations
+    here = pruning.descend(here, whole=True)
     random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
-        trial = pruning.descend(pruning.partly_undone(here, random), tell)
+        trial = pruning.descend(pruning.partly_undone(here, random))
         # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.
         if trial.operations <= here.operations and not pruning.beyond(trial).size:
             here = trial

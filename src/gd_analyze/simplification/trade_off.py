@@ -156,7 +156,7 @@ def trade_off(
 
 
 def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float) -> Candidates | None:
-    """Terms to choose from; None where any model of so many takes more operations than the exact torque."""
+    """Terms to choose from; None where any model of so many is dearer than the exact torque."""
     try:
         return candidates_of(exact, level, allowed, sweep)
     except TooManyTermsError:

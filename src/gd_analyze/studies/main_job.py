@@ -72,7 +72,7 @@ class Settings:
         Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
         default.
     level, refit, operations
-        How to simplify, see `gd_analyze.simplification.search_options.SearchOptions`; by default the level
+        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; by default the level
         that takes the fewest operations of those that are promising for the arm.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
