@@ -22,7 +22,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from strategies import arms, examples
 
 
-@examples(20)
+@examples(14)
 @given(arms(max_joints=4), st.integers(0, 2**32 - 1), st.sampled_from([1, 1200, 60_000]))
 def test_no_state_of_the_tube_exceeds_it_and_the_worst_found_is_one(arm, seed, effort):
     rng = np.random.default_rng(seed)

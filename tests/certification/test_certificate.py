@@ -25,7 +25,7 @@ from made_models import exact_model
 from strategies import arms, examples, two_link_of
 
 
-@examples(25)
+@examples(18)
 @given(arms(max_joints=4), st.integers(0, 2**32 - 1), st.sampled_from([1, 200, 20_000]))
 def test_no_state_exceeds_it_and_the_worst_found_is_an_error_of_the_box(arm, seed, effort):
     rng = np.random.default_rng(seed)
