@@ -66,11 +66,11 @@ def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
     """A budget kept at the set points only is broken between their extremes; a certified one is not."""
     exact = gd.ExactDynamics.of(puma, pick_and_place, drives=True)
     box = gd.Box.around(*exact.states.arrays)
-    sampled = gd.simplify(puma, pick_and_place, "2%", level="term", drives=True, effort=0.1)
+    sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True, effort=0.1)
     assert not gd.certify(sampled, box).within(sampled.accuracy.allowed).all()
     rounds: list[int] = []
     model, certificate = gd.simplify_certified(
-        exact, "2%", box, level=TERM, effort=0.1, progress=rounds.append
+        exact, "10%", box, level=TERM, effort=0.1, progress=rounds.append
     )
     assert certificate.within(model.accuracy.allowed).all()
     assert 1 < len(rounds) <= 8
