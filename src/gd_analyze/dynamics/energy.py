@@ -14,29 +14,10 @@ from gd_analyze.robots.arm import RobotArm
 
 
 def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool = False) -> FloatArray:
-    """Kinetic energy, J: sum_s (m_s v_s . v_s + w_s . I_s w_s) / 2.
+    """Kinetic energy, J, (...), of states (..., n): sum_s (m_s v_s . v_s + w_s . I_s w_s) / 2.
 
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd
-        Joint variables and velocities, shape (..., n).
-    drives
-        Add sum_i J_i qd_i^2 / 2 of the drives. Each drive turns with its own joint only: what its rotor has
-        because the link under it turns is part of that link.
-
-    Returns
-    -------
-    ndarray
-        Shape (...).
-
-    Raises
-    ------
-    UsageError
-        If the shapes do not fit the arm or a number is not finite.
-    ArmError
-        If drives are asked for and the arm describes none.
+    `drives` adds sum_i J_i qd_i^2 / 2; each drive turns with its own joint only: what its rotor has because
+    the link under it turns is part of that link.
     """
     leading, (q, qd) = checked_states(arm, q=q, qd=qd)
     states, velocities = set_points_last(q), set_points_last(qd)
@@ -63,10 +44,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
 
 
 def potential_energy(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """Potential energy in gravity, J, (...): - sum_s m_s g . r_s, zero for a mass at the base's origin.
-
-    Parameters and errors are those of `kinetic_energy`.
-    """
+    """Potential energy in gravity, J, (...): - sum_s m_s g . r_s, zero for a mass at the base's origin."""
     leading, (q,) = checked_states(arm, q=q)
     com = solve_kinematics(arm, set_points_last(q)).com_positions
     return -np.einsum("s,a,san->n", arm.mass, arm.gravity, com).reshape(leading)

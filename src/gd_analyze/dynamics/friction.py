@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -108,8 +108,8 @@ class Friction:
     way or always as fast.
     """
 
-    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), shape (n,
-    # 3). Friction that would drive a joint is held at 0
+    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), (n, 3).
+    # Friction that would drive a joint is held at 0
     terms: FloatArray
     # Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
     # count as fewer. They tell of noise, not of what is wrong with the model
@@ -121,27 +121,19 @@ class Friction:
     explained: FloatArray
 
     @classmethod
-    def of(cls, fits: Sequence[JointFit | None]) -> Friction:
-        """Collect what was fitted to each joint; None of one without a measurement."""
-        unknown = np.full(3, np.nan)
-        return cls(
-            np.array([unknown if fit is None else fit.terms for fit in fits]),
-            np.array([unknown if fit is None else fit.errors for fit in fits]),
-            *(
-                np.array([np.nan if fit is None else getattr(fit, name) for fit in fits])
-                for name in ("rms", "correlation", "explained")
-            ),
-        )
+    def of(cls, fits: Sequence[JointFit]) -> Friction:
+        """Collect what was fitted to each joint."""
+        names = [field.name for field in fields(cls)]
+        return cls(*(np.array([getattr(fit, name) for fit in fits]) for name in names))
 
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
     """One joint's measured torque by friction beside the model: as the model is, and times a slope."""
 
-    # Of `TERMS`, with the model as it is, shape (3,)
+    # As of `Friction`, with the model as it is; `terms` and `errors` of shape (3,)
     terms: FloatArray
     errors: FloatArray
-    # As of `Friction`
     rms: float
     correlation: float
     explained: float
@@ -149,11 +141,12 @@ class JointFit:
     slope: float
     slope_error: float
     partial: float  # correlation of measured and model once friction is taken out of both
-    # RMS of the model's torque that is not like friction, of the measured torque that is not, and of that
-    # which is
-    own: float
-    left: float
-    like_friction: float
+    own: float  # RMS of the model's torque that is not like friction
+    left: float  # RMS of the measured torque that is not like friction
+    like_friction: float  # RMS of the measured torque that is
+
+
+NOT_FITTED = JointFit(np.full(3, np.nan), np.full(3, np.nan), *(np.nan,) * 9)
 
 
 def fit_joint(
@@ -182,13 +175,35 @@ def fit_joint(
     fitted = -weights
     fitted[_MEASURED] = 0.0
     known = [term in terms for term in _OF_TERM]
+
+    # How measured and model go together beside friction, whatever they are multiplied by. The first row is
+    # that of the offset, the last two are what friction leaves.
+    mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
+    own, along = mixed[-2, -2:]
+    left = float(np.hypot(along, mixed[-1, -1]))
+    slope = slope_error = partial = np.nan
+    if independent(r, [*terms, _MODEL])[-1] == _MODEL:
+        beside = np.zeros(5)
+        beside[[*terms, _MODEL]] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
+        beside[_MEASURED] = 1.0
+        slope = float(along / own)
+        slope_error = float(_deviations(r, beside, [*terms, _MODEL], times(beside), count)[_MODEL])
+        partial = float(along * np.sign(own) / left) if left else np.nan
+    else:
+        own = 0.0
+    root = np.sqrt(count)
     return JointFit(
         terms=np.where(known, fitted[[*_OF_TERM]] + 0.0, np.nan),
         errors=np.where(known, deviation[[*_OF_TERM]], np.nan),
-        rms=least / np.sqrt(count),
+        rms=least / root,
         correlation=_correlation(r @ fitted, r[:, _MEASURED]),
         explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
-        **_slope(r, terms, times, count),
+        slope=slope,
+        slope_error=slope_error,
+        partial=partial,
+        own=float(abs(own)) / root,
+        left=left / root,
+        like_friction=float(np.linalg.norm(mixed[1:-2, -1])) / root,
     )
 
 
@@ -205,33 +220,6 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
     weights[terms] = -found.x / sizes
     weights[[_MODEL, _MEASURED]] = -1.0, 1.0
     return weights, [term for term, held in zip(terms, found.active_mask, strict=True) if not held]
-
-
-def _slope(
-    r: FloatArray, terms: list[int], times: Callable[[FloatArray], float], count: int
-) -> dict[str, float]:
-    """How measured and model go together beside friction, whatever they are multiplied by."""
-    mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
-    own, along = mixed[-2, -2:]
-    left = float(np.hypot(along, mixed[-1, -1]))
-    # The first row is that of the offset, the last two are what friction leaves.
-    sizes = {"left": left, "like_friction": float(np.linalg.norm(mixed[1:-2, -1]))}
-    sizes = {name: size / np.sqrt(count) for name, size in sizes.items()}
-    if independent(r, [*terms, _MODEL])[-1] != _MODEL:
-        unknown = dict.fromkeys(("slope", "slope_error", "partial"), np.nan)
-        return unknown | {"own": 0.0} | sizes
-    free = [*terms, _MODEL]
-    weights = np.zeros(5)
-    weights[free] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
-    weights[_MEASURED] = 1.0
-    deviation = _deviations(r, weights, free, times(weights), count)
-    return {
-        "slope": float(along / own),
-        "slope_error": float(deviation[_MODEL]),
-        "partial": float(along * np.sign(own) / left) if left else np.nan,
-        "own": float(abs(own)) / np.sqrt(count),
-        **sizes,
-    }
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:

@@ -60,12 +60,9 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
     return Kinematics(axes, origins, rotations, link_origins, com_from_joint)
 
 
-# A constant vector as its non-zero components: most placements have zeros and ones only, and what is
-# absent shall neither take time nor leave arithmetic behind in a trace.
+# A constant vector as its non-zero components, and a constant rotation by its columns (None for no rotation):
+# most have zeros and ones only, and what is absent shall neither take time nor leave arithmetic in a trace.
 _Sparse = tuple[tuple[int, float], ...]
-
-
-# A constant rotation by its columns; None for no rotation.
 _Columns = tuple[_Sparse, ...] | None
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, chunks, set_points_last
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics import composite_moments, generalized_dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
@@ -26,7 +26,8 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
     added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
     floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
     for chunk in chunks(len(states)):
-        inertia = _inertia(arm, states.q[chunk]) + np.diag(added)
+        moments = composite_moments.composite_moments(arm, solve_kinematics(arm, states.q[chunk].T))
+        inertia = np.moveaxis(composite_moments.inertia(moments).sum(axis=0), -1, 0) + np.diag(added)
         try:
             np.linalg.cholesky(inertia - np.diag(floor))
         except np.linalg.LinAlgError:
@@ -70,7 +71,10 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
     place = ", ".join(f"{x:.4g}" for x in q)
     found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
     if np.linalg.eigvalsh(inertia + np.diag(floor))[0] < 0.0:
-        link = arm.links[_to_blame(arm, q, vectors[:, 0])]
+        # To blame is the link whose energy in that motion is the most negative.
+        by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None]))
+        energies = np.einsum("i,elijn,j->l", vectors[:, 0], by_link, vectors[:, 0])
+        link = arm.links[int(energies.argmin())]
         return ArmError(
             f"the mass matrix D is not positive definite, by the inertia of link {link.name}",
             where=_place(arm, link),
@@ -94,18 +98,6 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
         next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; "
         f"count the drives' inertia; or hold that joint, of URDF and MJCF by --lock {joint.name}=0",
     )
-
-
-def _inertia(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """D of the links at positions (N, n), shape (N, n, n)."""
-    moments = composite_moments.composite_moments(arm, solve_kinematics(arm, set_points_last(q)))
-    return np.ascontiguousarray(np.moveaxis(composite_moments.inertia(moments).sum(axis=0), -1, 0))
-
-
-def _to_blame(arm: RobotArm, q: FloatArray, velocities: FloatArray) -> int:
-    """Index of the link whose energy in a motion is the most negative."""
-    by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None])).sum(axis=0)
-    return int(np.einsum("i,lijn,j->l", velocities, by_link, velocities).argmin())
 
 
 def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.dynamics.friction import Friction, JointFit, fit_joint, spread, triangle
+from gd_analyze.dynamics.friction import NOT_FITTED, Friction, JointFit, fit_joint, spread, triangle
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import trajectory_of
@@ -183,17 +183,21 @@ def require_torques(trajectory: Trajectory) -> None:
 
 def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> TorqueComparison:
     """Do `compare_torque` with the exact model's torque at hand, shape (N, n)."""
-    measured, inside = torque_measured(trajectory), _settled(trajectory)
+    recording = trajectory.recording
+    assert recording is not None  # who calls has asked for it
+    measured = recording.torque if recording.torque_filtered is None else recording.torque_filtered
+    assert measured is not None
+    inside = _settled(trajectory)
     joints = [_of_joint(trajectory, i, model, measured[:, i], inside) for i in range(arm.n_joints)]
-    fits = [joint.get("fit") for joint in joints]
+    fits = [joint.get("fit", NOT_FITTED) for joint in joints]
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
         compared=max(joint.get("compared", 0) for joint in joints),
         **{name: np.array([joint.get(name, np.nan) for joint in joints]) for name in _NUMBERS},
-        slope_beside_friction=np.array([np.nan if fit is None else fit.slope for fit in fits]),
-        slope_error=np.array([np.nan if fit is None else fit.slope_error for fit in fits]),
+        slope_beside_friction=np.array([fit.slope for fit in fits]),
+        slope_error=np.array([fit.slope_error for fit in fits]),
         friction=Friction.of(fits),
         verdicts=tuple(joint.get("verdict", "not measured") for joint in joints),
         resembles=tuple(joint.get("resembles", 0) for joint in joints),
@@ -201,14 +205,6 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
 
 
 _NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
-
-
-def torque_measured(trajectory: Trajectory) -> FloatArray:
-    """Torque as recorded, through the filter where there was one, N m, shape (N, n)."""
-    recording = trajectory.recording
-    assert recording is not None  # who calls has asked for it
-    assert recording.torque is not None
-    return recording.torque if recording.torque_filtered is None else recording.torque_filtered
 
 
 def _of_joint(
@@ -220,9 +216,9 @@ def _of_joint(
     """
     rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
-    found: dict[str, Any] = {"peak_model": _peak(model[:, joint], inside)}
+    peak_model = float(np.abs(model[inside, joint]).max(initial=0.0))
     if count < _FEWEST or not measured[rows].any():
-        return found
+        return {"peak_model": peak_model}
 
     def columns(at: slice) -> FloatArray:
         used = rows[at]
@@ -235,14 +231,15 @@ def _of_joint(
     wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
     fit = _fit(trajectory, joint, model[:, joint], measured, rows)
-    verdict, resembles = _verdict(fit, float(explained_by[joint]), explained_by, joint)
-    return found | {
+    verdict, resembles = _verdict(fit, explained_by, joint)
+    return {
         "compared": count,
         "correlation": along / (wide * spread_measured),
         "slope": along / wide**2,
         "bias": float(apart[0, joint] / r[0, 0]),
         "rms": float(np.linalg.norm(apart[:, joint])) / np.sqrt(count),
-        "peak_measured": _peak(measured, rows),
+        "peak_measured": float(np.abs(measured[rows]).max()),
+        "peak_model": peak_model,
         "explained": float(explained_by[joint]),
         "fit": fit,
         "verdict": verdict,
@@ -250,52 +247,40 @@ def _of_joint(
     }
 
 
-def _peak(torque: FloatArray, rows: Array) -> float:
-    return float(np.abs(torque[rows]).max(initial=0.0))
-
-
 def _fit(
     trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, rows: Array
 ) -> JointFit:
     """Fit friction to a joint where it moves; where it never does, an offset alone."""
-    way = _direction(trajectory, joint)
+    way, velocity = _direction(trajectory, joint), trajectory.qd[:, joint]
     moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
-    used = moving if moving.sum() >= _FEWEST else rows
-    still = used is rows
-    velocity = np.zeros_like(way) if still else trajectory.qd[:, joint]
-    way = np.zeros_like(way) if still else way
-    return fit_joint(model, measured, way, velocity, used, trajectory.stretches)
+    if moving.sum() < _FEWEST:
+        still = np.zeros_like(way)
+        return fit_joint(model, measured, still, still, rows, trajectory.stretches)
+    return fit_joint(model, measured, way, velocity, moving, trajectory.stretches)
 
 
-def _verdict(fit: JointFit, explained: float, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
+def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
     """Judge a joint (from 0); with it the joint, from 1, whose model the measurement is, or 0.
 
-    `explained` is the share of the measured variance that its model explains, `explained_by` that of every
-    joint's.
+    `explained_by` is the share of the measured variance that every joint's model explains.
     """
-    if explained >= FOLLOWS:
+    if explained_by[joint] >= FOLLOWS:
         return "follows", 0
-    others = np.delete(explained_by, joint)
-    best = float(others.max(initial=-np.inf))
+    best = float(np.delete(explained_by, joint).max(initial=-np.inf))
     if best >= max(FOLLOWS, fit.explained):
         return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
     if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
         if fit.partial <= -THERE:
             return "other sign", 0
         if fit.partial >= THERE:
-            return _by_size(fit), 0
+            sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
+            if fit.slope > AS_LARGE and sure:
+                return "too light", 0
+            heavy = fit.slope < 1.0 / AS_LARGE and sure
+            return ("too heavy" if heavy else "follows but for friction"), 0
     # Were the model right, friction beside it would leave at least the model's own torque.
     hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
     return ("below friction" if hidden else "does not follow"), 0
-
-
-def _by_size(fit: JointFit) -> Verdict:
-    sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
-    if fit.slope > AS_LARGE and sure:
-        return "too light"
-    if fit.slope < 1.0 / AS_LARGE and sure:
-        return "too heavy"
-    return "follows but for friction"
 
 
 def _settled(trajectory: Trajectory) -> Array:
@@ -311,12 +296,11 @@ def _settled(trajectory: Trajectory) -> Array:
 def _direction(trajectory: Trajectory, joint: int) -> FloatArray:
     """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
     velocity, recording = trajectory.qd[:, joint], trajectory.recording
-    noise = 0.0
-    if recording is not None:
-        # The spectrum S of noise gives positions, velocities and accelerations the variances of S, w^2 S and
-        # w^4 S summed over frequencies w, so by Cauchy and Schwarz the velocity's is at most the root of the
-        # product of the other two, whatever the filter.
-        noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
+    assert recording is not None
+    # The spectrum S of noise gives positions, velocities and accelerations the variances of S, w^2 S and
+    # w^4 S summed over frequencies w, so by Cauchy and Schwarz the velocity's is at most the root of the
+    # product of the other two, whatever the filter.
+    noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
     still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(velocity).max()))
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 

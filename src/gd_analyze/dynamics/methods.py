@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +17,6 @@ from gd_analyze.dynamics import (
     newton_euler_base,
     newton_euler_link,
     newton_euler_regrouped,
-    probing,
     recursive_lagrangian,
 )
 from gd_analyze.dynamics.kinematics import solve_kinematics
@@ -51,10 +49,9 @@ DynamicsOf = Callable[[RobotArm, Array, Array], Dynamics]
 class Method:
     """One formulation."""
 
-    # Identifier, display name, and display name where there is little room
     name: str
     title: str
-    short: str
+    short: str  # the title where there is little room
     source: str  # where it is derived
     # How it represents kinematics, and `form` the form of its equations, as in [FGL87] Table 3.5
     kinematics: str
@@ -114,15 +111,18 @@ def _closed_form(
 
 
 def _recursion(name: str, title: str, short: str, source: str, kinematics: str, torque: TorqueOf) -> Method:
-    """Take a method that gives torque only, which is probed for D, h and c."""
+    """Take a method that gives torque only: at states that make all but one of its terms vanish.
+
+    [FGL87] problem 3.11; Walker and Orin (1982).
+    """
 
     def dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
-        n, count = q.shape
-        ask = partial(torque, arm, q)
+        still = np.zeros(q.shape)
+        units = np.broadcast_to(np.eye(len(q))[:, :, None], (len(q), *q.shape))
         return Dynamics(
-            probing.inertia(ask, n, count),
-            probing.coriolis_centrifugal(ask, qd),
-            probing.gravity_loading(ask, n, count),
+            np.stack([torque(arm, q, still, unit, gravity=False) for unit in units], axis=1),
+            torque(arm, q, qd, still, gravity=False),
+            torque(arm, q, still, still),
         )
 
     return Method(name, title, short, source, kinematics, "recursive", "n", torque, dynamics)

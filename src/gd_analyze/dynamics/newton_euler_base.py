@@ -21,14 +21,12 @@ def torque(
     qdd: Array,
     *,
     gravity: bool = True,
-    damping: FloatArray | None = None,
     external_wrench: FloatArray | None = None,
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
-    q, qd, qdd have shape (n, N). `damping` is viscous, b_i, N m s (N s/m of a prismatic joint), shape (n,);
-    `external_wrench` is f_{n+1} and n_{n+1}, what the last link exerts on the world at its frame's origin, in
-    the base frame, N and N m, shape (2, 3).
+    q, qd, qdd have shape (n, N). `external_wrench` is f_{n+1} and n_{n+1}, what the last link exerts on the
+    world at its frame's origin, in the base frame, N and N m, shape (2, 3).
     """
     n, count = qd.shape
     kinematics = solve_kinematics(arm, q)
@@ -63,8 +61,6 @@ def torque(
         )
         force = force + forces[i]
         out[i] = dot(z, moment) if arm.is_revolute[i] else dot(z, force)
-        if damping is not None:
-            out[i] += damping[i] * qd[i]
     return out
 
 

@@ -21,13 +21,9 @@ def torque(
     qdd: Array,
     *,
     gravity: bool = True,
-    damping: FloatArray | None = None,
     external_wrench: FloatArray | None = None,
 ) -> Array:
-    """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.3.
-
-    Arguments are those of `newton_euler_base.torque`.
-    """
+    """Generalized torque by Newton-Euler, shape (n, N), from what `newton_euler_base.torque` takes."""
     n, count = qd.shape
     cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
@@ -53,11 +49,10 @@ def torque(
         couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
         motions.append((inertial_force, couple))
     out = np.empty((n, count), np.result_type(q, float))
-    force, moment = (
-        np.zeros((2, 3, 1))
-        if external_wrench is None
-        else (_from_base(steps, vector) for vector in external_wrench)
-    )
+    # The wrench is constant in the base frame, and carried out to the last link's.
+    force, moment = np.zeros((2, 3, 1)) if external_wrench is None else external_wrench[:, :, None]
+    for step in steps if external_wrench is not None else ():
+        force, moment = step.into(force), step.into(moment)
     for i in reversed(range(n)):
         step = steps[i]
         inertial, couple = motions[i]
@@ -68,8 +63,6 @@ def torque(
         moment = moment + cross(step.link_vector, force)
         effort = moment if arm.is_revolute[i] else force
         out[i] = np.einsum("an,an->n", np.broadcast_to(step.axis, effort.shape), effort)
-        if damping is not None:
-            out[i] = out[i] + damping[i] * qd[i]
         moment = step.out_of(moment)
         force = step.out_of(force)
         if step.to_joint is not None:
@@ -114,14 +107,6 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
         link_vector = link_vector + axis[:, None] * q
     to_joint = joint.placement.translation[:, None] if joint.placement.translation.any() else None
     return _Step(rotation, to_joint, axis[:, None], link_vector)
-
-
-def _from_base(steps: list[_Step], vector: Array) -> Array:
-    """Carry a constant base-frame vector out to the last link's frame."""
-    out: Array = np.broadcast_to(vector[:, None], (3, steps[0].rotation.shape[-1]))
-    for step in steps:
-        out = step.into(out)
-    return out
 
 
 def _times(tensor: Array, vector: Array) -> Array:

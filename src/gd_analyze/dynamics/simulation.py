@@ -37,20 +37,13 @@ TIGHTEST_RTOL = 100 * float(np.finfo(float).eps)
 
 def _require(holds: Any, where: str, expected: str, found: object) -> None:
     if not holds:
-        raise UsageError(
-            f"{where} does not fit the simulation", where=where, expected=expected, found=str(found)
-        )
+        what = f"{where} does not fit the simulation"
+        raise UsageError(what, where=where, expected=expected, found=str(found))
 
 
 @dataclass(frozen=True)
 class Integration:
-    """How to integrate a motion.
-
-    Raises
-    ------
-    UsageError
-        If there is no such formulation or integrator, or a number does not fit.
-    """
+    """How to integrate a motion."""
 
     set_points: int = 201  # how many, evenly spaced from 0 to the duration, to report
     # Formulation that gives D, h and c, of `gd_analyze.dynamics.methods.METHODS`
@@ -63,24 +56,16 @@ class Integration:
 
     def __post_init__(self) -> None:
         known_method(self.method)
-        if self.integrator not in get_args(Integrator):
-            raise UsageError(
-                f"there is no integrator {self.integrator!r}",
-                where="integrator",
-                expected=", ".join(get_args(Integrator)),
-            )
         _require(
-            int(self.set_points) == self.set_points and self.set_points >= 2,
-            "set_points",
-            "a whole number of 2 or more",
-            self.set_points,
+            self.integrator in get_args(Integrator),
+            "integrator",
+            f"one of {get_args(Integrator)}",
+            self.integrator,
         )
-        _require(
-            np.isfinite(self.rtol) and self.rtol >= TIGHTEST_RTOL,
-            "rtol",
-            f"{TIGHTEST_RTOL:.1e} or more",
-            self.rtol,
-        )
+        is_count = int(self.set_points) == self.set_points and self.set_points >= 2
+        _require(is_count, "set_points", "a whole number of 2 or more", self.set_points)
+        is_tight = np.isfinite(self.rtol) and self.rtol >= TIGHTEST_RTOL
+        _require(is_tight, "rtol", f"{TIGHTEST_RTOL:.1e} or more", self.rtol)
         _require(np.isfinite(self.atol) and self.atol > 0, "atol", "a positive number", self.atol)
 
     def __str__(self) -> str:
@@ -135,31 +120,10 @@ def joint_accelerations(
     method: str = DEFAULT_METHOD,
     drivetrain: Drivetrain = NO_DRIVES,
 ) -> FloatArray:
-    """Accelerations that torques cause: (D + J) qdd = tau - h - c - resistance.
+    """Accelerations that the actuators' torques cause: (D + J) qdd = tau - h - c - resistance, all (..., n).
 
-    Parameters
-    ----------
-    arm
-        The arm.
-    q, qd, torque
-        Joint variables, velocities and the actuators' torques, shape (..., n).
-    method
-        One of `gd_analyze.dynamics.methods.METHODS`.
-    drivetrain
-        What the drives add to D, and what opposes the motion.
-
-    Returns
-    -------
-    ndarray
-        qdd, shape (..., n).
-
-    Raises
-    ------
-    UsageError
-        If the method is unknown, shapes do not fit the arm or a number is not finite.
-    ArmError
-        If drives or friction are asked for and the arm describes no drives. If D is singular: then a joint
-        moves nothing that has mass, and its acceleration can be anything. If D has a negative eigenvalue.
+    ArmError where D is singular, as a joint that moves nothing that has mass may accelerate by anything, or
+    has a negative eigenvalue.
     """
     _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
     driving = torque - drivetrain.resistance_of(arm)(qd)
@@ -201,40 +165,11 @@ def simulate(
     drivetrain: Drivetrain = NO_DRIVES,
     integration: Integration = USUAL,
 ) -> Simulation:
-    """Follow the motion that torques cause.
+    """Follow the motion that torques cause from q0 and qd0, (n,), on; no limit of a joint or torque stops it.
 
-    Joint limits do not stop it, and neither do torque limits.
-
-    Parameters
-    ----------
-    arm
-        The arm.
-    torque
-        The actuators' torques: a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
-        (N, n) that a cubic spline interpolates. Near a jump a spline overshoots; give such a torque as a
-        function.
-    q0, qd0
-        State at t = 0, shape (n,).
-    duration
-        s.
-    drivetrain
-        What the drives add to D, and what opposes the motion.
-    integration
-        Formulation, integrator, tolerances, and how many set points to report.
-
-    Returns
-    -------
-    Simulation
-        The motion and its energies.
-
-    Raises
-    ------
-    UsageError
-        If an argument does not fit.
-    ArmError
-        If drives or friction are asked for and the arm describes no drives.
-    GdAnalyzeError
-        If D is singular, the torque function misbehaves or the integrator gives up.
+    The actuators' torques are a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
+    (N, n) that a cubic spline interpolates. Near a jump a spline overshoots; give such a torque as a function.
+    GdAnalyzeError if D is singular, the torque function misbehaves or the integrator gives up.
 
     Examples
     --------
@@ -245,6 +180,8 @@ def simulate(
     >>> bool(abs(fall.energy_residual).max() < 1e-7)
     True
     """
+    from scipy.integrate import solve_ivp
+
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
     _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
@@ -264,7 +201,22 @@ def simulate(
         qdd = solve_accelerations(arm, method, added, q, qd, active - resisting)
         return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
 
-    solved = _integrated(slope, np.concatenate([start, velocity, [0.0, 0.0]]), float(duration), integration)
+    solved: Any = solve_ivp(
+        slope,
+        (0.0, float(duration)),
+        np.concatenate([start, velocity, [0.0, 0.0]]),
+        method=integration.integrator,
+        dense_output=True,
+        rtol=integration.rtol,
+        atol=integration.atol,
+    )
+    if not solved.success:
+        raise GdAnalyzeError(
+            f"the integrator {integration.integrator} gives up",
+            where=f"t = {solved.t[-1]:g} of {duration:g} s",
+            found=solved.message,
+            next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
+        )
     time = np.linspace(0.0, float(duration), int(integration.set_points))
     q, qd, work, dissipated = (
         part.copy() for part in np.split(solved.sol(time).T, [n, 2 * n, 2 * n + 1], axis=1)
@@ -285,41 +237,10 @@ def simulate(
     )
 
 
-def _integrated(
-    slope: Callable[[float, FloatArray], FloatArray],
-    start: FloatArray,
-    duration: float,
-    integration: Integration,
-) -> Any:
-    from scipy.integrate import solve_ivp
-
-    solved: Any = solve_ivp(
-        slope,
-        (0.0, duration),
-        start,
-        method=integration.integrator,
-        dense_output=True,
-        rtol=integration.rtol,
-        atol=integration.atol,
-    )
-    if not solved.success:
-        raise GdAnalyzeError(
-            f"the integrator {integration.integrator} gives up",
-            where=f"t = {solved.t[-1]:g} of {duration:g} s",
-            found=solved.message,
-            next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
-        )
-    return solved
-
-
 def _torque_function(
     arm: RobotArm, torque: TorqueFunction | TorqueHistory, duration: float
 ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
-    """Turn either way of giving torque into a checked function of t, q and qd.
-
-    A history becomes SciPy's cubic spline (not-a-knot): twice continuously differentiable, so that an
-    integrator of high order keeps its order.
-    """
+    """Turn either way of giving torque into a checked function of t, q and qd."""
     inner = torque if callable(torque) else _spline(arm, torque, duration)
 
     def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
@@ -337,6 +258,7 @@ def _torque_function(
 
 
 def _spline(arm: RobotArm, history: TorqueHistory, duration: float) -> TorqueFunction:
+    """SciPy's cubic spline: its two continuous derivatives let an integrator of high order keep that."""
     from scipy.interpolate import CubicSpline
 
     try:
