@@ -173,31 +173,34 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         kept = [(link, kind) for link, kind in kept if KINDS[kind] != "J"]
     parameters = []
     for (link, kind), row in zip(kept, matrix, strict=True):
+        # What it is called by comes first, then link by link.
+        order = sorted(
+            ((s, k) != (link, kind), int(s), int(k)) for s, k in zip(*np.nonzero(row), strict=True)
+        )
+        name = KINDS[kind]
+        is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
         translation, rotation, drive = (_added(row * effect) for effect in effects)
         parameters.append(
             BaseParameter(
-                symbol=f"{KINDS[kind].upper()}{joined((link,))}",
+                symbol=f"{name.upper()}{joined((link,))}",
                 link=link + 1,
-                kind=KINDS[kind],
-                unit=_unit(KINDS[kind], arm.is_revolute[link]),
+                kind=name,
+                unit="kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2",
                 number=_added(row * effects),
                 translation=translation,
                 rotation=rotation,
                 drive=drive,
-                combination=_shares(row, link, kind),
+                combination=tuple(Share(float(row[s, k]), KINDS[k], s + 1) for _, s, k in order),
             )
         )
-    into = np.array(
-        [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
-    )
-    in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], into)
+    into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
+    in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], np.array(into))
     return BaseParameters(arm, drives, tuple(parameters), frames, in_links)
 
 
 def _of_inertias() -> FloatArray:
     """Moments per unit of each of the regressor's parameters, about one origin, (10, 10)."""
-    out = np.zeros((10, 10))
-    out[:4, :4] = np.eye(4)
+    out = np.eye(10)
     for column, entry in enumerate(PARAMETERS[4:], 4):
         a, b = ("xyz".index(axis) for axis in entry[1:])
         inertia = np.zeros((3, 3))
@@ -261,12 +264,6 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
     return out
 
 
-def _shares(row: FloatArray, link: int, first: int) -> tuple[Share, ...]:
-    """What of a row is not zero: what it is called by, then link by link."""
-    order = sorted(zip(*np.nonzero(row), strict=True), key=lambda at: (at != (link, first), at))
-    return tuple(Share(float(row[s, kind]), KINDS[kind], int(s) + 1) for s, kind in order)
-
-
 def _added(values: FloatArray) -> float:
     """Sum of what may cancel: zero where it does but for round-off."""
     total = float(values.sum())
@@ -275,7 +272,3 @@ def _added(values: FloatArray) -> float:
 
 def _rounded(values: FloatArray, size: float = 1.0) -> FloatArray:
     return np.where(np.abs(values) <= _ROUND_OFF * size, 0.0, values)
-
-
-def _unit(kind: str, revolute: bool) -> str:
-    return "kg" if kind == "m" or (kind == "J" and not revolute) else "kg m" if kind[0] == "m" else "kg m^2"

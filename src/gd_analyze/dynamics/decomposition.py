@@ -177,14 +177,19 @@ def decompose_states(
         name: np.empty((*(sizes.get(dim, n) for dim in GROUPS["decomposition"][name].dims[1:]), count))
         for name in names
     }
-    _keep_freed_memory()
+    # glibc hands freed memory back to the system beyond a threshold, and every page that is taken again costs
+    # a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises that
+    # threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    np.empty(2**25 - 2**16, dtype=np.uint8)
     for chunk in chunks(count):
         views = {name: array[..., chunk] for name, array in out.items()}
         _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
         if progress is not None:
             progress(chunk.stop - chunk.start)
     out = {"q": q, "qd": qd, "qdd": qdd} | out
-    return {name: _as_states(array, leading) for name, array in out.items()}
+    # Set points first, without copying: the memory keeps them last.
+    firsts = {name: np.moveaxis(array, -1, 0) for name, array in out.items()}
+    return {name: array.reshape(*leading, *array.shape[1:]) for name, array in firsts.items()}
 
 
 def torque_of(
@@ -194,10 +199,7 @@ def torque_of(
     drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
-    """Torque at states (..., n), N m, of their shape, without keeping what it consists of.
-
-    Parameters and what is raised are those of `decompose_states`.
-    """
+    """Torque at states (..., n), N m, of their shape, without keeping what it consists of."""
     require_states_fit(arm, states)
     leading = states.q.shape[:-1]
     flat = states.in_a_row
@@ -207,22 +209,6 @@ def torque_of(
         if progress is not None:
             progress(chunk.stop - chunk.start)
     return out.reshape(*leading, arm.n_joints)
-
-
-def _keep_freed_memory() -> None:
-    """Let the C library keep what a chunk frees for the next one.
-
-    glibc hands freed memory back to the system beyond a threshold, and every page that is taken again
-    costs a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises
-    that threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
-    """
-    np.empty(2**25 - 2**16, dtype=np.uint8)
-
-
-def _as_states(array: Array, leading: tuple[int, ...]) -> Array:
-    """Set points first, without copying: the memory keeps them last."""
-    first = np.moveaxis(array, -1, 0)
-    return first if len(leading) == 1 else first.reshape(*leading, *array.shape[:-1])
 
 
 def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array]) -> None:
@@ -248,10 +234,9 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
         out["gravity_loading_by_link"][:] = dalembert.gravity_loading_by_link(arm, kinematics)
     if "coriolis_centrifugal_terms" in out or "coriolis_centrifugal_by_link" in out:
         itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, qd)
+        effects = np.array([term.effect for term in dalembert.terms_of(arm)])
         if "coriolis_centrifugal_terms" in out:
             out["coriolis_centrifugal_terms"][:] = itemised.sum(axis=1)
         if "coriolis_centrifugal_by_link" in out:
-            effects = [term.effect for term in dalembert.terms_of(arm)]
-            for e, effect in enumerate(EFFECTS):
-                rows = [t for t, name in enumerate(effects) if name == effect]
-                out["coriolis_centrifugal_by_link"][e] = itemised[rows].sum(axis=0)
+            by_effect = [itemised[effects == effect].sum(axis=0) for effect in EFFECTS]
+            out["coriolis_centrifugal_by_link"][:] = by_effect

@@ -37,7 +37,12 @@ class Element:
     def label(self) -> str:
         """D12, h3, c2."""
         symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
-        return symbol + joined((self.i,) if self.j is None else (self.i, self.j))
+        return symbol + joined(self.index)
+
+    @property
+    def index(self) -> tuple[int, ...]:
+        """Place in the quantity's array."""
+        return (self.i,) if self.j is None else (self.i, self.j)
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
         """Translational and rotational part at every state, shape (2, N); gravity is translation.
@@ -47,8 +52,8 @@ class Element:
         if self.quantity == "gravity_loading":
             values = np.asarray(quantities["gravity_loading"])[:, self.i]
             return np.stack([values, np.zeros_like(values)])
-        index: Any = (self.i,) if self.j is None else (self.i, self.j)
-        array: Array = np.asarray(quantities[self.quantity])[(slice(None), slice(None), *index)]
+        index: Any = (slice(None), slice(None), *self.index)
+        array: Array = np.asarray(quantities[self.quantity])[index]
         return array.T
 
     def torque_factors(self, qdd: FloatArray) -> dict[int, FloatArray | float]:
@@ -60,11 +65,9 @@ class Element:
 
 def elements(n_joints: int) -> tuple[Element, ...]:
     """Upper triangle of D, then h, then c."""
-    pairs = [Element("inertia", i, j) for i in range(n_joints) for j in range(i, n_joints)]
-    vectors = [
-        Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in range(n_joints)
-    ]
-    return (*pairs, *vectors)
+    n = range(n_joints)
+    pairs = [Element("inertia", i, j) for i in n for j in n if i <= j]
+    return (*pairs, *(Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in n))
 
 
 DOMINANCE_THRESHOLD = 0.10
@@ -131,7 +134,7 @@ def rank(
     # some tens of terms as large as the quantity's largest element.
     noise = {name: 64 * np.finfo(float).eps * most for name, most in largest.items()}
     rows = [
-        _row(one, count, noise[one.element.quantity], (peak_torque, round_off), floor, threshold)
+        one.row(count, noise[one.element.quantity], peak_torque, round_off, floor, threshold)
         for one in extremes
     ]
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
@@ -187,6 +190,55 @@ class _Extremes:
             torque = np.abs(curves * factor).max(axis=1)
             self.torque[joint] = np.maximum(self.torque.get(joint, 0.0), torque)
 
+    def row(
+        self,
+        count: int,
+        noise: float,
+        peak_torque: FloatArray,
+        round_off: float,
+        floor: FloatArray,
+        threshold: float,
+    ) -> dict[str, Any]:
+        """Judge the element; a part below `noise` and a torque below `round_off` are zero."""
+        element, is_there = self.element, self.peak[:2] > noise
+        rms = np.sqrt(self.squares / count)
+        part_peak, part_rms = np.where(is_there, [self.peak[:2], rms[:2]], 0.0)
+        # The whole is the sum where both parts are there, else the one that is.
+        whole, exists = 2 if is_there.all() else int(is_there.argmax()), bool(is_there.any())
+        peak = float(self.peak[whole]) * exists
+        torques = {k: float(made[whole]) * exists for k, made in self.torque.items()}
+        if not peak_torque.any():
+            torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
+        shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
+        joint = max(shares, key=lambda k: shares[k])
+        change_without = np.array([_ratio(float(p), peak) for p in part_peak])
+        if peak == 0.0:
+            dominant = "neither"
+        elif change_without[1] <= threshold:
+            dominant = "translation"
+        elif change_without[0] <= threshold:
+            dominant = "rotation"
+        else:
+            dominant = "both"
+        negligible = all(torque <= floor[k] for k, torque in torques.items())
+        return {
+            "label": element.label,
+            "quantity": element.quantity,
+            "i": element.i + 1,
+            "j": 0 if element.j is None else element.j + 1,
+            "peak": peak,
+            "rms": float(rms[whole]) * exists,
+            "part_peak": part_peak,
+            "part_rms": part_rms,
+            "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,
+            "change_without": change_without,
+            "torque_peak": torques[joint],
+            "torque_joint": joint + 1,
+            "torque_share": shares[joint],
+            "dominant": dominant,
+            "verdict": "negligible" if negligible else dominant,
+        }
+
 
 def _extremes(dataset: xr.Dataset) -> tuple[list[_Extremes], dict[str, float]]:
     """Extremes of every element, and the largest magnitude of each quantity, read block by block."""
@@ -200,57 +252,6 @@ def _extremes(dataset: xr.Dataset) -> tuple[list[_Extremes], dict[str, float]]:
         for one in found:
             one.add(block, part.qdd.values)
     return found, largest
-
-
-def _row(
-    extremes: _Extremes,
-    count: int,
-    noise: float,
-    torque: tuple[FloatArray, float],
-    floor: FloatArray,
-    threshold: float,
-) -> dict[str, Any]:
-    """Judge one element; of torque are given each joint's peak and what is only round-off."""
-    element, (peak_torque, round_off) = extremes.element, torque
-    is_there = extremes.peak[:2] > noise
-    part_peak = np.where(is_there, extremes.peak[:2], 0.0)
-    part_rms = np.where(is_there, np.sqrt(extremes.squares[:2] / count), 0.0)
-    # The whole is the sum where both parts are there, else the one that is.
-    whole = 2 if is_there.all() else int(is_there.argmax())
-    peak = float(extremes.peak[whole]) if is_there.any() else 0.0
-    rms = float(np.sqrt(extremes.squares[whole] / count)) if is_there.any() else 0.0
-    torques = {k: float(made[whole]) if is_there.any() else 0.0 for k, made in extremes.torque.items()}
-    if not peak_torque.any():
-        torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
-    shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
-    joint = max(shares, key=lambda k: shares[k])
-    change_without = np.array([_ratio(float(p), peak) for p in part_peak])
-    if peak == 0.0:
-        dominant = "neither"
-    elif change_without[1] <= threshold:
-        dominant = "translation"
-    elif change_without[0] <= threshold:
-        dominant = "rotation"
-    else:
-        dominant = "both"
-    negligible = all(torque <= floor[k] for k, torque in torques.items())
-    return {
-        "label": element.label,
-        "quantity": element.quantity,
-        "i": element.i + 1,
-        "j": 0 if element.j is None else element.j + 1,
-        "peak": peak,
-        "rms": rms,
-        "part_peak": part_peak,
-        "part_rms": part_rms,
-        "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,
-        "change_without": change_without,
-        "torque_peak": torques[joint],
-        "torque_joint": joint + 1,
-        "torque_share": shares[joint],
-        "dominant": dominant,
-        "verdict": "negligible" if negligible else dominant,
-    }
 
 
 def _ratio(value: float, whole: float) -> float:

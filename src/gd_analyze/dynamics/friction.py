@@ -209,7 +209,7 @@ def fit_joint(
 
 def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]]:
     """What the fit leaves, as weights of the columns, and which terms of friction are not held at 0."""
-    from scipy.optimize import lsq_linear
+    from scipy.optimize import lsq_linear  # slow to load
 
     sizes = np.linalg.norm(r[:, terms], axis=0)
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)

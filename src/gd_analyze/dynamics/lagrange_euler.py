@@ -49,23 +49,18 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
             lever = np.einsum("abn,b->an", first[i, j], com)
             gravity_loading[i] += -arm.mass[j] * np.einsum("a,an->n", gravity, lever)
             for k in range(j + 1):
-                inertia[i, k] += _trace_of_product(first[k, j], weighted[i])
+                inertia[i, k] += np.einsum("abn,ban->n", first[k, j], weighted[i])
                 for m in range(j + 1):
-                    christoffel[i, k, m] += _trace_of_product(second[min(k, m), max(k, m), j], weighted[i])
+                    twice = second[min(k, m), max(k, m), j]
+                    christoffel[i, k, m] += np.einsum("abn,ban->n", twice, weighted[i])
     return LagrangeEuler(inertia, christoffel, gravity_loading)
 
 
 def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
-    """J_i about the origin of link frame i, shape (4, 4). Eq. (3.2-18).
-
-    Its 3x3 block is the second moment of the link's matter about that origin.
-    """
+    """J_i about the origin of link frame i, shape (4, 4): second and first moments and mass. Eq. (3.2-18)."""
     first = arm.mass[link] * arm.com[link]
-    out = np.empty((4, 4), first.dtype)
-    out[:3, :3] = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
-    out[:3, 3] = out[3, :3] = first
-    out[3, 3] = arm.mass[link]
-    return out
+    second = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
+    return np.block([[second, first[:, None]], [first, arm.mass[link]]])
 
 
 def _derivatives(
@@ -141,8 +136,3 @@ def _homogeneous(placement: Placement) -> Array:
     out = np.eye(4, dtype=placement.translation.dtype)
     out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
     return out
-
-
-def _trace_of_product(a: Array, b: Array) -> Array:
-    """Tr(A B^T-like): sum over rows and columns of A and the transposed second factor."""
-    return np.einsum("abn,ban->n", a, b)

@@ -67,16 +67,22 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         places = _places(link, length)
         back = np.linalg.inv(places)
         # What earlier joints do to this link, at every place of its own.
-        motions = _span(back[:, None] @ motions @ places[:, None])
+        motions = _span((back[:, None] @ motions @ places[:, None]).reshape(-1, 4, 4))
         earlier = np.swapaxes(places, 1, 2)[:, None] @ products @ places[:, None]
-        own = _own_motion(link)
-        mixed = np.array([_symmetric(own.T @ motion) for motion in motions]).reshape(-1, 4, 4)
+        axis = np.array([0.0, 0.0, 1.0]) if link.prismatic is None else link.prismatic
+        still = np.zeros(3)
+        own = _motion(axis, still) if link.prismatic is None else _motion(still, axis)
+        mixed = own.T @ motions
+        mixed = 0.5 * (mixed + np.swapaxes(mixed, 1, 2))
         alone = own.T @ own
         # The drive's inertia acts in the square of the joint's own velocity, and nowhere else.
         told = [*((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))), (alone, 1.0)]
         functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in told])
         scale = length ** np.array([*_LENGTHS, 2 if link.prismatic is None else 0])
-        out.append(_leaving(_null_space(functionals), scale))
+        # Changes that none of the functionals tells, orthonormal, a row each.
+        _, sizes, directions = np.linalg.svd(functionals)
+        untold = directions[np.count_nonzero(sizes > _STANDS_OUT * sizes[0]) :]
+        out.append(_leaving(untold, scale))
         motions = _span(np.concatenate([motions, own[None]]))
         products = _span(np.concatenate([*earlier, mixed, alone[None]]))
     return tuple(out)
@@ -93,13 +99,9 @@ def moments_of(body: FloatArray) -> FloatArray:
     return np.array([body[entry] for entry in _ENTRIES])
 
 
-def _unit(entry: tuple[int, ...]) -> FloatArray:
-    out = np.zeros((4, 4))
-    out[entry] = out[entry[::-1]] = 1.0
-    return out
-
-
-_BODIES = np.array([_unit(entry) for entry in _ENTRIES])
+_BODIES = np.zeros((10, 4, 4))
+for _k, _entry in enumerate(_ENTRIES):
+    _BODIES[(_k, *_entry)] = _BODIES[(_k, *_entry[::-1])] = 1.0
 _LENGTHS = tuple(len(kind) - 1 for kind in KINDS[:-1])
 
 
@@ -112,12 +114,6 @@ def _motion(angular: FloatArray, linear: FloatArray) -> FloatArray:
     return np.vstack([np.column_stack([skew(angular), linear]), np.zeros(4)])
 
 
-def _own_motion(link: RegroupedLink) -> FloatArray:
-    if link.prismatic is None:
-        return _motion(np.array([0.0, 0.0, 1.0]), np.zeros(3))
-    return _motion(np.zeros(3), link.prismatic)
-
-
 def _places(link: RegroupedLink, length: float) -> FloatArray:
     """The link's frame in the one before, lengths in units of one, at values of q that tell all others."""
     lever = link.translation / length
@@ -126,24 +122,12 @@ def _places(link: RegroupedLink, length: float) -> FloatArray:
     return np.array([_place(link.turned(angle), lever) for angle in 2 * math.pi / 5 * np.arange(5)])
 
 
-def _symmetric(form: FloatArray) -> FloatArray:
-    return 0.5 * (form + form.T)
-
-
 def _span(matrices: FloatArray) -> FloatArray:
     """Orthonormal matrices that some matrices are made of."""
-    shape = matrices.shape[-2:]
-    rows = matrices.reshape(-1, 16)
-    if not len(rows):
-        return np.zeros((0, *shape))
-    _, sizes, directions = np.linalg.svd(rows, full_matrices=False)
-    return directions[sizes > _STANDS_OUT * max(sizes[0], np.finfo(float).tiny)].reshape(-1, *shape)
-
-
-def _null_space(functionals: FloatArray) -> FloatArray:
-    """Orthonormal changes that none of some functionals tells, a row each."""
-    _, sizes, directions = np.linalg.svd(functionals)
-    return directions[np.count_nonzero(sizes > _STANDS_OUT * sizes[0]) :]
+    if not len(matrices):
+        return matrices
+    _, sizes, directions = np.linalg.svd(matrices.reshape(-1, 16), full_matrices=False)
+    return directions[sizes > _STANDS_OUT * max(sizes[0], np.finfo(float).tiny)].reshape(-1, 4, 4)
 
 
 def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:

@@ -12,6 +12,8 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
@@ -168,7 +170,7 @@ def simulate(
     """Follow the motion that torques cause from q0 and qd0, (n,), on; no limit of a joint or torque stops it.
 
     The actuators' torques are a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
-    (N, n) that a cubic spline interpolates. Near a jump a spline overshoots; give such a torque as a function.
+    (N, n) that a cubic spline interpolates; near a jump it overshoots: give such a torque as a function.
     GdAnalyzeError if D is singular, the torque function misbehaves or the integrator gives up.
 
     Examples
@@ -180,8 +182,6 @@ def simulate(
     >>> bool(abs(fall.energy_residual).max() < 1e-7)
     True
     """
-    from scipy.integrate import solve_ivp
-
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
     _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
@@ -259,8 +259,6 @@ def _torque_function(
 
 def _spline(arm: RobotArm, history: TorqueHistory, duration: float) -> TorqueFunction:
     """SciPy's cubic spline: its two continuous derivatives let an integrator of high order keep that."""
-    from scipy.interpolate import CubicSpline
-
     try:
         time, values = (np.asarray(part, dtype=float) for part in history)
     except (TypeError, ValueError):
