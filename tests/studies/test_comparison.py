@@ -89,24 +89,22 @@ def test_all_formulations_agree(drawn):
     assert not np.diagonal(found.torque).any()
 
 
-@pytest.mark.parametrize("quantity", ["torque", "dynamics"])
-def test_a_wrong_formulation_is_noticed(two_link, quantity):
-    states = states_in_box(two_link, 20)
+def test_a_wrong_formulation_is_noticed(two_link):
     right = METHODS["newton_euler_link"]
 
-    def wrong_torque(arm, q, qd, qdd, **rest):
-        return right.torque(arm, q, qd, qdd, **rest) * (1 + 1e-9)
+    def wrong_torque(*words, **rest):
+        return right.torque(*words, **rest) * (1 + 1e-9)
 
-    def wrong_dynamics(arm, q, qd):
-        given = right.dynamics(arm, q, qd)
+    def wrong_dynamics(*words):
+        given = right.dynamics(*words)
         return dataclasses.replace(given, inertia=given.inertia * (1 + 1e-9))
 
-    wrong = {"torque": wrong_torque, "dynamics": wrong_dynamics}[quantity]
-    methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
-    found = agreement(two_link, states, methods=methods)
-    assert not found.holds
-    worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
-    assert worst == "newton_euler_link"
+    for quantity, wrong in {"torque": wrong_torque, "dynamics": wrong_dynamics}.items():
+        methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
+        found = agreement(two_link, states_in_box(two_link, 20), methods=methods)
+        assert not found.holds
+        worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
+        assert worst == "newton_euler_link"
 
 
 def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
@@ -138,16 +136,12 @@ def test_the_traces_of_lagrange_euler_are_as_told(grown):
     assert f"each of its {n * (n + 1) ** 2 * (n + 2) // 6} traces" in sentence
 
 
-@pytest.mark.parametrize(("table", "method"), [("3.1", "lagrange_euler"), ("3.4", "newton_euler_link")])
-def test_the_rows_of_the_text_add_up_to_its_total(table, method):
-    rows = [row for row in text_costs().rows if row.table == table]
-    total = text_costs().of(method, table)
-    for n in range(1, 13):  # twelve values fix polynomials of the fourth degree
-        assert sum(row.multiplications(n) for row in rows) == total.multiplications(n)
-        assert sum(row.additions(n) for row in rows) == total.additions(n)
-
-
-def test_counts_the_text_prints():
+def test_counts_the_text_prints_and_rows_that_add_up():
+    for table, method in (("3.1", "lagrange_euler"), ("3.4", "newton_euler_link")):
+        rows, total = [x for x in text_costs().rows if x.table == table], text_costs().of(method, table)
+        for n in range(1, 13):  # twelve values fix polynomials of the fourth degree
+            assert sum(row.multiplications(n) for row in rows) == total.multiplications(n)
+            assert sum(row.additions(n) for row in rows) == total.additions(n)
     dalembert = text_costs().of("generalized_dalembert")
     assert (dalembert.multiplications(6), dalembert.additions(6)) == (2963, 2209)
     assert "reconstructed" in dalembert.remark
@@ -179,12 +173,9 @@ def test_a_polynomial_is_found_from_its_values(coefficients):
 @pytest.mark.parametrize("method", list(METHODS))
 def test_every_formulation_gives_the_texts_closed_forms_exactly(method):
     found, text = two_link_closed_forms(method), text_closed_forms()
-    for part in ("inertia", "coriolis_centrifugal", "gravity_loading"):
-        difference = (getattr(found, part) - getattr(text, part)).applyfunc(sympy.simplify)
-        assert difference == sympy.zeros(*difference.shape)
-        assert not getattr(found, part).atoms(sympy.Float)
-    assert same(found, text)
-    assert not same(text._replace(gravity_loading=2 * text.gravity_loading), text)
+    for ours, theirs in zip(found, text, strict=True):
+        assert (ours - theirs).applyfunc(sympy.simplify).is_zero_matrix
+        assert not ours.atoms(sympy.Float)
 
 
 def test_the_text_is_the_built_in_arm(two_link):
@@ -195,11 +186,10 @@ def test_the_text_is_the_built_in_arm(two_link):
     values = dict(zip(("theta1", "theta2", "thetad1", "thetad2"), (*q[:, 0], *qd[:, 0]), strict=True))
     values |= {"m1": arm.mass[0], "m2": arm.mass[1], "l": arm.dh_table[0].a, "g": -arm.gravity[1]}
     text = text_closed_forms()
-    for wanted, found in (
-        (text.inertia, numeric.inertia[..., 0]),
-        (text.coriolis_centrifugal, numeric.coriolis_centrifugal),
-        (text.gravity_loading, numeric.gravity_loading),
-    ):
+    assert same(text, text)
+    assert not same(text._replace(gravity_loading=2 * text.gravity_loading), text)
+    parts = (numeric.inertia[..., 0], numeric.coriolis_centrifugal, numeric.gravity_loading)
+    for wanted, found in zip(text, parts, strict=True):
         numbers = {symbol: values[symbol.name] for symbol in wanted.free_symbols}
         expected = np.array(wanted.subs(numbers).tolist(), dtype=float)
         # Some twenty roundings of numbers no larger than the largest element.
