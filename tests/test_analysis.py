@@ -31,9 +31,9 @@ def study(name: str) -> ModuleType:
     return module
 
 
-def test_the_figures_study_is_up_to_date() -> None:
-    module = study("do_figs_3_10_and_3_11_hold")
-    assert module.report() == (ROOT / "analysis" / "do_figs_3_10_and_3_11_hold.md").read_text("utf-8")
+@pytest.mark.parametrize("name", ["do_figs_3_10_and_3_11_hold", "tables_3_1_3_4_3_5"])
+def test_a_study_is_up_to_date(name: str) -> None:
+    assert study(name).report() == (ROOT / "analysis" / f"{name}.md").read_text("utf-8")
 
 
 def test_a_difference_is_explained_by_its_numbers() -> None:
@@ -52,11 +52,6 @@ def test_verification_measures_and_documents_every_identity() -> None:
     documented = (ROOT / "docs" / "verification.md").read_text("utf-8")
     for row in measurements:
         assert f"| {row.identity} | {row.arm} |" in documented
-
-
-def test_the_study_of_the_cost_tables_is_up_to_date() -> None:
-    module = study("tables_3_1_3_4_3_5")
-    assert module.report() == (ROOT / "analysis" / "tables_3_1_3_4_3_5.md").read_text("utf-8")
 
 
 def test_every_operation_is_booked_to_one_row_of_the_cost_tables() -> None:

@@ -84,19 +84,12 @@ def test_piles_end_where_the_torque_is(puma_findings: Findings) -> None:
     assert mixed > 0  # parts whose sign changes are in both
 
 
-def test_limits_are_those_the_arm_states(puma_findings: Findings, swing_findings: Findings) -> None:
-    limits = [drive.torque_limit for drive in puma_findings.arm.drives]
-    assert Contributions.of(puma_findings).limit.tolist() == limits
-    assert np.isnan(Contributions.of(swing_findings).limit).all()
-
-
-def test_drives_are_drawn_where_the_run_has_them(puma_findings: Findings, swing_findings: Findings) -> None:
-    assert "drives" in Contributions.of(puma_findings).parts
-    assert "drives" not in Contributions.of(swing_findings).parts
-
-
-def test_a_long_motion_is_split_where_it_is_drawn(swing_findings: Findings) -> None:
-    parts = Contributions.of(swing_findings)
+def test_limits_and_drives_are_the_arm_s(puma_findings: Findings, swing_findings: Findings) -> None:
+    with_drives, without = Contributions.of(puma_findings), Contributions.of(swing_findings)
+    assert with_drives.limit.tolist() == [drive.torque_limit for drive in puma_findings.arm.drives]
+    assert np.isnan(without.limit).all()
+    assert ("drives" in with_drives.parts, "drives" in without.parts) == (True, False)
+    # A long motion is split where it is drawn.
     points, _ = swing_findings.drawn
-    np.testing.assert_array_equal(parts.time, swing_findings.trajectory.time[points])
-    np.testing.assert_array_equal(parts.total, swing_findings.exact_torque[points])
+    np.testing.assert_array_equal(without.time, swing_findings.trajectory.time[points])
+    np.testing.assert_array_equal(without.total, swing_findings.exact_torque[points])

@@ -56,30 +56,21 @@ def test_by_level_and_the_curve_lead_through_the_model_shown(findings):
     np.testing.assert_array_equal(path.largest_error, findings.model.accuracy.errors.largest)
 
 
+SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse("3%"))
+
+
 @pytest.mark.parametrize(
-    "settings",
+    ("arm", "motion", "settings"),
     [
-        Settings(drives=True),
-        pytest.param(
-            Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse("3%")),
-            marks=pytest.mark.slow,
-        ),
-        Settings(level="element"),
+        ("puma560", "pick-and-place", Settings(drives=True)),
+        ("puma560", "pick-and-place", Settings(level="element")),
+        pytest.param("puma560", "pick-and-place", SLOW, marks=pytest.mark.slow),
+        ("two_link", "two-link-swing", Settings(operations=20)),
     ],
-    ids=["term", "energy-refit", "element"],
 )
-def test_curves_of_the_puma(puma, pick_and_place, settings):
-    assert_curves_lead_through_the_model(find(puma, pick_and_place, settings), settings)
-
-
-def test_curves_of_a_model_of_so_many_operations(two_link, swing):
-    settings = Settings(operations=20)
-    found = find(two_link, swing, settings)
-    assert found.model.operations.total <= 20
-    assert_curves_lead_through_the_model(found, settings)
-
-
-def assert_curves_lead_through_the_model(found, settings):
+def test_curves_lead_through_the_model(arm, motion, settings):
+    found = gd.find(gd.load_arm(arm), motion, settings)
+    assert settings.operations is None or found.model.operations.total <= settings.operations
     table, model = found.tables["trade_off"], found.model
     operations, full = table.operations.values, model.operations_full.total
     # More budget, fewer operations or as many; none above exact, which errs by nothing.

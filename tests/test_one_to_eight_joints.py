@@ -28,6 +28,7 @@ MAKES = {
     "a gantry": ["slides", "slides", "slides"],
     "a plane of three": ["same", "same", "opposite"],
     "two turns and slides between": ["askew", "slides across", "slides along", "opposite"],
+    "a scara": [],
     "eight of general make": ["askew"] * 4 + ["slides"] + ["askew"] * 3,
 }
 
@@ -70,11 +71,8 @@ def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
         monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
-    assert_goes_through(arm_of(MAKES[make], np.random.default_rng(3)), tmp_path / "results")
-
-
-def test_a_scara_goes_through_the_main_job(tmp_path):
-    assert_goes_through(scara(), tmp_path / "results")
+    made = scara() if make == "a scara" else arm_of(MAKES[make], np.random.default_rng(3))
+    assert_goes_through(made, tmp_path / "results")
 
 
 @pytest.mark.parametrize("level", ["term", "energy"])

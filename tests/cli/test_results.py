@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 
@@ -10,9 +9,8 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.cli.terminal import print_json
 from gd_analyze.report.terminal import text_of, wrapped
-from gd_analyze.result import Column, Equations, Fact, Result, Section, Table, joint_columns, written
+from gd_analyze.result import Column, Equations, Fact, Result, Section, Table, joint_columns, plain, written
 
 LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
 
@@ -52,11 +50,7 @@ def result() -> Result:
             table,
             other,
             Section("more", "More", (Fact("error", "Error", 1.0),)),
-            Equations(
-                "equations",
-                "Equations",
-                ("tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12)),),
-            ),
+            Equations("equations", "Equations", (LONG,)),
         ),
         notices=("Note.",),
     )
@@ -83,6 +77,7 @@ def test_as_json(result):
     assert document["joints"][1]["torque"] is document["joints"][1]["share"] is None
     assert (document["error"], document["more"], document["hidden"]) == (0.01, {"error": 1.0}, {"a": [1]})
     assert document["notices"] == ["Note."]
+    assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
     with pytest.raises(ValueError, match="error"):
         Result("twice", facts=(Fact("error", "", 1), Fact("error", "", 2))).document()
 
@@ -91,8 +86,3 @@ def test_a_number_and_its_unit_stay_on_one_line():
     for width in range(60, 76):
         text = "\n".join(wrapped("x" * width + " 5.23 N m, 4 %, 12.3 mN m and 1.76 s (joint 2)", 80))
         assert not re.search(r"\d\n|N\nm", text)
-
-
-def test_json_knows_no_infinity(capsys):
-    print_json({"share": math.inf, "rows": [(math.nan, 1.5)], "name": "é"})
-    assert json.loads(capsys.readouterr().out) == {"share": None, "rows": [[None, 1.5]], "name": "é"}

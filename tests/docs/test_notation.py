@@ -6,7 +6,6 @@ import dataclasses
 import re
 
 import numpy as np
-import pytest
 from markdown_pages import ROOT, code, tables
 
 import gd_analyze as gd
@@ -31,41 +30,25 @@ def shape(text: str, sizes: dict[str, int]) -> tuple[int, ...]:
     return tuple(sizes[name] if name in sizes else int(name) for name in names)
 
 
-def test_every_variable_of_the_schema_is_explained():
+def test_the_variables_are_those_of_the_schema():
     assert list(ALONG) == list(GROUPS["decomposition"])
+    for name, row in ALONG.items():
+        declared = GROUPS["decomposition"][name]
+        assert tuple(row["dimensions"].split(", ")) == declared.dims
+        assert row["unit"] == declared.attributes([True])["units"]
+        assert re.findall(r"\(3\.4-\d+\)", row["equation"]) == re.findall(r"\(3\.4-\d+\)", declared.equation)
+    assert all(f"`{effect}`" in PAGE.read_text(encoding="utf-8") for effect in EFFECTS)
 
 
-@pytest.mark.parametrize("name", list(ALONG))
-def test_dimensions_units_and_equations_are_those_of_the_schema(name):
-    row, declared = ALONG[name], GROUPS["decomposition"][name]
-    assert tuple(row["dimensions"].split(", ")) == declared.dims
-    assert row["unit"] == declared.attributes([True])["units"]
-    assert re.findall(r"\(3\.4-\d+\)", row["equation"]) == re.findall(r"\(3\.4-\d+\)", declared.equation)
-
-
-def test_the_effects_are_called_what_the_page_says():
-    text = PAGE.read_text(encoding="utf-8")
-    for effect in EFFECTS:
-        assert f"`{effect}`" in text
-
-
-def test_every_attribute_of_the_kinematics_is_explained():
+def test_shapes_of_geometry_and_arm():
     own = {field.name for field in dataclasses.fields(Kinematics)}
     own |= {name for name, value in vars(Kinematics).items() if isinstance(value, property)}
     assert set(GEOMETRY) == own
-
-
-@pytest.mark.parametrize("name", list(GEOMETRY))
-def test_shapes_of_the_geometry(name):
-    arm, count = load_arm("puma560"), 5
-    value = getattr(solve_kinematics(arm, np.zeros((arm.n_joints, count))), name)
-    assert value.shape == shape(GEOMETRY[name]["shape"], {"n": arm.n_joints, "N": count})
-
-
-@pytest.mark.parametrize("name", list(ARM))
-def test_shapes_of_the_arm(name):
-    arm = load_arm("puma560")
-    assert np.shape(getattr(arm, name)) == shape(ARM[name]["shape"], {"n": arm.n_joints})
+    arm, sizes = load_arm("puma560"), {"n": 6, "N": 5}
+    solved = solve_kinematics(arm, np.zeros((6, 5)))
+    for value, rows in ((solved, GEOMETRY), (arm, ARM)):
+        for name, row in rows.items():
+            assert np.shape(getattr(value, name)) == shape(row["shape"], sizes), name
 
 
 def test_base_parameters_and_their_kinds():

@@ -15,7 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 from changes import Change, Format, Plan, Stage, carried_out, cut
-from hdf5_process import PROCESS
+from hdf5_reader import Process
 from hostile_values import NOT_FINITE, number, text
 from tree_changes import TREE_CHANGES
 from verdict import BrokenError
@@ -200,6 +200,7 @@ EDITS = {
     "link": _link,
     "document": _document,
 }
+PROCESS = Process()
 STALE = "leave the digest"
 STAGES = (
     Stage({name: _edit(change) for name, change in EDITS.items()}, bytes, weight=2),

@@ -24,17 +24,7 @@ Cause = tuple[str, str]
 
 
 class Run:
-    """One format's run: what was read, refused and found.
-
-    Parameters
-    ----------
-    name
-        The format.
-    found
-        Folder to which the smallest file of every cause goes.
-    case
-        Where a case is written.
-    """
+    """What of one format was read, refused and found; the smallest file of every cause is kept."""
 
     def __init__(self, name: str, found: Path, case: Path) -> None:
         self.name, self.found, self.case = name, found, case
@@ -100,22 +90,16 @@ class Run:
 
 
 def run(name: str, cases: int, first: int, found: Path) -> bool:
-    """Run one format, saying now and then how far it is; whether nothing was found."""
-    memory = Path("/dev/shm")
-    started = said = time.monotonic()
-    done = 0
+    """Run one format, saying how far it is; whether nothing was found."""
+    memory, started = Path("/dev/shm"), time.monotonic()
     with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
         this = Run(name, found, Path(folder) / f"case.{name}")
-        for number in range(first, first + -(-cases // BATCH)):
-            size = min(BATCH, cases - done)
-            this.batch(number, size)
-            done += size
-            now = time.monotonic()
-            if now - said > 10 or done == cases:
-                said = now
-                counts = ", ".join(f"{count} {outcome}" for outcome, count in this.outcomes.items())
-                rate = done / (now - started)
-                print(f"{name}: {done} of {cases} cases, {rate:.0f}/s: {counts}", flush=True)
+        for done in range(0, cases, BATCH):
+            this.batch(first + done // BATCH, min(BATCH, cases - done))
+            counts = ", ".join(f"{count} {outcome}" for outcome, count in this.outcomes.items())
+            tried = sum(this.outcomes.values())
+            rate = tried / (time.monotonic() - started)
+            print(f"{name}: {tried} of {cases} cases, {rate:.0f}/s: {counts}", flush=True)
     for cause, times in this.times.most_common():
         print(f"{name}: {times} x {cause[0]} at {cause[1]}")
     return not this.causes

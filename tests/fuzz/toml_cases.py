@@ -80,35 +80,20 @@ format = "gd-analyze arm 1"
 name = "placed"
 convention = "placement"
 doubts = ["whether it exists"]
-[[joints]]
-xyz = [0.0, 0.0, 0.3]
-rpy = [0.1, -0.2, 0.3]
-axis = [0.6, 0.0, 0.8]
-range_deg = [-90.0, inf]
-[[joints]]
-kind = "prismatic"
-xyz_mm = [400.0, 0.0, 0.0]
-rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
-range = [-inf, 0.5]
-[[joints]]
-rpy_deg = [90.0, 0.0, 0.0]
-[[links]]
-frame_xyz_mm = [350.0, 0.0, 0.0]
-frame_rpy_deg = [0.0, 0.0, 180.0]
-mass = 3.0
-com = [0.2, 0.0, 0.0]
-inertia = { xx = 0.002, yy = 0.04, zz = 0.04 }
-[[links]]
-frame_xyz = [0.1, 0.0, 0.0]
-frame_rotation = [[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
-mass = 1.5
-com = [0.15, 0.0, 0.0]
-inertia = { xx = 0.001, yy = 0.015, zz = 0.015 }
-[[links]]
-frame_rpy = [0.0, 1.5, 0.0]
-mass = 0.5
-com = [0.05, 0.0, 0.0]
-inertia = { xx = 0.001, yy = 0.001, zz = 0.001 }
+joints = [
+  { xyz = [0.0, 0.0, 0.3], rpy = [0.1, -0.2, 0.3], axis = [0.6, 0.0, 0.8], range_deg = [-90.0, inf] },
+  { kind = "prismatic", xyz_mm = [400.0, 0.0, 0.0], range = [-inf, 0.5], \
+rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]] },
+  { rpy_deg = [90.0, 0.0, 0.0] },
+]
+links = [
+  { frame_xyz_mm = [350.0, 0.0, 0.0], frame_rpy_deg = [0.0, 0.0, 180.0], mass = 3.0, com = [0.2, 0.0, 0.0], \
+inertia = { xx = 0.002, yy = 0.04, zz = 0.04 } },
+  { frame_xyz = [0.1, 0.0, 0.0], frame_rotation = [[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]], \
+mass = 1.5, com = [0.15, 0.0, 0.0], inertia = { xx = 0.001, yy = 0.015, zz = 0.015 } },
+  { frame_rpy = [0.0, 1.5, 0.0], mass = 0.5, com = [0.05, 0.0, 0.0], \
+inertia = { xx = 0.001, yy = 0.001, zz = 0.001 } },
+]
 """
 TWO_LINK = (data_folder("robots") / "two_link.toml").read_text(encoding="utf-8")
 BASES = [tomllib.loads(text) for text in (FULL, TWO_LINK, MEASURED, PLACED)]

@@ -27,15 +27,7 @@ SOURCE = "gd_analyze/"
 
 
 class BrokenError(AssertionError):
-    """The property does not hold.
-
-    Parameters
-    ----------
-    kind, place
-        What happened, and the line of the package where: together they tell causes apart.
-    detail
-        What was said there.
-    """
+    """The property does not hold; what happened, and the line of the package where, tell causes apart."""
 
     def __init__(self, kind: str, place: str, detail: str = "") -> None:
         super().__init__(f"{kind} at {place}: {detail[:2000]}")
@@ -48,29 +40,11 @@ class TooSlowError(BaseException):
 
 
 def judge(path: Path, read: Callable[[Path], Any], use: Callable[[Any], None]) -> bool:
-    """Hold the property against one file.
+    """Hold the property against one file: whether it was read, or refused; a BrokenError if neither.
 
-    Parameters
-    ----------
-    path
-        The file.
-    read
-        Reads it.
-    use
-        What is done with a value that was read: assertions on it, which may name a fault of the package by a
-        `GdAnalyzeError` of its own.
-
-    Returns
-    -------
-    bool
-        Whether it was read; it was refused otherwise.
-
-    Raises
-    ------
-    BrokenError
-        If another exception than a `GdAnalyzeError` comes, an assertion fails, there is a warning that is not
-        the package's own, a message does not name the file or is no short plain text, or time or memory run
-        out.
+    `use` asserts on a value that was read, and may name a fault of the package by a `GdAnalyzeError`. Also
+    broken: a warning that is not the package's own, a message that does not name the file or is no short
+    plain text, time or memory that runs out.
     """
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
