@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from browser import Tab, opened, started
 from page_reader import Page
-from report_arms import ONE_JOINT, SLIDING
 
 from changed_recursions import summands_dropped
 from few_tries import few_tries
@@ -18,7 +17,6 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.main_job import Settings, find
 from recordings import Motion
@@ -39,17 +37,6 @@ def source(puma_findings: Findings) -> str:
 @pytest.fixture(scope="session")
 def page(source: str) -> Page:
     return Page(source)
-
-
-@pytest.fixture(scope="session")
-def arms(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RobotArm]:
-    folder: Path = tmp_path_factory.mktemp("arms")
-    out = {}
-    for name, text in (("one joint", ONE_JOINT), ("sliding", SLIDING)):
-        path = folder / f"{name}.toml"
-        path.write_text(text, encoding="utf-8")
-        out[name] = read_arm(path)
-    return out
 
 
 @pytest.fixture(scope="session")

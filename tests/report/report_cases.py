@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from few_tries import few_tries
@@ -46,10 +44,3 @@ def made_findings(
     phase = 2 * time[:, None] + np.arange(len(kinds))
     motion = Trajectory(time, np.sin(phase), 2 * np.cos(phase), -4 * np.sin(phase), "wave")
     return find(arm, motion, Settings(level=level), command="gd-analyze made_up wave")
-
-
-def resting_findings(arm: RobotArm) -> Findings:
-    """Nothing moves and nothing weighs: every torque is zero."""
-    weightless = dataclasses.replace(arm, gravity=np.zeros(3))
-    still = np.zeros((3, arm.n_joints))
-    return find(weightless, Trajectory(np.arange(3.0), still, still, still, "rest"))

@@ -66,18 +66,3 @@ def test_the_keyboard_goes_through_the_answer_in_the_order_it_is_read(browser: A
                 break
         wanted = ["theme", "play", "frame", "speed", "turn", "budget-slider", "open-all"]
         assert [name for name in seen if name in wanted] == wanted
-
-
-def test_folds_open_with_the_keyboard(browser: Any, file: Path) -> None:
-    with opened(browser, file) as tab:
-        tab.page.focus("#motion > summary")
-        tab.page.keyboard.press("Enter")
-        tab.until("document.getElementById('motion').open")
-
-
-def test_the_page_takes_the_systems_theme(browser: Any, file: Path) -> None:
-    colours = []
-    for scheme in ("light", "dark"):
-        with opened(browser, file, color_scheme=scheme) as tab:
-            colours.append(tab.run("getComputedStyle(document.body).backgroundColor"))
-    assert colours[0] != colours[1]

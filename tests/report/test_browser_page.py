@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import NARROW, WIDE, Tab, opened
 
 from gd_analyze.results.findings import Findings
 
 PANEL = "svg.panel[data-key='pile2']"
-
-
-@pytest.fixture(scope="module")
-def tab(browser: Any, file: Path) -> Iterator[Tab]:
-    """The page with all folds open, shared by the tests here, which leave it as they found it."""
-    with opened(browser, file) as tab:
-        tab.unfold()
-        yield tab
-        assert not tab.said
 
 
 def test_a_pointer_tells_the_torque_and_its_parts(tab: Tab, puma_findings: Findings) -> None:
@@ -33,7 +24,7 @@ def test_a_pointer_tells_the_torque_and_its_parts(tab: Tab, puma_findings: Findi
     time = float(lines[0].split()[0])
     torque = puma_findings.exact_torque[:, 1]
     near = puma_findings.trajectory.time
-    wanted = float(__import__("numpy").interp(time, near, torque))
+    wanted = float(np.interp(time, near, torque))
     # Three digits are told, of a drawing that is a twentieth of a point fine.
     assert total == pytest.approx(wanted, abs=0.02 * abs(torque).max())
     assert sum(told.values()) == pytest.approx(total, abs=0.03 * abs(torque).max())
@@ -85,9 +76,8 @@ def test_themes_recolour_drawings(tab: Tab) -> None:
     )
     before = tab.run(colours)
     tab.click("#theme")
-    after = tab.run(colours)
+    assert not {*before} & {*tab.run(colours)}
     tab.click("#theme")
-    assert all(a != b for a, b in zip(before, after, strict=True))
 
 
 @pytest.mark.parametrize(("width", "most"), [(WIDE, 5000), (NARROW, 9000)])
@@ -112,13 +102,6 @@ def test_links_and_addresses_open_what_they_lead_to(browser: Any, file: Path) ->
         tab.until("document.getElementById('ranking').open")
         tab.click("#open-all")
         assert tab.run("[...document.querySelectorAll('details')].every((fold) => fold.open)")
-
-
-def test_paper_has_all_of_it(browser: Any, file: Path) -> None:
-    with opened(browser, file, color_scheme="dark") as tab:
-        pdf = tab.page.pdf(format="A4")
-        assert pdf.count(b"/Type /Page\n") + pdf.count(b"/Type /Page ") >= 8 or len(pdf) > 200_000
-        assert not tab.run("document.getElementById('beyond').open")
 
 
 def test_without_scripts_it_is_whole(browser: Any, file: Path) -> None:

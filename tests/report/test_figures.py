@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from report_arms import swing
+from report_cases import made_findings
 
 from gd_analyze.figures.arm import arm_figure, playable, skeleton, upright_frame, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
@@ -177,10 +177,7 @@ def test_measured_torque_is_what_the_table_has(measured_findings: Findings) -> N
         np.testing.assert_array_equal(drawn, torque[known, 0])
 
 
-def test_a_single_set_point_is_a_mark(arms: dict) -> None:
-    import gd_analyze as gd
-
-    arm = arms["one joint"]
-    findings = gd.find(arm, swing(arm, 1))
+def test_a_single_set_point_is_a_mark() -> None:
+    findings = made_findings(["revolute"], set_points=1)
     for figure in (motion_figure(findings), contributions_figure(findings), error_figure(findings)):
         assert "nan" not in figure_svg(figure)

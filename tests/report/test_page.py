@@ -5,17 +5,17 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 import pytest
 from page_reader import Page
-from report_arms import swing
-from report_cases import HOSTILE, made_findings, resting_findings
+from report_cases import HOSTILE, made_findings
 
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.budget import BudgetPath, budget_words
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.report.main_report import main_report
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.findings import Findings
@@ -24,14 +24,13 @@ from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import Settings, find
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
-# Found once, for page and paper.
 EDGES = {
-    "one joint": cache(lambda: made_findings(["revolute"])),
-    "one prismatic joint": cache(lambda: made_findings(["prismatic"])),
-    "ten prismatic joints": cache(lambda: made_findings(["prismatic"] * 10)),
-    "eight joints": cache(lambda: made_findings(EIGHT)),
-    "one set point": cache(lambda: made_findings(["revolute"] * 2, set_points=1)),
-    "long": cache(lambda: made_findings(["revolute"] * 2, set_points=5000)),
+    "one joint": lambda: made_findings(["revolute"]),
+    "one prismatic joint": lambda: made_findings(["prismatic"]),
+    "ten prismatic joints": lambda: made_findings(["prismatic"] * 10),
+    "eight joints": lambda: made_findings(EIGHT),
+    "one set point": lambda: made_findings(["revolute"] * 2, set_points=1),
+    "long": lambda: made_findings(["revolute"] * 2, set_points=5000),
 }
 MAKES = [
     pytest.param(make, id=name, marks=[pytest.mark.slow] if name == "eight joints" else [])
@@ -91,8 +90,8 @@ def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page)
     assert (factors[0], factors[path.asked], factors[-1]) == (0.1, 1.0, 10.0)
 
 
-def test_where_nothing_can_be_dropped_there_is_no_slider(two_link: RobotArm) -> None:
-    page = Page(render_html(find(two_link, swing(two_link), Settings(budget="0.001%"))))
+def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
+    page = Page(render_html(find("two_link", "two-link-swing", Settings(budget="0.001%"))))
     assert "budget-slider" not in page.identifiers
     assert "nothing can be dropped" in words_of(page)
 
@@ -103,14 +102,20 @@ def test_budgets_are_named_in_their_own_terms() -> None:
 
 
 @pytest.mark.parametrize("make", MAKES)
-def test_any_arm_has_a_page(make: Callable[[], Findings]) -> None:
-    page = Page(render_html(make()))
+def test_any_arm_has_a_page_and_a_pdf(make: Callable[[], Findings]) -> None:
+    report = main_report(findings := make())
+    page = Page(render_html(findings, report))
     assert page.of_class("svg", "panel")
     assert "nan" not in page.text.lower().split()
+    assert prepare_pdf(findings, report)().startswith(b"%PDF-")
 
 
-def test_an_arm_without_torque_has_a_page(puma: RobotArm) -> None:
-    assert "nothing to rank" in words_of(Page(render_html(resting_findings(puma))))
+def test_so_has_one_without_torque(puma: RobotArm) -> None:
+    still = np.zeros((3, 6))
+    weightless = dataclasses.replace(puma, gravity=np.zeros(3))
+    findings = find(weightless, Trajectory(np.arange(3.0), still, still, still, "rest"))
+    assert "nothing to rank" in words_of(Page(render_html(findings)))
+    assert prepare_pdf(findings)().startswith(b"%PDF-")
 
 
 def test_text_of_the_user_is_text() -> None:
@@ -127,8 +132,7 @@ def test_text_of_the_user_is_text() -> None:
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
 def test_every_level_has_its_own_parts(level: str, by_level: dict[str, Findings]) -> None:
-    findings = by_level[level]
-    page = Page(render_html(findings))
+    page = Page(render_html(by_level[level]))
     assert ("elements" in page.identifiers) == (level != "element")
     assert bool(page.of_class("span", "term")) == (level != "element")
     assert ("Coefficients are those of this report" in words_of(page)) == (level == "energy")
@@ -139,18 +143,6 @@ def test_an_arm_of_too_many_terms_shows_its_recursion(recursive: Findings) -> No
     assert not page.of_class("span", "term")
     assert "Regrouped parameters" in words_of(page)
     assert page.data["budgets"] is None or page.data["budgets"]["keeps"] == ""
-
-
-def test_several_motions_have_an_appendix(two_motions: Findings) -> None:
-    words = words_of(Page(render_html(two_motions)))
-    for motion in two_motions.trajectory.motions:
-        assert motion.name in words
-    assert "Motion by motion" in words
-
-
-def test_readings_and_measured_torque_have_one(recorded: Findings, measured_findings: Findings) -> None:
-    assert "Readings behind the motion" in words_of(Page(render_html(recorded)))
-    assert "Measured torque beside the model" in words_of(Page(render_html(measured_findings)))
 
 
 def test_any_result_has_a_page() -> None:

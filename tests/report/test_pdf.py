@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from pdf_reader import read
-from report_cases import HOSTILE, made_findings, resting_findings
-from test_page import MAKES
+from report_cases import HOSTILE, made_findings
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
@@ -21,7 +19,6 @@ from gd_analyze.report.pdf import pdf_of, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots.arm import RobotArm
 
 NOW = "2024-05-01T00:00:00+00:00"
 
@@ -75,15 +72,6 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
         assert said in words
 
 
-@pytest.mark.parametrize("make", MAKES)
-def test_any_arm_can_be_typeset(make: Callable[[], Findings]) -> None:
-    assert prepare_pdf(make())().startswith(b"%PDF-")
-
-
-def test_an_arm_without_torque_can_be_typeset(puma: RobotArm) -> None:
-    assert prepare_pdf(resting_findings(puma))().startswith(b"%PDF-")
-
-
 @pytest.mark.parametrize("name", ["recorded", "measured_findings", "recursive", "two_motions"])
 def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     findings = request.getfixturevalue(name)
@@ -97,21 +85,6 @@ def test_every_level_is_typeset(level: str, by_level: dict[str, Findings], tmp_p
     words = " ".join(read(prepare_pdf(by_level[level])(), tmp_path).split()).replace("’", "'")
     assert ("By the founding text's own method" in words) == (level != "element")
     assert ("follow by Lagrange" in words) == (level == "energy")
-
-
-def test_no_font_of_the_machine_is_needed(puma_findings: Findings, monkeypatch: pytest.MonkeyPatch) -> None:
-    import typst
-
-    found = []
-
-    def compiled(*arguments: object, **more: object) -> bytes:
-        made, warnings = typst.compile_with_warnings(*arguments, **more)
-        found.extend(warnings)
-        return made
-
-    monkeypatch.setattr(typst, "compile", compiled)
-    prepare_pdf(puma_findings)()
-    assert found == []
 
 
 def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,6 @@ import dataclasses
 import h5py
 import numpy as np
 import pytest
-import xarray as xr
 
 import gd_analyze as gd
 from gd_analyze.dynamics import long_decomposition
@@ -64,14 +63,6 @@ def test_verdicts_that_change_are_told(together):
     assert "slow, fast" in subtitle(together)
 
 
-def test_zero_along_one_and_negligible_along_another_is_no_change(together):
-    table = together.tables["motions"].copy(deep=True)
-    table.verdict[:] = "translation"
-    table.verdict[0] = ["neither", "negligible"]
-    same = dataclasses.replace(together, tables={**together.tables, "motions": table})
-    assert not any(row["changes"] for row in verdict_rows(same))
-
-
 def test_a_strict_motion_is_named(two_link):
     flat = dataclasses.replace(two_link, gravity=np.zeros(3))
     said = strict_notice(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="20%"))
@@ -94,12 +85,8 @@ def test_the_order_changes_nothing_but_the_order(two_link, together):
 def test_of_one_motion_nothing_is_said_of_motions(alone, two_link):
     findings = alone["slow"]
     assert "motions" not in findings.tables
-    assert findings.model.accuracy.motions == ()
     in_a_list = gd.analyze(two_link, [SLOW], budget="20%")
     assert in_a_list.provenance["run"] == findings.provenance["run"]
-    xr.testing.assert_identical(
-        in_a_list.dominance, findings.dominance.assign_attrs(in_a_list.dominance.attrs)
-    )
 
 
 def test_run_and_folder_are_those_of_all(two_link, together):
@@ -118,43 +105,31 @@ def test_everything_comes_back(together, tmp_path):
     read = load_findings(tmp_path / "analysis.h5")
     assert read.trajectory.motions == together.trajectory.motions
     assert read.trajectory.fingerprint == together.trajectory.fingerprint
-    for group, table in together.tables.items():
-        xr.testing.assert_equal(read.tables[group], table)
     for findings, folder in ((together, tmp_path / "found"), (read, tmp_path / "read")):
-        write_findings(findings, folder, ("json", "csv", "html", "pdf"))
+        write_findings(findings, folder, ("h5", "json", "csv"))
     for path in (tmp_path / "found").iterdir():
         assert path.read_bytes() == (tmp_path / "read" / path.name).read_bytes(), path.name
 
 
 EDITS = {
-    "set points that are not there": (
-        lambda file: file["motions/set_points"].__setitem__(0, 7),
-        "set_points of motions",
-    ),
-    "an error that none has": (
-        lambda file: file["motions/largest_error"].__setitem__((0, 0), 7.0),
-        "largest_error of motions",
-    ),
-    "a verdict that is none": (
-        lambda file: file["motions/verdict"].__setitem__((0, 0), b"fine"),
-        "verdict of motions",
-    ),
-    "no motions": (lambda file: file.__delitem__("motions"), "motions of the model"),
+    "set_points of motions": lambda file: file["motions/set_points"].__setitem__(0, 7),
+    "largest_error of motions": lambda file: file["motions/largest_error"].__setitem__((0, 0), 7.0),
+    "verdict of motions": lambda file: file["motions/verdict"].__setitem__((0, 0), b"fine"),
+    "motions of the model": lambda file: file.__delitem__("motions"),
 }
 
 
-@pytest.mark.parametrize("name", EDITS)
-def test_a_results_file_that_contradicts_itself(together, tmp_path, name):
-    edit, said = EDITS[name]
+@pytest.mark.parametrize("named", EDITS)
+def test_a_results_file_that_contradicts_itself(together, tmp_path, named):
     path = tmp_path / "analysis.h5"
     save_results(together, path)
     path.write_bytes(path.read_bytes()[:-SEAL_LENGTH])
     with h5py.File(path, "r+") as file:
-        edit(file)
+        EDITS[named](file)
     seal(path)
     with pytest.raises(StoreError) as caught:
         load_findings(path)
-    assert said in str(caught.value)
+    assert named in str(caught.value)
 
 
 def test_the_ranking_as_csv_has_a_column_per_motion(together, tmp_path):

@@ -20,7 +20,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import StoreError
-from gd_analyze.results import store
 from gd_analyze.results.store import load_findings, load_results, save_results, seal
 from gd_analyze.schema import ATTRIBUTES, COORDINATES
 from recorded_logs import MEASURED
@@ -37,38 +36,27 @@ def refused(path: Path) -> StoreError:
     return caught.value
 
 
-def test_unreadable(small, tmp_path, monkeypatch):
-    def fail(path):
-        raise PermissionError(13, "Permission denied")
-
-    (tmp_path / "analysis.h5").write_bytes(small)
-    monkeypatch.setattr(store, "require_sealed", fail)
-    error = refused(tmp_path / "analysis.h5")
-    assert (error.what, error.details["found"]) == ("cannot read the results file", "Permission denied")
-
-
-def test_missing(tmp_path):
-    assert "no such results file" in refused(tmp_path / "none.h5").what
-    assert "no such results file" in refused(tmp_path).what
-
-
 NOISE = np.random.default_rng(1).bytes(5000)
 
 
-@pytest.mark.parametrize("content", [b"", NOISE])
-def test_hdf5_without_a_digest(tmp_path, content):
-    path = tmp_path / "analysis.h5"
-    path.write_bytes(b"\x89HDF\r\n\x1a\n" + content)
-    assert "no digest" in refused(path).details["found"]
-    seal(path)
-    assert "the results file is damaged" in refused(path).what
+def test_missing_or_unreadable(tmp_path):
+    assert "no such results file" in refused(tmp_path / "none.h5").what
+    assert "no such results file" in refused(tmp_path).what
+    memory = Path("/proc/self/mem")  # whose first bytes nobody may read
+    if memory.exists():
+        assert "cannot read" in refused(memory).what
 
 
-@pytest.mark.parametrize("content", [b"", b"time,q1\n0,1\n", NOISE])
-def test_not_hdf5(tmp_path, content):
+@pytest.mark.parametrize(
+    "content", [b"", b"time,q1\n0,1\n", b"\x89HDF\r\n\x1a\n", b"\x89HDF\r\n\x1a\n" + NOISE]
+)
+def test_what_no_run_wrote(tmp_path, content):
     path = tmp_path / "analysis.h5"
     path.write_bytes(content)
-    assert "damaged or not HDF5" in refused(path).what
+    is_hdf5 = content.startswith(b"\x89HDF")
+    assert ("no digest" if is_hdf5 else "another kind of file") in refused(path).details["found"]
+    seal(path)
+    assert "the results file is damaged" in refused(path).what
 
 
 def test_the_digest_is_that_of_what_comes_before(stored):
@@ -87,14 +75,6 @@ def test_an_edited_file_is_refused(stored, tmp_path):
     raw[len(raw) // 2] ^= 1
     path.write_bytes(raw)
     assert "was edited since" in refused(path).what
-
-
-@examples(10)
-@given(st.floats(0.0, 0.999))
-def test_truncated(small, tmp_path_factory, share):
-    path = tmp_path_factory.mktemp("cut") / "analysis.h5"
-    path.write_bytes(small[: int(share * len(small))])
-    refused(path)
 
 
 MUTATIONS = {
@@ -152,7 +132,7 @@ def test_forged_files_neither_hang_nor_crash(small, tmp_path):
     path = tmp_path / "analysis.h5"
     path.write_bytes(small)
     ran = subprocess.run(
-        [sys.executable, "-c", FORGED, str(path), "80"],
+        [sys.executable, "-c", FORGED, str(path), "40"],
         capture_output=True,
         text=True,
         timeout=120,  # of two seconds it takes
@@ -165,12 +145,7 @@ def test_forged_files_neither_hang_nor_crash(small, tmp_path):
 
 def test_foreign_hdf5(tmp_path):
     path = tmp_path / "other.h5"
-    with h5py.File(path, "w") as file:
-        file["numbers"] = np.arange(3)
-    seal(path)
-    assert "does not hold gd-analyze results" in refused(path).what
     xr.Dataset({"torque": ("time", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
-    assert "no digest" in refused(path).details["found"]
     seal(path)
     assert "does not hold gd-analyze results" in refused(path).what
 
@@ -191,64 +166,55 @@ def test_a_group_or_a_variable_is_gone(stored, tmp_path, name):
     refused(_altered(stored, tmp_path, lambda file: file.__delitem__(name)))
 
 
-@pytest.mark.parametrize("schema", [0, 1, 99, None, np.bytes_("first")])
+@pytest.mark.parametrize("schema", [1, 99, np.bytes_("first")])
 def test_other_schema_version(stored, tmp_path, schema):
-    def change(file):
-        del file.attrs["schema"]
-        if schema is not None:
-            file.attrs["schema"] = schema
-
-    error = refused(_altered(stored, tmp_path, change))
+    error = refused(_altered(stored, tmp_path, lambda file: file.attrs.__setitem__("schema", schema)))
     assert "another schema version" in error.what
-    if isinstance(schema, int):
-        assert error.details["found"] == str(schema)
 
 
-def _varying(file):
-    del file["dominance/element"]
-    file["dominance/element"] = ["D11", "D12"]
-    file["dominance/element"].attrs.create("dims", np.bytes_("element"))
+def remade(name: str, make: Edit) -> Edit:
+    """Put something else in the place of a variable, with the same dimensions."""
+
+    def edit(file: h5py.File) -> None:
+        dims = file[name].attrs["dims"]
+        del file[name]
+        if isinstance(made := make(file), (h5py.Dataset, h5py.Group)):
+            made.attrs["dims"] = dims
+
+    return edit
 
 
-def _larger(file):
-    del file["decomposition/q"]
-    made = file["decomposition"].create_dataset("q", (2**40, 6), "f8", chunks=(4096, 6), fletcher32=True)
-    made.attrs.create("dims", np.bytes_("time joint"))
+Q, NEVER = "decomposition/q", "q is not stored as variables are"
+UNWRITTEN: dict[str, tuple[Edit, str]] = {
+    "varying lengths": (
+        remade(
+            "dominance/element", lambda file: file.create_dataset("dominance/element", data=["D11", "D12"])
+        ),
+        "element is not stored as variables are",
+    ),
+    "larger than the file": (
+        remade(Q, lambda file: file.create_dataset(Q, (2**40, 6), "f8", chunks=(4096, 6), fletcher32=True)),
+        "is larger than what is stored of it",
+    ),
+    "data elsewhere": (
+        remade(Q, lambda file: file.create_dataset(Q, (31, 6), "f8", external=[("/etc/passwd", 0, 1488)])),
+        NEVER,
+    ),
+    "a link": (
+        remade(Q, lambda file: file.__setitem__(Q, h5py.ExternalLink("elsewhere.h5", "/q"))),
+        "q of /decomposition is a link",
+    ),
+    "a group": (remade(Q, lambda file: file.create_group(Q)), NEVER),
+    "an attribute of varying length": (
+        lambda file: file["decomposition"].attrs.__setitem__("arm", "any"),
+        "attribute arm of /decomposition is of a kind",
+    ),
+}
 
 
-def _outside(file):
-    del file["decomposition/q"]
-    made = file["decomposition"].create_dataset("q", (31, 6), "f8", external=[("/etc/passwd", 0, 1488)])
-    made.attrs.create("dims", np.bytes_("time joint"))
-
-
-def _linked(file):
-    del file["decomposition/q"]
-    file["decomposition/q"] = h5py.ExternalLink("elsewhere.h5", "/q")
-
-
-def _group(file):
-    del file["decomposition/q"]
-    file["decomposition"].create_group("q").attrs.create("dims", np.bytes_("time joint"))
-
-
-def _described(file):
-    file["decomposition"].attrs["arm"] = "a string whose length varies"
-
-
-@pytest.mark.parametrize(
-    ("change", "found"),
-    [
-        (_varying, "element is not stored as variables are"),
-        (_larger, "q is larger than what is stored of it"),
-        (_outside, "q is not stored as variables are"),
-        (_linked, "q of /decomposition is a link"),
-        (_group, "q is not stored as variables are"),
-        (_described, "attribute arm of /decomposition is of a kind"),
-    ],
-)
-def test_what_is_never_written_is_not_read(stored, tmp_path, change, found):
-    error = refused(_altered(stored, tmp_path, change))
+@pytest.mark.parametrize(("edit", "found"), UNWRITTEN.values(), ids=UNWRITTEN.keys())
+def test_what_is_never_written_is_not_read(stored, tmp_path, edit, found):
+    error = refused(_altered(stored, tmp_path, edit))
     assert error.what == "the results file is damaged"
     assert found in error.details["found"]
 

@@ -54,40 +54,34 @@ def arm_figure(run: Run) -> Figure:
     flat = flat_normal(every)
     view = _turned(*view_angles(flat))
     low, step, grid = _grid(every, flat)
-    reach = np.concatenate([every, *grid])
-    x, y = _equal_axes(view.project(reach), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
+    x, y = _equal_axes(view.project(np.concatenate([every, *grid])), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
     items: list[Item] = [_spatial(view, line, "line", 0.5) for line in grid]
-    cuts = _cuts(run)
+    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
     if flat is None:
-        shadow = path.copy()
-        shadow[:, 2] = low[2]
-        items.append(_spatial(view, broken(shadow.T, cuts).T, "soft", 0.6, dashes=(1.5, 2.5)))
+        shadow = path * (1, 1, 0) + (0, 0, low[2])
+        items.append(_spatial(view, broken(shadow.T, gaps).T, "soft", 0.6, dashes=(1.5, 2.5)))
         foot = moved[0, 0] * (1, 1, 0) + (0, 0, low[2])
         items.append(_spatial(view, np.stack([moved[0, 0], foot]), "combined", 4.0, opacity=0.45))
     items += _poses(view, moved)
-    line = broken(path.T, cuts).T
-    items.append(_spatial(view, line, "rotation", 1.4))
-    is_closed = np.ptp(view.project(path[[0, -1]]), axis=0).max() < 0.03 * (x.high - x.low)
-    names = (
-        [(0, "start and end" if len(path) > 1 else "end effector")]
-        if is_closed
-        else [(0, "start"), (-1, "end")]
-    )
-    below = view.project(path[0])[1] < view.project(path[-1])[1]
+    items.append(_spatial(view, broken(path.T, gaps).T, "rotation", 1.4))
+    ends = view.project(path[[0, -1]])
+    is_closed = np.ptp(ends, axis=0).max() < 0.03 * (x.high - x.low)
+    is_upward = bool(ends[0, 1] < ends[1, 1])
+    names = [(0, "start"), (-1, "end")]
+    if is_closed:
+        names = [(0, "start and end" if len(path) > 1 else "end effector")]
     for k, name in names:
         at = path[k]
-        items += [_spatial(view, at[None].repeat(2, axis=0), "rotation", 5.0)]
+        items.append(_spatial(view, at[None].repeat(2, axis=0), "rotation", 5.0))
         if k == 0:
-            items += [_spatial(view, at[None].repeat(2, axis=0), "paper", 3.0)]
-        u, v = view.project(at)
-        up = -11.0 if (k == 0) == bool(below) and not is_closed else 5.0
-        items.append(Words(u, v, name, "ink", "middle", 7.0, up=up, bold=True, space=tuple(at.tolist())))
+            items.append(_spatial(view, at[None].repeat(2, axis=0), "paper", 3.0))
+        up = -11.0 if (k == 0) == is_upward and not is_closed else 5.0
+        items.append(_words(view, at, name, up, bold=True))
     items += [*_axis_names(view, frame, moved[0, 0], 0.8 * step)]
     items.append(Words(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
     panel = Panel("arm", "", x, y, tuple(items), is_bare=True, margins=(8.0, 16.0, 8.0, 12.0))
-    return Figure(
-        "The arm along the trajectory: poses, and the path of its end effector", ((panel,),), *_OBLIQUE
-    )
+    title = "The arm along the trajectory: poses, and the path of its end effector"
+    return Figure(title, ((panel,),), *_OBLIQUE)
 
 
 def views_figure(run: Run) -> Figure:
@@ -95,10 +89,11 @@ def views_figure(run: Run) -> Figure:
     moved, path = _moved(run)
     every = np.concatenate([moved.reshape(-1, 3), path])
     panels, margins = [], (26.0, 12.0, 8.0, 14.0)
+    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
     for view in _plain_views(upright_frame(run.arm), every):
         wide, high = _PLAIN[0] - margins[0] - margins[2], _PLAIN[1] - margins[1] - margins[3]
         x, y = _equal_axes(view.project(every), wide, high)
-        shown = view.project(broken(path.T, _cuts(run)).T)
+        shown = view.project(broken(path.T, gaps).T)
         items = [
             *_poses(view, moved),
             Curve(shown[:, 0], shown[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
@@ -191,23 +186,16 @@ def _moved(run: Run) -> tuple[FloatArray, FloatArray]:
     return poses, skeleton(arm, motion.q[evenly(motion.n_set_points, _MOST_PLACES)])[:, -1]
 
 
-def _cuts(run: Run) -> np.ndarray:
-    """Places of the path before which nothing is known of the motion."""
-    chosen = evenly(run.trajectory.n_set_points, _MOST_PLACES)
-    return run.gaps_among(chosen)
-
-
-def _spatial(
-    view: View,
-    points: FloatArray,
-    colour: str,
-    width: float,
-    dashes: tuple[float, ...] = (),
-    opacity: float = 1.0,
-) -> Curve:
+def _spatial(view: View, points: FloatArray, colour: str, width: float, **more: Any) -> Curve:
     """A line through points in the upright frame, shape (N, 3), which a page may turn."""
     x, y = view.project(points).T
-    return Curve(x, y, colour, width, dashes, opacity=opacity, space=points)
+    return Curve(x, y, colour, width, space=points, **more)
+
+
+def _words(view: View, at: FloatArray, name: str, up: float, **more: Any) -> Words:
+    """A name at a point in the upright frame."""
+    u, v = view.project(at).tolist()
+    return Words(u, v, name, "ink", "middle", 7.0, up=up, space=tuple(at.tolist()), **more)
 
 
 def _poses(view: View, moved: FloatArray) -> Iterator[Curve]:
@@ -257,9 +245,7 @@ def _axis_names(view: View, frame: FloatArray, base: FloatArray, length: float) 
         tip = base + length * axis
         if np.hypot(*view.project(tip - base)) > 0.15 * length:
             yield _spatial(view, np.stack([base, tip]), "ink", 0.9)
-            at = base + 1.25 * length * axis
-            u, v = view.project(at).tolist()
-            yield Words(u, v, name, "ink", "middle", 7.0, up=-2.5, italic=True, space=tuple(at.tolist()))
+            yield _words(view, base + 1.25 * length * axis, name, -2.5, italic=True)
 
 
 def _axis_name(vector: FloatArray) -> str:

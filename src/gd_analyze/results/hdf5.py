@@ -1,12 +1,8 @@
 """Labelled tables in HDF5, in netCDF-4's layout, in which nothing that we read lacks a checksum.
 
-Since its version 1.10 the format has a checksum on all that describes data, and the filter fletcher32 puts
-one on the data. The exception is the heap of values whose lengths vary: a damaged one can make the HDF5
-library loop for ever. So strings have a fixed length here. Only netCDF's lists of dimension scales,
-DIMENSION_LIST, are kept in the heap; xarray needs them, so we write them, and we read the attribute "dims".
-
-A file may be forged in spite of its digest: links to other files, values of varying length and numbers that
-cannot be are refused.
+Strings have a fixed length: values whose lengths vary stand in a heap without checksums, and a damaged one
+can make the HDF5 library loop for ever. Only netCDF's DIMENSION_LIST, which xarray needs, is there; we read
+the attribute "dims". What a forged file may hold besides is refused: links, and numbers that cannot be.
 """
 
 from __future__ import annotations
@@ -57,7 +53,19 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
     for key, variable in dataset.variables.items():
-        _create(group, str(key), variable, name)
+        values, coding = (None, {}) if _is_long(variable) else _stored(variable.values)
+        if values is not None:
+            require_numbers(values, str(key), name)
+        made = group.create_dataset(
+            str(key),
+            variable.shape,
+            variable.dtype if values is None else values.dtype,
+            data=values,
+            chunks=(min(variable.shape[0], CHUNK), *variable.shape[1:]) if variable.size else None,
+            fletcher32=variable.size > 0,
+            track_order=True,
+        )
+        _describe(made, variable.attrs | coding | {_DIMS: " ".join(map(str, variable.dims))})
     for dim, size in dataset.sizes.items():
         if dim not in dataset.variables:
             group.create_dataset(str(dim), (size,), ">f4").make_scale(f"{_WITHOUT_LABELS}{size:10d}")
@@ -69,27 +77,13 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
                 axis.attach_scale(group[str(dim)])
 
 
-def _create(group: h5py.Group, key: str, variable: xr.Variable, name: str) -> None:
-    """Make a variable and what describes it; one along time is still without values."""
-    along_time = variable.dims[:1] == ("time",)
-    values, attributes = (None, {}) if along_time else _stored(variable.values)
-    if values is not None:
-        require_numbers(values, key, name)
-    made = group.create_dataset(
-        key,
-        variable.shape,
-        variable.dtype if values is None else values.dtype,
-        data=values,
-        chunks=(min(variable.shape[0], CHUNK), *variable.shape[1:]) if variable.size else None,
-        fletcher32=variable.size > 0,
-        track_order=True,
-    )
-    _describe(made, variable.attrs | attributes | {_DIMS: " ".join(map(str, variable.dims))})
+def _is_long(variable: xr.Variable) -> bool:
+    return variable.dims[:1] == ("time",)
 
 
 def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) -> None:
     """Write the values along time, block by block, as long as there is room for them."""
-    long = [key for key, variable in dataset.variables.items() if variable.dims[:1] == ("time",)]
+    long = [key for key, variable in dataset.variables.items() if _is_long(variable)]
     for chunk in chunks(dataset.sizes["time"]) if long else ():
         if sink.failure is not None:
             return
@@ -113,9 +107,8 @@ def _stored(values: Any) -> tuple[Array, dict[str, str]]:
     if array.dtype.kind in "UO":
         encoded = np.char.encode(array.astype(str), "utf-8")
         # One byte alone would be netCDF's character, of which readers make bytes.
-        return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 2))), {
-            _ENCODING: "utf-8"
-        }
+        fixed = h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 2))
+        return encoded.astype(fixed), {_ENCODING: "utf-8"}
     return (array.astype(np.int8), {_DTYPE: "bool"}) if array.dtype.kind == "b" else (array, {})
 
 
@@ -207,10 +200,7 @@ def _later(dataset: Any, group: str, name: str) -> Any:
 
 
 class SoundFile(io.FileIO):
-    """Takes every write; what comes after one that failed is kept in memory, so that it can be read again.
-
-    Whoever writes much should look at `failure` now and then, and stop.
-    """
+    """Takes every write; what comes after one that failed is kept in memory, so that it can be read again."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
