@@ -16,12 +16,17 @@ from gd_analyze.motions.roles import TARGET, words_of
 from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
 from gd_analyze.motions.text import is_number
 
-STATE, TRAJECTORY, CONTROLLER, DYNAMIC = "JointState", "JointTrajectory", "controller state", "dynamic state"
+_STATE, _TRAJECTORY, _CONTROLLER, _DYNAMIC = (
+    "JointState",
+    "JointTrajectory",
+    "controller state",
+    "dynamic state",
+)
 _KINDS = {
-    "sensor_msgs/msg/JointState": STATE,
-    "trajectory_msgs/msg/JointTrajectory": TRAJECTORY,
-    "control_msgs/msg/JointTrajectoryControllerState": CONTROLLER,
-    "control_msgs/msg/DynamicJointState": DYNAMIC,
+    "sensor_msgs/msg/JointState": _STATE,
+    "trajectory_msgs/msg/JointTrajectory": _TRAJECTORY,
+    "control_msgs/msg/JointTrajectoryControllerState": _CONTROLLER,
+    "control_msgs/msg/DynamicJointState": _DYNAMIC,
 }
 # Fields of states and of points, and the ends of the columns' names made of them.
 _FIELDS = {
@@ -46,7 +51,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing_library("rosbags", path) from None
-    gathering = Gathering()
+    gathering = _Gathering()
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             chosen = _connections(reader.connections, topic, path)
@@ -58,7 +63,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
                 if not done % _TOLD_EVERY:
                     progress(done, total)
             progress(total, total)
-            states = all(_KINDS[connection.msgtype] == STATE for connection in chosen)
+            states = all(_KINDS[connection.msgtype] == _STATE for connection in chosen)
             commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
             return gathering.table(path, commanded=commanded)
     except TrajectoryError:
@@ -120,7 +125,7 @@ def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise _not_read(Location(path), f"byte 0x{data[error.start]:02x}") from None
-    gathering = Gathering()
+    gathering = _Gathering()
     for number, message in enumerate(_documents(text, path, progress), 1):
         try:
             gathering.add(message, _kind_of(message))
@@ -182,27 +187,27 @@ def _kind_of(message: Any) -> str:
     """Kind of a message by its fields."""
     named = _field(message, "joint_names") is not None
     if _field(message, "points") is not None and named:
-        return TRAJECTORY
+        return _TRAJECTORY
     if _field(message, "interface_values") is not None:
-        return DYNAMIC
+        return _DYNAMIC
     if _field(message, "name") is not None and _field(message, "position") is not None:
-        return STATE
+        return _STATE
     if named and any(_field(message, side) is not None for side in _SIDES):
-        return CONTROLLER
+        return _CONTROLLER
     raise ValueError("a document that is no JointState, JointTrajectory or controller state")
 
 
 def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
     """Rows of a message: ns from its stamp on, values of joints by the column's name."""
-    names = _field(message, "name" if kind == STATE else "joint_names")
+    names = _field(message, "name" if kind == _STATE else "joint_names")
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
         raise ValueError("names of joints that are no list of words")
-    if kind == TRAJECTORY:
+    if kind == _TRAJECTORY:
         for point in _field(message, "points"):
             yield _nanoseconds(_field(point, "time_from_start")), dict(_values(point, names, ""))
-    elif kind == STATE:
+    elif kind == _STATE:
         yield 0, dict(_values(message, names, ""))
-    elif kind == DYNAMIC:
+    elif kind == _DYNAMIC:
         found: dict[str, float] = {}
         for name, of in zip(names, _field(message, "interface_values"), strict=True):
             for interface, value in zip(_field(of, "interface_names"), _field(of, "values"), strict=True):
@@ -242,7 +247,7 @@ def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str
             yield f"{before}{name}/{shown}", float(value)
 
 
-class Gathering:
+class _Gathering:
     """Rows of messages gathered into columns; nan of joints that a row does not have."""
 
     def __init__(self) -> None:
@@ -255,7 +260,7 @@ class Gathering:
         """Append the rows of a message; ValueError if it contradicts itself, or something is no number."""
         stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
         rows = list(_rows_of(message, kind))
-        if kind == TRAJECTORY:
+        if kind == _TRAJECTORY:
             self._plans.append(len(rows))
         for later, values in rows:
             count = len(self._stamps)
