@@ -148,11 +148,13 @@ def test_the_ranking(run, here):
 @pytest.mark.parametrize("quick", ["", "--quick"])
 def test_the_curve(run, quick):
     words = f"trade-off two_link two-link-swing {quick}"
-    shown, told = run(words).words, run(f"{words} --json").json
+    told = run(f"{words} --json").json
     assert len(told["points"]) == 6 * 7
     for point in told["points"]:
         assert point["largest_share"] <= float(point["budget"].rstrip("%")) / 100 * (1 + 1e-9)
-        assert str(point["operations"]["total"]) in shown
+    if quick:
+        shown = run(words).words
+        assert all(str(point["operations"]["total"]) in shown for point in told["points"])
 
 
 def test_the_curve_is_in_the_terms_of_the_budget(run):
@@ -392,8 +394,8 @@ def test_compared_formulations_and_their_files(run, here, motion):
 
 
 def test_compared_in_symbols(run, listing):
-    assert "D22 = l**2*m2/3" in run("compare two_link --symbolic").words
     told = run("compare two_link --symbolic --json").json
+    assert told["text"]["D22"] == "l**2*m2/3"
     assert all(forms["is_the_text's"] for forms in told["methods"].values())
     assert listing() == set()
 
