@@ -24,6 +24,8 @@ from gd_analyze.text import pretty
 # Decades of the axis that errors over the budget stand on.
 _LOW, _HIGH = -2, 1
 _MATHS = PageMathML()
+_PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
+_LETTERS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class BudgetPath:
         kept = [set(row["kept"]) for row in rows]
         everything = sorted(set().union(*kept))
         flags = {one: "".join("1" if one in of_row else "0" for of_row in kept) for one in everything}
-        return cls(rows, flags, next(k for k, row in enumerate(rows) if row["factor"] == 1.0))
+        return cls(rows, flags, [row["factor"] for row in rows].index(1.0))
 
     @property
     def moves(self) -> bool:
@@ -95,48 +97,77 @@ def budget_words(budget: str) -> str:
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 
 
-class _Summand(NamedTuple):
-    """One term without its sign; `kept` has a "1" for every budget that keeps it; `now`, the report's own."""
-
-    negative: bool
-    body: str
-    kept: str
-    now: bool
-
-    def html(self, first: bool) -> str:
-        kind = "term" + " first" * first + " negative" * self.negative
-        hidden = "" if self.now else " hidden"
-        inside = f"<wbr>{_sign(self.negative)}{self.body}"
-        return f'<span class="{kind}" data-kept="{self.kept}"{hidden}>{inside}</span>'
-
-
 class _Group(NamedTuple):
     """Terms with the same velocities: in brackets before these, or by themselves, with none `behind`."""
 
-    terms: tuple[_Summand, ...]
+    terms: list[tuple[TorqueTerm, str]]  # each with its formula without sign
     behind: str
-    negative: bool
+    negative: bool  # of the bracket
 
-    @property
-    def shown(self) -> list[_Summand]:
-        return [term for term in self.terms if term.now]
 
-    def html(self, first: _Summand | _Group | None) -> str:
-        if not self.behind:
-            return "".join(term.html(term is first) for term in self.terms)
-        shown = self.shown
-        single = len(shown) == 1 and not shown[0].negative
-        kind = "bracket" + " first" * (self is first) + " single" * single + " negative" * self.negative
-        inside = "".join(term.html(bool(shown) and term is shown[0]) for term in self.terms)
+class _Writer(NamedTuple):
+    """The torques of a model of terms, with all that any of the budgets keeps."""
+
+    torques: Torques  # coefficients
+    flags: dict[TorqueTerm, str]  # "1" for every budget that keeps the term
+    now: Torques  # the report's own model, which is shown without scripts
+
+    def group(self, terms: list[TorqueTerm]) -> _Group:
+        """Bracket several terms that have velocities; the sign of the first shown goes before the bracket."""
+        velocities = velocity_powers(terms[0].velocities)
+        bracketed = len(terms) > 1 and bool(velocities)
+        negative = (
+            bracketed and self.torques[next((term for term in terms if term in self.now), terms[0])] < 0
+        )
+        inside = () if bracketed else velocities
+        products = [Product(self.torques[term], powers(term.monomial) + inside) for term in terms]
+        bodies = [f"<math>{_MATHS.product(product)}</math>" for product in products]
+        behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>" if bracketed else ""
+        return _Group(list(zip(terms, bodies, strict=True)), behind, negative)
+
+    def shown(self, group: _Group) -> list[TorqueTerm]:
+        return [term for term, _ in group.terms if term in self.now]
+
+    def html(self, group: _Group, *, first: bool) -> str:
+        """A group, whose sign is hidden where it is the `first` of a torque."""
+        shown = self.shown(group)
+        leads = shown[:1] if first or group.behind else []
+        out = []
+        for term, body in group.terms:
+            negative = (self.torques[term] < 0) != group.negative
+            kind = "term" + " first" * (term in leads) + " negative" * negative
+            hidden = "" if term in self.now else " hidden"
+            inside = f"<wbr>{_sign(negative)}{body}"
+            out.append(f'<span class="{kind}" data-kept="{self.flags[term]}"{hidden}>{inside}</span>')
+        if not group.behind:
+            return "".join(out)
+        single = len(shown) == 1 and (self.torques[shown[0]] < 0) == group.negative
+        kind = "bracket" + " first" * first + " single" * single + " negative" * group.negative
         return (
-            f'<span class="{kind}"{"" if shown else " hidden"}><wbr>'
-            f"{_sign(self.negative)}{_PAREN.format('(')}"
-            f"{inside}{_PAREN.format(')')}{self.behind}</span>"
+            f'<span class="{kind}"{"" if shown else " hidden"}><wbr>{_sign(group.negative)}'
+            f"{_PAREN.format('(')}{''.join(out)}{_PAREN.format(')')}{group.behind}</span>"
         )
 
-
-_PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
-_LETTERS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+    def torque(self, joint: int, carries: str, lines: dict[str, list[_Group]]) -> str:
+        """Lines of one torque: what the joint carries, then D, h and c."""
+        is_first, rows = not carries, [f'<p class="line carried">{carries}</p>\n' if carries else ""]
+        for quantity, groups in lines.items():
+            out = []
+            for group in groups:
+                out.append(self.html(group, first=is_first and bool(self.shown(group))))
+                is_first = is_first and not self.shown(group)
+            hidden = "" if any(map(self.shown, groups)) else " hidden"
+            name = quantity.replace("_", " and ", 1)
+            rows.append(
+                f'<p class="line {quantity}"{hidden}><b title="{name}">{_LETTERS[quantity]}</b>'
+                f"{''.join(out)}</p>\n"
+            )
+        left = _MATHS.left(Formula(torque_symbol(joint), NOTHING))
+        return (
+            f'<div class="torque" role="group" aria-label="Torque of joint {joint + 1}">\n'
+            f'<p class="left">{left}</p>\n<div>{"".join(rows)}<p class="line nothing"'
+            f"{'' if is_first else ' hidden'}><math><mn>0</mn></math></p></div>\n</div>\n"
+        )
 
 
 def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
@@ -145,67 +176,23 @@ def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
     Coefficients are the model's, refitted where it is, and of terms that it leaves out the exact ones.
     """
     model, velocities = findings.model, findings.model.form.velocities
-    flags = {
-        term: path.flags[rank]
-        for rank, term in enumerate(findings.ranked_terms, start=1)
-        if rank in path.flags
-    }
+    ranked = enumerate(findings.ranked_terms, start=1)
+    flags = {term: path.flags[rank] for rank, term in ranked if rank in path.flags}
     torques = {term: findings.ranked_terms[term] for term in flags} | dict(model.torques)
     # What cancels in the exact torque is not ranked, but a model of energies may have it.
     here = "".join("1" if k == path.asked else "0" for k in range(len(path.rows)))
-    flags |= {term: here for term in model.torques if term not in flags}
+    writer = _Writer(torques, dict.fromkeys(model.torques, here) | flags, model.torques)
     out = []
     for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
         lines: dict[str, list[_Group]] = {}
         for before, terms in groups:
-            lines.setdefault(quantity_of(before), []).append(_group(terms, torques, flags, model.torques))
+            lines.setdefault(quantity_of(before), []).append(writer.group(terms))
         outer = Formula(torque_symbol(joint), tuple(carried(velocities, joint)))
         carries = f"<math>{_MATHS.right(outer)}</math>" if outer.pieces else ""
-        out.append(_torque(joint, carries, lines))
+        out.append(writer.torque(joint, carries, lines))
     return Markup("".join(out))
-
-
-def _torque(joint: int, carries: str, lines: dict[str, list[_Group]]) -> str:
-    shown = [group for groups in lines.values() for group in groups if group.shown]
-    first: _Summand | _Group | None = None
-    if shown and not carries:
-        first = shown[0] if shown[0].behind else shown[0].shown[0]
-    rows = [f'<p class="line carried">{carries}</p>\n' if carries else ""]
-    for quantity, groups in lines.items():
-        hidden = "" if any(group.shown for group in groups) else " hidden"
-        name = quantity.replace("_", " and ", 1)
-        rows.append(
-            f'<p class="line {quantity}"{hidden}><b title="{name}">{_LETTERS[quantity]}</b>'
-            f"{''.join(group.html(first) for group in groups)}</p>\n"
-        )
-    nothing = "" if not carries and not shown else " hidden"
-    left = _MATHS.left(Formula(torque_symbol(joint), NOTHING))
-    return (
-        f'<div class="torque" role="group" aria-label="Torque of joint {joint + 1}">\n'
-        f'<p class="left">{left}</p>\n'
-        f'<div>{"".join(rows)}<p class="line nothing"{nothing}><math><mn>0</mn></math></p></div>\n</div>\n'
-    )
 
 
 def _sign(negative: bool) -> str:
     kind, sign = ("minus", "−") if negative else ("plus", "+")
     return f'<math class="sign {kind}"><mo rspace=".25em">{sign}</mo></math>'
-
-
-def _group(terms: list[TorqueTerm], torques: Torques, flags: dict[TorqueTerm, str], now: Torques) -> _Group:
-    """Bracket several terms that have velocities; the sign of the first shown goes before the bracket."""
-    velocities = velocity_powers(terms[0].velocities)
-    bracketed = len(terms) > 1 and bool(velocities)
-    outer = bracketed and torques[next((term for term in terms if term in now), terms[0])] < 0
-    inside = () if bracketed else velocities
-    summands = tuple(
-        _Summand(
-            (torques[term] < 0) != outer,
-            f"<math>{_MATHS.product(Product(torques[term], powers(term.monomial) + inside))}</math>",
-            flags[term],
-            term in now,
-        )
-        for term in terms
-    )
-    behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>" if bracketed else ""
-    return _Group(summands, behind, outer)

@@ -204,32 +204,23 @@ def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before believing the numbers."""
     note = str(findings.tables["tube"].attrs["note"])
     said = [*recording_notices(findings), strict_notice(findings), findings.model.notice, note]
-    return tuple(filter(None, [*said, symmetry_notice(findings)]))
+    return tuple(filter(None, [*said, _symmetry_notice(findings)]))
 
 
-def unsymmetric(findings: Findings) -> list[tuple[int, int]]:
-    """Elements of D', row and column from 1, of which the model keeps other terms than of their mirror image.
-
-    Torques are simplified one by one at the level of torque terms; D' is the matrix of absolute velocities.
-    """
+def _symmetry_notice(findings: Findings) -> str:
+    """Say where D' of absolute velocities is not symmetric, as torques are simplified one by one."""
     model = findings.model
     if not model.level.has_torque_terms or model.level.is_mechanical:
-        return []
+        return ""
     kept = {
         (term.row, term.velocities[0].joint, term.monomial)
         for term in model.torques
-        if term.quantity == "inertia" and term.row != term.velocities[0].joint
+        if term.quantity == "inertia"
     }
-    places = {(i, j) for i, j, monomial in kept if (j, i, monomial) not in kept}
-    return sorted({(min(place) + 1, max(place) + 1) for place in places})
-
-
-def symmetry_notice(findings: Findings) -> str:
-    """Say that D is not symmetric, and what to use where it must be; "" where it is."""
-    places = unsymmetric(findings)
+    places = sorted({(min(i, j), max(i, j)) for i, j, monomial in kept if (j, i, monomial) not in kept})
     if not places:
         return ""
-    i, j = (place - 1 for place in places[0])
+    i, j = places[0]
     return (
         f"The model's D is not symmetric, as each torque is simplified by itself: D{joined((i, j))} and "
         f"D{joined((j, i))} keep different terms, the first of {len(places)} such pairs. Torques are as "
