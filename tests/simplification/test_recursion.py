@@ -205,7 +205,7 @@ def test_the_budget_is_kept_and_nothing_dearer_comes_of_it(arm: RobotArm, seed: 
 
 @pytest.mark.slow
 def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:
-    exact = ExactDynamics.of(kr6(), random_states(6, 100, 0))
+    exact = ExactDynamics.of(kr6(), random_states(6, 40, 0))
     tight, wide = (exact.allowed(budget) for budget in ("0.5%", "2%"))
     first = prune(exact, tight, effort=_QUICK)
     assert first == prune(exact, tight, effort=_QUICK)
