@@ -49,10 +49,9 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
             lever = np.einsum("abn,b->an", first[i, j], com)
             gravity_loading[i] += -arm.mass[j] * np.einsum("a,an->n", gravity, lever)
             for k in range(j + 1):
-                inertia[i, k] += np.einsum("abn,ban->n", first[k, j], weighted[i])
+                inertia[i, k] += _trace_of_product(first[k, j], weighted[i])
                 for m in range(j + 1):
-                    twice = second[min(k, m), max(k, m), j]
-                    christoffel[i, k, m] += np.einsum("abn,ban->n", twice, weighted[i])
+                    christoffel[i, k, m] += _trace_of_product(second[min(k, m), max(k, m), j], weighted[i])
     return LagrangeEuler(inertia, christoffel, gravity_loading)
 
 
@@ -136,3 +135,7 @@ def _homogeneous(placement: Placement) -> Array:
     out = np.eye(4, dtype=placement.translation.dtype)
     out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
     return out
+
+
+def _trace_of_product(a: Array, b: Array) -> Array:
+    return np.einsum("abn,ban->n", a, b)

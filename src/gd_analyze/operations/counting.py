@@ -37,28 +37,30 @@ class CountingNumber:
     __slots__ = ("tally", "value")
 
     def __init__(self, value: float, tally: Tally) -> None:
-        self.value = value
-        self.tally = tally
+        self.value, self.tally = value, tally
+
+    def __float__(self) -> float:
+        return self.value
 
     def __add__(self, other: Any) -> CountingNumber:
         # NumPy starts its sums from an integer zero; that addition is not the code's.
         if not (isinstance(other, int) and other == 0):
             self.tally.additions += 1
-        return CountingNumber(self.value + _value(other), self.tally)
+        return CountingNumber(self.value + float(other), self.tally)
 
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> CountingNumber:
         self.tally.additions += 1
-        return CountingNumber(self.value - _value(other), self.tally)
+        return CountingNumber(self.value - float(other), self.tally)
 
     def __rsub__(self, other: Any) -> CountingNumber:
         self.tally.additions += 1
-        return CountingNumber(_value(other) - self.value, self.tally)
+        return CountingNumber(float(other) - self.value, self.tally)
 
     def __mul__(self, other: Any) -> CountingNumber:
         self.tally.multiplications += 1
-        return CountingNumber(self.value * _value(other), self.tally)
+        return CountingNumber(self.value * float(other), self.tally)
 
     __rmul__ = __mul__
 
@@ -75,15 +77,10 @@ class CountingNumber:
         self.tally.sines_cosines += 1
         return CountingNumber(math.sin(self.value), self.tally)
 
-    def __float__(self) -> float:
-        return self.value
-
 
 def counting_array(values: Array, tally: Tally) -> Array:
     """Counting numbers of one set point, shape (n, 1)."""
-    out = np.empty((len(values), 1), dtype=object)
-    out[:, 0] = [CountingNumber(float(value), tally) for value in values]
-    return out
+    return np.array([[CountingNumber(float(value), tally)] for value in values], dtype=object)
 
 
 def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount:
@@ -91,7 +88,3 @@ def count_operations(code: Callable[..., Any], *states: Array) -> OperationCount
     tally = Tally()
     code(*(counting_array(state, tally) for state in states))
     return tally.count
-
-
-def _value(number: Any) -> float:
-    return number.value if isinstance(number, CountingNumber) else float(number)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import nlargest
 from random import Random
@@ -71,10 +72,8 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
         _update(sums, steps)
         if not steps:
             return
-        if random is None:
-            scores: dict[_Candidate, float] = {candidate: step.gain for candidate, step in steps.items()}
-        else:
-            scores = {candidate: step.gain + noise * random.random() for candidate, step in steps.items()}
+        luck = random.random if random else lambda: 0.0
+        scores = {candidate: step.gain + noise * luck() for candidate, step in steps.items()}
         best, best_score = None, -math.inf
         for candidate in nlargest(_GROWN, scores, key=scores.__getitem__):
             step = steps[candidate]
@@ -91,23 +90,21 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
 def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     """Evaluate the candidates that touched terms take part in again."""
     for changed in sums.touched:
+        found: list[tuple[_Candidate, _Step | None]]
         if isinstance(changed, Pair):
-            _note(steps, changed, _pair(sums, changed))
+            found = [(changed, _pair(sums, changed))]
         elif isinstance(changed, PairProduct):
-            _note(steps, changed, _Product(changed, len(sums.products[changed]) - 1))
+            found = [(changed, _Product(changed, len(sums.products[changed]) - 1))]
         else:
-            for candidate in [c for c in steps if isinstance(c, _Factor) and c.v == changed]:
-                del steps[candidate]
-            for candidate in _factors(sums, changed):
-                _note(steps, candidate, _factor(sums, candidate))
+            for factor in [c for c in steps if isinstance(c, _Factor) and c.v == changed]:
+                del steps[factor]
+            found = list(_factors(sums, changed))
+        for candidate, step in found:
+            if step is not None and step.gain > 0:
+                steps[candidate] = step
+            else:
+                steps.pop(candidate, None)
     sums.touched.clear()
-
-
-def _note(steps: dict[_Candidate, _Step], candidate: _Candidate, step: _Step | None) -> None:
-    if step is not None and step.gain > 0:
-        steps[candidate] = step
-    else:
-        steps.pop(candidate, None)
 
 
 def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
@@ -128,24 +125,17 @@ def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
     return _divisor(sums, {pair.a: 1.0, pair.b: pair.ratio}, places)
 
 
-def _factors(sums: Sums, v: int) -> list[_Factor]:
+def _factors(sums: Sums, v: int) -> Iterator[tuple[_Candidate, _Step | None]]:
     """Variables and coefficients in three or more terms of a sum; two are a pair."""
     terms = sums.terms.get(v, {})
-    if len(terms) < 3:
-        return []
-    counts = Counter(x for monomial in terms for x in dict.fromkeys(monomial))
-    magnitudes = Counter(abs(c) for c in terms.values() if abs(c) != 1.0)
-    found = [_Factor(v, 1.0, (x,)) for x, count in counts.items() if count > 2]
-    return found + [_Factor(v, c, ()) for c, count in magnitudes.items() if count > 2]
-
-
-def _factor(sums: Sums, candidate: _Factor) -> _Divisor:
-    v, magnitude, variable = candidate
-    if variable:
-        inner = {without(m, *variable): c for m, c in sums.terms[v].items() if variable[0] in m}
-    else:
-        inner = {m: math.copysign(1.0, c) for m, c in sums.terms[v].items() if abs(c) == magnitude}
-    return _divisor(sums, inner, [_Place(v, variable, magnitude)])
+    for x, count in Counter(x for monomial in terms for x in dict.fromkeys(monomial)).items():
+        if count > 2:
+            inner = {without(m, x): c for m, c in terms.items() if x in m}
+            yield _Factor(v, 1.0, (x,)), _divisor(sums, inner, [_Place(v, (x,), 1.0)])
+    for size, count in Counter(abs(c) for c in terms.values() if abs(c) != 1.0).items():
+        if count > 2:
+            inner = {m: math.copysign(1.0, c) for m, c in terms.items() if abs(c) == size}
+            yield _Factor(v, size, ()), _divisor(sums, inner, [_Place(v, (), size)])
 
 
 def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:

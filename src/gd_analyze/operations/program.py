@@ -67,9 +67,8 @@ class Program:
     def count(self) -> OperationCount:
         """Operations of one evaluation."""
         kinds = Counter(step.operation for step in self.steps)
-        return OperationCount(
-            kinds["multiply"], kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
-        )
+        additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
+        return OperationCount(kinds["multiply"], additions, functions)
 
     def with_values(self, values: Mapping[str, float]) -> Program:
         """Set some inputs to numbers and fold the constants that follow."""
@@ -79,11 +78,9 @@ class Program:
 
     def folded(self, trace: Trace, values: Mapping[str, float]) -> Callable[[Any], Any]:
         """Carry it out on a trace with some inputs set to numbers; see `carried_out` for what returns."""
-
-        def given(name: str) -> Any:
-            return values[name] if name in values else trace.record("input", name)
-
-        return self.carried_out(given, trace.apply)
+        return self.carried_out(
+            lambda name: values[name] if name in values else trace.record("input", name), trace.apply
+        )
 
     def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
         """Carry it out with any kind of value: of an input by name, of an operation on its arguments.
@@ -158,15 +155,6 @@ def derivative(
     """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
 
     The direction is a number by input, or another input's name; `values` sets inputs to numbers.
-
-    Examples
-    --------
-    >>> from gd_analyze.operations.program import Program
-    >>> from gd_analyze.operations.trace import Trace
-    >>> trace = Trace()
-    >>> x, y = trace.inputs("x", 2)[:, 0]
-    >>> derivative(Program.of(trace, [x * y]), {"x1": 1.0}).outputs
-    (input('x2',),)
     """
     trace = Trace()
     value = program.folded(trace, values or {})
@@ -207,10 +195,9 @@ def written(program: Program) -> tuple[list[list[str | float]], list[str | float
             return number[x.order]
         return x if isinstance(x, str) else float(x)
 
-    steps: list[list[str | float]] = [
-        [step.operation, *(value(argument) for argument in step.arguments)] for step in program.steps
+    return [[step.operation, *map(value, step.arguments)] for step in program.steps], [
+        *map(value, program.outputs)
     ]
-    return steps, [value(output) for output in program.outputs]
 
 
 def read_back(

@@ -71,12 +71,6 @@ class SharedSums:
     count: int  # number of polynomials
     operations: int  # multiplications and additions; a change of sign is free
 
-    @classmethod
-    def of(cls, sums: Sums, variables: Sequence[Hashable], count: int) -> SharedSums:
-        """Copy the present state of some sums."""
-        definitions = {v: dict(terms) for v, terms in sums.terms.items()}
-        return cls(tuple(variables), definitions, count, sums.operations)
-
     def values(self, value: Callable[[Any], Any]) -> list[Any]:
         """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
         known: dict[int, Any] = {}
@@ -101,6 +95,12 @@ class SharedSums:
         return [of(-number) for number in range(1, self.count + 1)]
 
 
+def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSums:
+    """Copy the present state of some sums."""
+    definitions = {v: dict(terms) for v, terms in sums.terms.items()}
+    return SharedSums(variables, definitions, count, sums.operations)
+
+
 def shared_sums(
     polynomials: Sequence[Polynomial],
     circles: Circles | None = None,
@@ -113,7 +113,7 @@ def shared_sums(
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
     yield growing.found()
-    growing.rearrange(min(_TRIES, rearranging // max(growing.sums.operations, 1)))
+    rearrange(growing.sums, min(_TRIES, rearranging // max(growing.sums.operations, 1)), growing.circles)
     yield growing.found()
 
 
@@ -123,7 +123,8 @@ def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Ite
     for polynomials in steps:
         count = sum(map(len, polynomials))
         growing.add(polynomials)
-        growing.rearrange(min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), _TRIES))
+        tries = min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), _TRIES)
+        rearrange(growing.sums, tries, growing.circles)
         before = count
         yield growing.found()
 
@@ -135,7 +136,7 @@ class _Growing:
         numbers: dict[Hashable, int] = {}
         for variables in (x for polynomial in largest for product in polynomial for x in product):
             numbers.setdefault(variables, len(numbers))
-        self._circles = {
+        self.circles = {
             numbers[x]: numbers.setdefault(partner, len(numbers))
             for x, partner in circles.items()
             if x in numbers
@@ -158,13 +159,9 @@ class _Growing:
                     self.sums.add(-row, product, self.sums.magnitude(new))
         extract(self.sums)
 
-    def rearrange(self, tries: int) -> None:
-        """Look for fewer operations."""
-        rearrange(self.sums, tries, self._circles)
-
     def found(self) -> SharedSums:
         """Copy the present state."""
-        return SharedSums.of(self.sums, tuple(self._numbers), len(self._known))
+        return _shared(self.sums, tuple(self._numbers), len(self._known))
 
 
 def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
@@ -183,7 +180,7 @@ def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
     extract(sums)
     rearrange(sums, min(tries, _REARRANGEMENTS_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
     trace = Trace()
-    found = SharedSums.of(sums, leaves, len(program.outputs))
+    found = _shared(sums, tuple(leaves), len(program.outputs))
     fewer = Program.of(trace, found.values(program.folded(trace, {})))
     return min(program, fewer, key=lambda one: one.count.total)
 

@@ -73,16 +73,13 @@ class Magnitudes:
         magnitude = abs(x)
         found = self.known.get(magnitude)
         if found is None:
-            found = self.known[magnitude] = self._nearest(magnitude)
+            place = bisect.bisect_left(self._sorted, magnitude)
+            near = self._sorted[max(place - 1, 0) : place + 1]
+            found = next((y for y in near if abs(y - magnitude) <= self.tolerance * magnitude), magnitude)
+            if found is magnitude:
+                self._sorted.insert(place, magnitude)
+            self.known[magnitude] = found
         return found if x > 0.0 else -found
-
-    def _nearest(self, magnitude: float) -> float:
-        place = bisect.bisect_left(self._sorted, magnitude)
-        for known in self._sorted[max(place - 1, 0) : place + 1]:
-            if abs(known - magnitude) <= self.tolerance * magnitude:
-                return known
-        self._sorted.insert(place, magnitude)
-        return magnitude
 
 
 def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:

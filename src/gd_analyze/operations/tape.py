@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program
-from gd_analyze.operations.trace import Expression
+from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.operations.trace import Expression, Operation
 
 
 class Tape:
@@ -26,7 +26,7 @@ class Tape:
     def __init__(self, program: Program, free: Container[int] | None = None) -> None:
         self.program, self.steps = program, program.steps
         self.place = {step.order: k for k, step in enumerate(self.steps)}
-        self._code: list[tuple[str, int, int]] = []
+        self._code: list[tuple[Operation, int, int]] = []
         numbers, scaled = np.full(len(self.steps), np.nan), []
         for k, step in enumerate(self.steps):
             operands = [self._operand(x) for x in step.arguments] if step.operation != "input" else []
@@ -35,7 +35,7 @@ class Tape:
                 if free is None or step.order in free:
                     scaled.append(k)
             first, second = (*operands, -1, -1)[:2]
-            self._code.append((str(step.operation), first, second))
+            self._code.append((step.operation, first, second))
         self.numbers: FloatArray = numbers
         # Steps that multiply by a number that may change, and the step that each multiplies.
         self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)
@@ -56,14 +56,11 @@ class Tape:
             row, arguments = out[k], self.steps[k].arguments
             if operation == "multiply":
                 np.multiply(out[a] if a >= 0 else given[k], out[b], out=row)
-            elif operation == "add":
-                np.add(out[a] if a >= 0 else arguments[0], out[b] if b >= 0 else arguments[1], out=row)
-            elif operation == "subtract":
-                np.subtract(out[a] if a >= 0 else arguments[0], out[b] if b >= 0 else arguments[1], out=row)
             elif operation == "input":
                 row[:] = inputs[arguments[0]]
             else:
-                {"negative": np.negative, "cos": np.cos, "sin": np.sin}[operation](out[a], out=row)
+                given_by = zip((a, b), arguments, strict=False)
+                UFUNCS[operation](*(out[x] if x >= 0 else constant for x, constant in given_by), out=row)
         return out
 
     def results(self, values: FloatArray) -> FloatArray:
@@ -101,8 +98,7 @@ class Tape:
     @cached_property
     def operations(self) -> NDArray[np.float32]:
         """1 for steps that count as operations, 0 for others, shape (steps,)."""
-        counting = ("add", "subtract", "multiply")
-        return np.array([code[0] in counting for code in self._code], dtype=np.float32)
+        return np.array([code[0] in ("add", "subtract", "multiply") for code in self._code], dtype=np.float32)
 
     @cached_property
     def is_angle(self) -> NDArray[np.bool_]:
