@@ -37,7 +37,7 @@ def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0) -> xr.Datas
             "joint_j": [1],
             "joint_kind": ("joint", ["revolute"]),
         },
-        attrs={"arm": "synthetic", "trajectory": "synthetic"},
+        attrs={"arm": "synthetic", "trajectory": "synthetic", "torque_round_off": 0.0},
     )
 
 

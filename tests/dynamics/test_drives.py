@@ -99,13 +99,13 @@ def test_decompositions_and_models_include_them(puma, pick_and_place, pick_and_p
     for name in ("inertia", "coriolis_centrifugal", "gravity_loading"):
         np.testing.assert_array_equal(driven[name], pick_and_place_dataset[name])
     for given in (pick_and_place, gd.states_of(pick_and_place), driven):
-        model = gd.simplify(puma, given, "10%")
+        model = gd.simplify(puma, given, "10%", level="element")
         assert model.drives
         np.testing.assert_allclose(model.accuracy.errors.peak_torque, peak, rtol=1e-14)
     # A decomposition knows whether it has drives; what is asked for counts more.
-    assert not gd.simplify(puma, pick_and_place_dataset, "10%").drives
+    assert not gd.simplify(puma, pick_and_place_dataset, "10%", level="element").drives
     exact = gd.ExactDynamics.of(puma, pick_and_place_dataset, drives=True)
     np.testing.assert_allclose(exact.peak_torque, peak, rtol=1e-14)
-    alone = gd.simplify(puma, pick_and_place, "10%", drives=False)
+    alone = gd.simplify(puma, pick_and_place, "10%", level="element", drives=False)
     own = np.abs(pick_and_place_dataset.torque.values).max(axis=0)
     np.testing.assert_array_equal(alone.accuracy.errors.peak_torque, own)

@@ -114,8 +114,7 @@ def rank(
     """
     n = dataset.sizes["joint"]
     torque = dataset.torque.values
-    # Datasets of before this was stored: of theirs only the share of the largest torque tells.
-    explained = float(dataset.attrs.get("torque_round_off", 0.0))
+    explained = float(dataset.attrs["torque_round_off"])
     peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
     given = array_of(budget, "budget", UsageError)
     if given.shape not in ((), (n,)) or not (given >= 0.0).all():

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -76,7 +76,7 @@ def _motions(
         lever = link.translation[:, None]
         if link.prismatic is None:
             own = _Run.starting(link, spin, q, qd, qdd)
-            run = run.joined(link, own) if run and link.is_parallel else own
+            run = run.joined(own) if run and link.is_parallel else own
             turn, spin = own.turn(link), run.spin(link)
             observe(i, run.quantities)
         else:
@@ -112,8 +112,7 @@ class _Turn:
 
     def across(self, vector: Array) -> Array:
         """Express a vector of frame i-1 in frame i before it turns."""
-        rotated: Array = np.einsum("ba,bn->an", self.rotation, vector)
-        return rotated
+        return np.asarray(np.einsum("ba,bn->an", self.rotation, vector))
 
     def turned(self, vector: Array) -> Array:
         """Express that in frame i."""
@@ -131,8 +130,7 @@ class _Turn:
 
     def back_across(self, vector: Array) -> Array:
         """Express that in frame i-1."""
-        rotated: Array = np.einsum("ab,bn->an", self.rotation, vector)
-        return rotated
+        return np.asarray(np.einsum("ab,bn->an", self.rotation, vector))
 
 
 @dataclass(frozen=True)
@@ -177,15 +175,14 @@ class _Run:
         q, qd, qdd = state if link.sign > 0 else (-x for x in state)
         return cls(before, link.rotation, q, link.offset, qd, qdd)
 
-    def joined(self, link: RegroupedLink, own: _Run) -> _Run:
+    def joined(self, own: _Run) -> _Run:
         """Take one more joint."""
-        return _Run(
-            self.before,
-            self.rotation,
-            self.angle + own.angle,
-            self.offset + own.offset,
-            self.velocity + own.velocity,
-            self.acceleration + own.acceleration,
+        return replace(
+            self,
+            angle=self.angle + own.angle,
+            offset=self.offset + own.offset,
+            velocity=self.velocity + own.velocity,
+            acceleration=self.acceleration + own.acceleration,
         )
 
     @property

@@ -58,12 +58,8 @@ class Integration:
 
     def __post_init__(self) -> None:
         known_method(self.method)
-        _require(
-            self.integrator in get_args(Integrator),
-            "integrator",
-            f"one of {get_args(Integrator)}",
-            self.integrator,
-        )
+        integrators = get_args(Integrator)
+        _require(self.integrator in integrators, "integrator", ", ".join(integrators), self.integrator)
         is_count = int(self.set_points) == self.set_points and self.set_points >= 2
         _require(is_count, "set_points", "a whole number of 2 or more", self.set_points)
         is_tight = np.isfinite(self.rtol) and self.rtol >= TIGHTEST_RTOL
