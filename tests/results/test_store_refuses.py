@@ -87,7 +87,7 @@ MUTATIONS = {
 }
 
 
-@examples(60)
+@examples(40)
 @given(st.sampled_from([*MUTATIONS]), st.floats(0.0, 0.999), st.integers(0, 2**32 - 1))
 def test_any_damage_is_refused(small, tmp_path_factory, kind, share, seed):
     path = tmp_path_factory.mktemp("damaged", numbered=True) / "analysis.h5"
