@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -96,10 +97,12 @@ def test_elements_are_split_by_effect(puma_findings: Findings) -> None:
 @pytest.mark.parametrize(
     "make", [arm_figure, views_figure, motion_figure, trade_off_figure, reach_figure, contributions_figure]
 )
-def test_a_drawing_is_well_formed_and_of_whole_numbers(puma_findings: Findings, make: object) -> None:
+def test_a_drawing_is_well_formed_and_of_whole_numbers(
+    puma_findings: Findings, make: Callable[[Findings], Figure]
+) -> None:
     from xml.etree import ElementTree
 
-    svg = figure_svg(make(puma_findings))  # type: ignore[operator]
+    svg = figure_svg(make(puma_findings))
     ElementTree.fromstring(svg)
     assert not re.findall(r' d="[^"]*[.e]', svg)
     assert "nan" not in svg
