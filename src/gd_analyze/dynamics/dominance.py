@@ -45,10 +45,7 @@ class Element:
         return (self.i,) if self.j is None else (self.i, self.j)
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
-        """Translational and rotational part at every state, shape (2, N); gravity is translation.
-
-        `quantities` is what `decompose` gave, or `decompose_states` for states of shape (N, n).
-        """
+        """Both parts of the element in what `decompose` gave, (2, N); gravity is translation."""
         if self.quantity == "gravity_loading":
             values = np.asarray(quantities["gravity_loading"])[:, self.i]
             return np.stack([values, np.zeros_like(values)])

@@ -39,15 +39,14 @@ class Drivetrain:
         """Torque that the actuators have to overcome at velocities qd, shape (..., n); it never drives."""
         viscous = np.zeros(arm.n_joints)
         if self.damping is not None:
-            leading, (damping,) = checked_states(arm, damping=self.damping)
-            if leading or (damping < 0).any():
+            leading, (viscous,) = checked_states(arm, damping=self.damping)
+            if leading or (viscous < 0).any():
                 raise UsageError(
                     "damping must oppose motion, one coefficient per joint",
                     where="damping",
                     expected=f"{arm.n_joints} numbers of 0 or more",
-                    found=str(damping.tolist()),
+                    found=str(viscous.tolist()),
                 )
-            viscous = viscous + damping
         if not self.friction:
             return lambda qd: viscous * qd
         if not (np.isfinite(self.rest_velocity) and self.rest_velocity > 0):
@@ -57,8 +56,8 @@ class Drivetrain:
                 expected="a positive number of rad/s (m/s)",
                 found=str(self.rest_velocity),
             )
-        viscous = viscous + viscous_coefficients(arm)
-        return lambda qd: viscous * qd + coulomb_friction(arm, qd, rest_velocity=self.rest_velocity)
+        slope = viscous + viscous_coefficients(arm)
+        return lambda qd: slope * qd + coulomb_friction(arm, qd, rest_velocity=self.rest_velocity)
 
 
 NO_DRIVES = Drivetrain()

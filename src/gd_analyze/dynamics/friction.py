@@ -20,8 +20,7 @@ _CONSTANT = 1e-12
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
     """R of the QR decomposition of some columns, given as blocks of rows, shape (columns, columns).
 
-    Whatever least squares or sums of squares of the columns are wanted, R gives them in place of the columns,
-    and without the squaring that would cost half the digits.
+    R gives least squares and sums of squares of the columns without the squaring that costs half the digits.
     """
     left = np.zeros((columns, columns))
     for block in blocks:

@@ -112,8 +112,7 @@ def _motion(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> Arra
     """exp(Q_i q_i): the joint's own displacement in joint frame i-1, shape (4, 4, N)."""
     axis = arm.joints[i].axis
     out = np.zeros((4, 4, len(q)), np.result_type(q, float))
-    for a in range(4):
-        out[a, a] = out[a, a] + 1.0
+    out[range(4), range(4)] = 1.0
     if arm.is_revolute[i]:
         out[:3, :3] = turn_about(axis, cos_q, sin_q)
     else:

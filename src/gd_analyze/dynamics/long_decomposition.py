@@ -39,11 +39,7 @@ def decompose_on_demand(
     drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> xr.Dataset:
-    """Do `decompose` without keeping what it gives of a long trajectory, but for its torque.
-
-    Of more than `MOST_KEPT` set points, D, h, h_ijk and c are evaluated again for the set points in question
-    whenever they are read.
-    """
+    """Do `decompose`; of more than `MOST_KEPT` set points all but torque is evaluated when it is read."""
     options: dict[str, Any] = {
         "christoffel": christoffel, "by_link": by_link, "terms": terms, "drives": drives,
     }  # fmt: skip
@@ -83,10 +79,7 @@ class _Rows:
 
 
 def on_demand(shape: tuple[int, ...], read: Read) -> Any:
-    """Make numbers for a variable of xarray that asks for rows whenever it is read, some thousand at a time.
-
-    `isel` chooses without reading; `values` reads what was chosen, and keeps nothing.
-    """
+    """Numbers for a variable of xarray that asks for rows whenever it is read; it keeps nothing."""
     from xarray.backends import BackendArray
     from xarray.core import indexing
 

@@ -18,11 +18,7 @@ from gd_analyze.robots.parts import Link
 
 
 def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:
-    """Raise an ArmError unless D is positive definite at every one of some states.
-
-    D is evaluated at some thousand states at a time, and nothing of it is kept. It counts as singular where
-    it is not positive definite any more less a diagonal of what round-off explains.
-    """
+    """Raise an ArmError unless D, less a diagonal of what round-off explains, is positive definite."""
     added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
     floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
     for chunk in chunks(len(states)):
@@ -101,10 +97,9 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
 
 
 def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:
-    """Index of the first joint that has no inertia above its `floor` with those before it free.
+    """Index of the first joint whose pivot is not above its `floor`, or of the smallest pivot.
 
-    Elimination from the first joint on: a pivot is what a joint's force feels while the joints before it give
-    way. The joint of the smallest pivot where all are larger.
+    A pivot of the elimination is what a joint's force feels while the joints before it give way.
     """
     left, pivots = inertia.copy(), np.empty(len(inertia))
     for i in range(len(left)):

@@ -72,18 +72,13 @@ def torque(
 
 @dataclass(frozen=True)
 class _Step:
-    """From link frame i-1 to link frame i.
+    """From link frame i-1 to link frame i."""
 
-    `rotation` takes vectors of frame i into frame i-1; `to_joint` (joint origin in frame i-1; None where it
-    is the frame's own, as in every standard Denavit-Hartenberg arm) and `axis` (z_{i-1} in frame i) are
-    constants, and so is `link_vector` (from the joint's origin to link frame i, in frame i) of a revolute
-    joint.
-    """
-
-    rotation: Array
+    rotation: Array  # of frame i in frame i-1
+    # Joint origin in frame i-1; None where it is the frame's own, as of every standard Denavit-Hartenberg arm
     to_joint: Array | None
-    axis: Array
-    link_vector: Array
+    axis: Array  # z_{i-1} in frame i
+    link_vector: Array  # from the joint's origin to link frame i, in frame i; constant of a revolute joint
 
     def into(self, vector: Array) -> Array:
         """Express a vector of link frame i-1 in link frame i."""

@@ -30,9 +30,7 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
     """Evaluate a polynomial in nested form (a multivariate Horner scheme); 0.0 without terms.
 
-    The variable in most terms is factored out, again and again, inside and in the rest; then coefficients
-    that several terms share. On traced numbers equal inner sums and products are formed once, also between
-    polynomials.
+    The variable in most terms is factored out, again and again; then coefficients that several terms share.
     """
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
     counts = Counter(itertools.chain.from_iterable(map(set, terms)))

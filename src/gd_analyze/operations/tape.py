@@ -71,10 +71,7 @@ class Tape:
         return out
 
     def slopes(self, values: FloatArray, numbers: FloatArray, weights: FloatArray) -> FloatArray:
-        """Derivative of every output, times its weight, by every step, shape (steps, outputs, N).
-
-        Arguments of sines and cosines, and what they depend on, are left at zero.
-        """
+        """Weighted outputs' derivatives by every step, (steps, outputs, N); zero inside sines and cosines."""
         out = np.zeros((len(self), len(self.outputs), values.shape[1]))
         for row, k in enumerate(self.outputs):
             if k >= 0:

@@ -68,9 +68,8 @@ class Trace:
 
     def inputs(self, name: str, count: int) -> Array:
         """Make named inputs for one set point, shape (count, 1)."""
-        out = np.empty((count, 1), dtype=object)
-        out[:, 0] = [self.record("input", f"{name}{i + 1}") for i in range(count)]
-        return out
+        made = [self.record("input", f"{name}{i + 1}") for i in range(count)]
+        return np.array(made, dtype=object).reshape(count, 1)
 
     def add(self, a: Any, b: Any) -> Any:
         """Sum; zeros are left out, and adding a negative is a difference."""
