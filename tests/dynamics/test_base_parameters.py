@@ -144,18 +144,16 @@ def test_counts_of_the_arms_supplied(name, drives, count):
 
 def test_a_general_arm_of_seven_joints_has_43():
     """KUKA's LBR, modified axes of Lloyd et al. 2021; published code for its like takes 43 of 70."""
+    twists, offsets = [-90, 90, 90, -90, -90, 90, 0], [0.34, 0, 0.4, 0, 0.4, 0, 0.126]
     rng = np.random.default_rng(0)
     joints, links = [], []
-    for i, (twist, offset) in enumerate(zip(TWISTS, OFFSETS, strict=True), 1):
+    for i, (twist, offset) in enumerate(zip(twists, offsets, strict=True), 1):
         before, behind = standard_placements("revolute", DHRow(0.0, offset, 0.0, np.deg2rad(twist)))
         joints.append(Joint(str(i), "revolute", before))
         links.append(Link(str(i), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
     base = gd.base_parameters(RobotArm("lbr", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81])))
     assert len(base) == 43
     assert_minimal(base)
-
-
-TWISTS, OFFSETS = [-90, 90, 90, -90, -90, 90, 0], [0.34, 0, 0.4, 0, 0.4, 0, 0.126]
 
 
 def test_a_scara_by_name():
