@@ -11,8 +11,8 @@ import xarray as xr
 
 import gd_analyze as gd
 from gd_analyze.arrays import CHUNK
-from gd_analyze.dynamics import long_decomposition
-from gd_analyze.dynamics.long_decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.dynamics import decomposition
+from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
 from gd_analyze.report.main_page import render_html
@@ -80,7 +80,7 @@ def test_any_part_can_be_read_and_nothing_long_is_kept(two_link, long_swing):
 def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     two_link, long_swing, long_findings, monkeypatch
 ):
-    for module in (long_decomposition, run):
+    for module in (decomposition, run):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
     kept = gd.find(two_link, long_swing, gd.Settings(level="element"))
     assert kept.decomposition.inertia.variable._in_memory

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics import long_decomposition
+from gd_analyze.dynamics import decomposition
 from gd_analyze.errors import StoreError
 from gd_analyze.results.motion_result import strict_notice, verdict_rows
 from gd_analyze.results.run_result import run_result, subtitle
@@ -147,7 +147,7 @@ def test_the_ranking_as_csv_has_a_column_per_motion(together, tmp_path):
 
 
 def test_long_motions_are_told_apart_on_demand(two_link, together, monkeypatch):
-    monkeypatch.setattr(long_decomposition, "MOST_KEPT", 20)
+    monkeypatch.setattr(decomposition, "MOST_KEPT", 20)
     read = gd.analyze(two_link, [SLOW, FAST], budget="20%")
     for name, found in together.tables["motions"].data_vars.items():
         if found.dtype.kind == "f":

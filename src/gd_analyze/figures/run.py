@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.dynamics.long_decomposition import MOST_KEPT
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, Array, chunks
-from gd_analyze.dynamics.long_decomposition import on_demand
+from gd_analyze.dynamics.decomposition import on_demand
 from gd_analyze.errors import Location, StoreError
 from gd_analyze.schema import GROUPS, require_numbers, validate
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from gd_analyze.dynamics.long_decomposition import MOST_KEPT
+from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.errors import GdAnalyzeError, Location, StoreError
 from gd_analyze.files import replacing, warn_of_others
 from gd_analyze.results.findings import Findings

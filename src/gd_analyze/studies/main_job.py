@@ -15,8 +15,8 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.dynamics.decomposition import decompose_on_demand
 from gd_analyze.dynamics.dominance import rank
-from gd_analyze.dynamics.long_decomposition import decompose_on_demand
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
