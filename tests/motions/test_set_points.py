@@ -145,7 +145,7 @@ def test_refusals(case: str, csv_file, two_link) -> None:
 def test_no_such_file(puma, slider, csv_file, tmp_path) -> None:
     for given_, arm, says in (
         (tmp_path / "nothing.csv", puma, "there is no trajectory"),
-        ("large_slew.csv", puma, "did you mean the shipped 'large-slew'"),
+        ("large_slew.csv", puma, "did you mean 'large-slew'"),
         (tmp_path, puma, "cannot read"),
         (3, puma, "this is no trajectory"),
         ("/dev/zero", puma, "binary"),

@@ -87,7 +87,7 @@ class _Log:
     zero: frozenset[object]  # keys of families that are 0 throughout
 
 
-def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object] = frozenset()) -> Choice:
+def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
     """Choose columns; `zero` are the keys of families that are 0 throughout.
 
     TrajectoryError if the names do not tell, or tell of other joints than the arm's; it lists the choices.
@@ -114,11 +114,11 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
             chosen[role] = family
         if family is not None or given:
             uses += _uses(log, role, family, given)
+    kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
         named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
-        accelerated = "qdd" in chosen and chosen["qdd"].kind == "plain"
-        planned = named or accelerated or ("q" in chosen and chosen["q"].kind == "target")
+        planned = named or kinds.get("qdd") == "plain" or kinds.get("q") == "target"
     measured = not planned if reading.measured is None else reading.measured
     time = _time(log, said)
     exact = table.set_points and not measured and reading.rate is None
@@ -161,11 +161,10 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
             meaning = Meaning("other")
         meanings.append(meaning)
     # Columns name0, name1 and so on name the joints of the numbered ones.
-    cells = {}
-    for k, meaning in enumerate(meanings):
-        texts = [cell for cell in table.head(k) if isinstance(cell, str)] if meaning.role == "name" else []
-        if texts and meaning.number is not None:
-            cells[k] = texts[0]
+    naming = [
+        k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
+    ]
+    cells = {k: cell for k in naming for cell in reversed(table.head(k)) if isinstance(cell, str)}
     if cells and isinstance(table, TextTable):
         table.require_constant(cells, or_empty=True)
     labels = {meanings[k].number: words_of(text) for k, text in cells.items()}
@@ -273,7 +272,7 @@ def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, 
             raise refusal(f"{role} is given of some joints only", "--map", expected, known, step)
         elif len(columns) > 1:
             what, where = (
-                f"{len(columns)} columns hold {role} of joint {of.name}",
+                f"{len(columns)} columns hold {role} of {of.name}",
                 log.table.where(None, columns[1]),
             )
             found = _listed([f"{log.table.names[c]} (column {c + 1})" for c in columns])
@@ -408,13 +407,9 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
     }
     if strangers:
         pairs = (f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False))
-        what, step = (
-            f"the log's joints are not those of arm {arm.name}",
-            "if they are the same in this order: ",
-        )
-        return refusal(
-            what, table.where(), ", ".join(names), _listed(list(strangers)), step + " ".join(pairs)
-        )
+        what, found = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
+        step = f"if they are the same in this order: {' '.join(pairs)}"
+        return refusal(what, table.where(), ", ".join(names), found, step)
     what, step = "no column is known to be a position of a joint", f"--map 'q:{names[0]}=COLUMN' and so on"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
     return refusal(what, table.where(), expected, _listed(table.names), f"name the columns: {step}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -59,10 +57,8 @@ class Schedule:
 
     def __post_init__(self) -> None:
         if self.profile not in PROFILES:
-            near = difflib.get_close_matches(self.profile, PROFILES, n=1)
-            what, expected = f"there is no profile {self.profile!r}", ", ".join(PROFILES)
-            step = f"did you mean {near[0]!r}?" if near else "choose one of these"
-            raise refusal(what, "profile", expected, self.profile, step)
+            what = f"there is no profile {self.profile!r}"
+            raise refusal(what, "profile", ", ".join(PROFILES), self.profile)
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST <= duration <= LARGEST:
             expected, found = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
@@ -137,10 +133,8 @@ def plan(
     """
     profile = PROFILES[schedule.profile]
     if profile.via_counts is not None and len(via) not in profile.via_counts:
-        what, expected = (
-            f"profile {profile.name} cannot take this number of vias",
-            "none, or two: lift-off, set-down",
-        )
+        what = f"profile {profile.name} cannot take this number of vias"
+        expected = "none, or two: lift-off, set-down"
         step = "choose the profile quintic, cubic or trapezoidal for other numbers of vias"
         raise refusal(what, "via", expected, str(len(via)), step)
     duration, count = float(schedule.duration), schedule.n_set_points
@@ -148,8 +142,7 @@ def plan(
     times = _knot_times(arm, knots, duration, schedule.via_times)
     path = profile.path(times, knots)
     report = limit_report(arm, path)
-    stretch = report.least_stretch
-    shortest = None if stretch is None else stretch * duration
+    shortest = None if report.least_stretch is None else report.least_stretch * duration
     _judge(arm, report, f"profile {profile.name} over {duration:g} s", shortest, allow_violations)
     trajectory = Trajectory(
         *_sample(path, profile, knots, count),
@@ -167,28 +160,21 @@ def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: Arra
     for label, values in zip(labels, [start, *via, goal], strict=True):
         knot = array_of(values, label, TrajectoryError)
         if knot.shape != (arm.n_joints,):
+            what, expected = f"{label} does not fit arm {arm.name}", f"{arm.n_joints} joint variables"
             found = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
-            expected = f"{arm.n_joints} joint variables"
-            raise refusal(f"{label} does not fit arm {arm.name}", label, expected, found)
+            raise refusal(what, label, expected, found)
         require_possible(knot, label, TrajectoryError)
         outside = (knot < lower - ROUNDING) | (knot > upper + ROUNDING)
         for i in np.flatnonzero(outside)[:1].tolist():
-            joint, value = arm.joints[i], float(knot[i])
-            degrees = joint.kind == "revolute" and abs(value) > 2 * math.pi
-            raise refusal(
-                f"{label} lies outside the range of {joint_label(i + 1, joint.name)}",
-                label,
-                f"{angle(lower[i], joint.unit)} .. {angle(upper[i], joint.unit)}",
-                angle(value, joint.unit),
-                f"choose a position within the range{', in radians: numpy.deg2rad' if degrees else ''}",
-            )
+            joint = arm.joints[i]
+            least, most, found = (angle(float(x[i]), joint.unit) for x in (lower, upper, knot))
+            what = f"{label} lies outside the range of {joint_label(i + 1, joint.name)}"
+            step = f"choose a position within the range, in {joint.unit}"
+            raise refusal(what, label, f"{least} .. {most}", found, step)
         if knots and np.abs(knot - knots[-1]).max() <= ROUNDING:
             what = f"{labels[len(knots) - 1]} and {label} are the same"
-            expected, step = (
-                "another position",
-                "leave one out, or plan the motions around a pause separately",
-            )
-            raise refusal(what, label, expected, "no movement", step)
+            step = "leave one out, or plan the motions around a pause separately"
+            raise refusal(what, label, "another position", "no movement", step)
         knots.append(knot)
     return np.array(knots)
 
@@ -209,11 +195,9 @@ def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: Ar
     inner = np.atleast_1d(np.array(via_times, dtype=float))
     times = np.array([0.0, *inner, duration])
     if len(times) != len(knots) or not (np.diff(times) > ROUNDING * duration).all():
-        what, expected = (
-            "the instants of the vias do not fit the motion",
-            f"{len(knots) - 2} increasing instants",
-        )
-        raise refusal(what, "via_times", f"{expected} between 0 and {duration:g} s", str(inner.tolist()))
+        what = "the instants of the vias do not fit the motion"
+        expected = f"{len(knots) - 2} increasing instants between 0 and {duration:g} s"
+        raise refusal(what, "via_times", expected, str(inner.tolist()))
     return times
 
 
@@ -228,10 +212,7 @@ def _judge(
     if not report.violations or shortest is None:
         return
     enough = f"a duration of {rounded_up(shortest * (1 - ROUNDING), 2):.10g} s meets all limits"
-    what, found = (
-        f"the motion is too fast for {arm.name}",
-        [str(violation) for violation in report.violations],
-    )
+    what, found = f"the motion is too fast for {arm.name}", list(map(str, report.violations))
     if not allow_violations:
         expected = "velocities and accelerations within the limits of every joint"
         raise refusal(what, where, expected, found, f"{enough}; allow_violations=True plans it all the same")

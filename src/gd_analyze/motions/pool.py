@@ -38,8 +38,8 @@ def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajecto
     if isinstance(given, Trajectory):
         return given
     several = _several(given)
-    folder = _folder(several[0]) if len(several) == 1 else None
-    return pool(_each(several, arm, read), None if folder is None else visible(folder.resolve().name))
+    folder = len(several) == 1 and _is_folder(several[0])
+    return pool(_each(several, arm, read), visible(Path(str(several[0])).resolve().name) if folder else None)
 
 
 def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
@@ -51,20 +51,18 @@ def _several(given: GivenMotions) -> list[GivenMotion]:
     return list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
 
 
-def _folder(given: GivenMotion) -> Path | None:
-    """The folder of motions that is given, if it is one."""
+def _is_folder(given: GivenMotion) -> bool:
     if not isinstance(given, str | PathLike) or str(given) in shipped_trajectories():
-        return None
-    return Path(given) if is_folder_of_motions(Path(given)) else None
+        return False
+    return is_folder_of_motions(Path(given))
 
 
 def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
     for one in several:
-        folder = _folder(one)
         if isinstance(one, Trajectory):
             yield one
-        elif folder is not None:
-            yield from (read(path, arm) for path in trajectory_files(folder))
+        elif _is_folder(one):
+            yield from (read(path, arm) for path in trajectory_files(Path(one)))
         else:
             yield read(one, arm)
 
@@ -125,13 +123,12 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
         derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
         gaps=tuple(sorted({*begins[1:], *own_gaps})),
         recording=_recording(parts),
-        motions=tuple(
-            Motion(
-                one.name, first, end, float(one.time[0]), one.origin, one.derivatives_from, one.fingerprint
-            )
-            for one, first, end in zip(parts, begins, ends, strict=True)
-        ),
+        motions=tuple(map(_motion, parts, begins, ends)),
     )
+
+
+def _motion(of: Trajectory, first: int, end: int) -> Motion:
+    return Motion(of.name, first, end, float(of.time[0]), of.origin, of.derivatives_from, of.fingerprint)
 
 
 def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:

@@ -156,19 +156,12 @@ def read_log(
     mapping = None
     if reading.mapping is not None:
         if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
-            what, expected = (
-                "a mapping file says all of a log's columns",
-                "no other option on columns or units",
-            )
+            what, expected = "a mapping file says all of a log's columns", "no option on columns or units"
             step = "change the mapping file, or write it anew with --save-mapping"
             raise refusal(what, "--mapping", expected, "such options", step)
         mapping, lines = read_mapping(reading.mapping)
-        reading = replace(
-            reading,
-            columns=tuple(mapping.names),
-            rate=reading.rate or mapping.rate,
-            topic=reading.topic or mapping.topic,
-        )
+        rate, topic = reading.rate or mapping.rate, reading.topic or mapping.topic
+        reading = replace(reading, columns=tuple(mapping.names), rate=rate, topic=topic)
     table = _opened(path, reading, data, progress)
     if isinstance(table, TextTable):
         command = recorded_command(table.first_lines[:20])
@@ -201,12 +194,8 @@ def trajectory_files(folder: Path) -> list[Path]:
     except OSError as error:
         raise _unreadable(folder, error) from None
     shown = [path for path in entries if not path.name.startswith(".")]
-    found = [
-        path
-        for path in shown
-        if path.name not in RESULT_FILES.values()
-        and (_format(path) is not None or (path.is_file() and path.suffix.lower() in _TEXT))
-    ]
+    logs = [p for p in shown if _format(p) is not None or (p.is_file() and p.suffix.lower() in _TEXT)]
+    found = [path for path in logs if path.name not in RESULT_FILES.values()]
     if not found:
         names = ", ".join(visible(path.name) for path in shown[:5]) or "nothing"
         names += f" and {len(shown) - 5} more" if len(shown) > 5 else ""
@@ -250,9 +239,7 @@ def _stream(path: Path | None) -> bytes:
         near = difflib.get_close_matches(name.stem, known, n=1)
         what, found = f"there is no trajectory {str(name)!r}", "neither an existing file nor a known name"
         expected = f"a CSV file, a log or a shipped trajectory ({', '.join(known)})"
-        step = (
-            f"did you mean the shipped {near[0]!r}?" if near else "check the path, or see `gd-analyze plan`"
-        )
+        step = f"did you mean {near[0]!r}?" if near else "check the path, or see `gd-analyze plan`"
         raise refusal(what, Location(name), expected, found, step) from None
     except OSError as error:
         raise _unreadable(name, error) from None
@@ -336,11 +323,10 @@ def _logged(
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
         uses = choice.of(role)
-        sizes = [units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit] for use in uses]
-        if uses:
-            array = np.column_stack([held[use.column] * size for use, size in zip(uses, sizes, strict=True)])
-            if role == "q" or np.isfinite(array).any():
-                arrays[role] = array
+        sizes = (units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit] for use in uses)
+        found = [held[use.column] * size for use, size in zip(uses, sizes, strict=True)]
+        if found and (role == "q" or np.isfinite(found).any()):
+            arrays[role] = np.column_stack(found)
     q = arrays["q"]
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")

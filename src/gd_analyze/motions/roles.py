@@ -88,15 +88,13 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
 _BRACKETED = re.compile(r"\[([^\[\]]{1,30})\]|\(([^()]{1,30})\)")
 
 
-_ROLE_WORDS: dict[str, Said] = {
-    **dict.fromkeys(word_set("q pos position positions angle angles theta th phi"), "q"),
-    **dict.fromkeys(word_set("qd dq qdot vel vels velocity velocities speed speeds rate rates omega"), "qd"),
-    **dict.fromkeys(word_set("dtheta thetadot thetad"), "qd"),
-    **dict.fromkeys(
-        word_set("qdd ddq qddot acc accel acceleration accelerations ddtheta thetaddot thetadd"), "qdd"
-    ),
-    **dict.fromkeys(word_set("tau torque torques trq effort efforts moment moments"), "torque"),
+_WORDS_OF: dict[Said, str] = {
+    "q": "q pos position positions angle angles theta th phi",
+    "qd": "qd dq qdot vel vels velocity velocities speed speeds rate rates omega dtheta thetadot thetad",
+    "qdd": "qdd ddq qddot acc accel acceleration accelerations ddtheta thetaddot thetadd",
+    "torque": "tau torque torques trq effort efforts moment moments",
 }
+_ROLE_WORDS = {word: role for role, words in _WORDS_OF.items() for word in words.split()}
 # In a log with q, theta is of something else: of the motors in libfranka's.
 _SECOND_CHOICE = word_set("theta th phi dtheta thetadot thetad omega")
 _MEASURED = word_set("actual act measured meas msr feedback fbk fb real current present")
@@ -133,7 +131,7 @@ _DERIVED = {
     **{("theta", "dot"): "thetadot", ("thetadot", "dot"): "thetaddot"},
 }
 # A1 to A6 of a KUKA count as joints; its E1 and the S, L, U of others do not tell which they are.
-_SINGLE = frozenset({"a"})
+_SINGLE = ("a",)
 _SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
 
 
@@ -166,11 +164,11 @@ def unit_taken_out(name: str) -> tuple[str, str]:
 
 def joint_of(words: Words) -> tuple[Words, int | None]:
     """Split the words of a joint's name into those that name it and its number."""
-    label = list(without_fillers(words))
+    label = without_fillers(words)
     for k in reversed(range(len(label))):
         if _is_count(label[k]):
-            return tuple(label[:k] + label[k + 1 :]), int(label[k])
-    return tuple(label), None
+            return label[:k] + label[k + 1 :], int(label[k])
+    return label, None
 
 
 def without_fillers(words: Words) -> Words:
@@ -187,7 +185,9 @@ def as_written(words: Words, name: str) -> str:
 def known_joints(names: Sequence[str]) -> dict[Words, int]:
     """Words of the joints whose names say more than a number, and their numbers from 0."""
     known = {_merged(words_of(name)): number for number, name in enumerate(names)}
-    return {words: k for words, k in known.items() if set(joint_of(words)[0]) - set(_ROLE_WORDS) - _SINGLE}
+    return {
+        words: k for words, k in known.items() if set(joint_of(words)[0]).difference(_ROLE_WORDS, _SINGLE)
+    }
 
 
 @dataclass(frozen=True)
@@ -227,9 +227,8 @@ def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
     timed = _time_said(segments)
     if timed is not None:
         return Meaning(timed, group=tuple(w for s in segments for w in s), unit=unit)
-    if any(
-        "points" in segment and next((int(w) for w in segment if _is_count(w)), 0) for segment in segments
-    ):
+    points = (segment for segment in segments if "points" in segment)
+    if any(next((int(word) for word in segment if _is_count(word)), 0) for segment in points):
         return Meaning("other")  # a further point of a message
     words = {word for segment in segments for word in segment}
     last = set(segments[-1]) if segments else set()
@@ -261,11 +260,10 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
     if not segments:
         return None
     last = segments[-1]
-    stamped = {word for segment in segments[:-1] for word in segment} | set(last[:-1])
-    if last[-1] in ("sec", "secs", "nanosec", "nanosecs", "nsec", "nsecs") and (
-        len(segments) == len(last) == 1 or stamped & {"stamp", "time", "start"}
-    ):
-        return "nanosec" if last[-1].startswith("n") else "sec"
+    *before, end = (word for segment in segments for word in segment)
+    seconds = end in ("sec", "secs", "nanosec", "nanosecs", "nsec", "nsecs")
+    if seconds and (not before or {"stamp", "time", "start"} & set(before)):
+        return "nanosec" if end.startswith("n") else "sec"
     if set(last) & _TIME_CORE and set(last) <= _TIME_CORE | _TIME_MORE:
         return "time"
     if len(segments) <= 3 and set(last) <= _INDEX | {"number", "no"} and set(last) & _INDEX:
@@ -312,9 +310,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("name", token)
         # A3 counts, joint_a3 is a name; of other words only those beside "joint" are surely joints'.
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (
-            not label or (not beside and len(label) == 1 and label[0] in _SINGLE)
-        )
+        counts = number is not None and (not label or (not beside and label == _SINGLE))
         # elbow is a position; elbow_enabled and elbow_x are something else of it.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
         if more or (joint is None and not counts and not beside):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -16,22 +17,16 @@ from gd_analyze.motions.roles import TARGET, words_of
 from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
 from gd_analyze.motions.text import is_number
 
-_STATE, _TRAJECTORY, _CONTROLLER, _DYNAMIC = (
-    "JointState",
-    "JointTrajectory",
-    "controller state",
-    "dynamic state",
+_STATE, _TRAJECTORY = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
+_CONTROLLER, _DYNAMIC = (
+    "control_msgs/msg/JointTrajectoryControllerState",
+    "control_msgs/msg/DynamicJointState",
 )
-_KINDS = {
-    "sensor_msgs/msg/JointState": _STATE,
-    "trajectory_msgs/msg/JointTrajectory": _TRAJECTORY,
-    "control_msgs/msg/JointTrajectoryControllerState": _CONTROLLER,
-    "control_msgs/msg/DynamicJointState": _DYNAMIC,
-}
+_KINDS = (_STATE, _TRAJECTORY, _CONTROLLER, _DYNAMIC)
+_ECHOED = ("position", "velocity", "effort")
 # Fields of states and of points, and the ends of the columns' names made of them.
-_FIELDS = {
-    **{word: word for word in ("position", "velocity", "effort")},
-    **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"},
+_FIELDS = {word: word for word in _ECHOED} | {
+    **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
 _TOLD_EVERY = 1000
@@ -58,34 +53,29 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
             total = sum(connection.msgcount for connection in chosen)
             messages = reader.messages(connections=chosen)
             for done, (connection, received, raw) in enumerate(messages):
-                message = reader.deserialize(raw, connection.msgtype)
-                gathering.add(message, _KINDS[connection.msgtype], received)
+                kind = connection.msgtype
+                gathering.add(reader.deserialize(raw, kind), kind, received)
                 if not done % _TOLD_EVERY:
                     progress(done, total)
             progress(total, total)
-            states = all(_KINDS[connection.msgtype] == _STATE for connection in chosen)
+            states = all(connection.msgtype == _STATE for connection in chosen)
             commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
             return gathering.table(path, commanded=commanded)
     except TrajectoryError:
         raise
     # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
     except Exception as error:
-        raise refusal(
-            "the bag cannot be read",
-            Location(path),
-            "a bag of ROS, with the definitions of its messages where they are none of ROS itself",
-            str(error).split("\n", 1)[0] or type(error).__name__,
-            "`ros2 bag info` or `rosbag info` tells whether it is whole",
-        ) from None
+        found, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
+        step = "check it with `ros2 bag info`; messages that are none of ROS itself need their definitions"
+        raise refusal("the bag cannot be read", Location(path), expected, found, step) from None
 
 
 def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:
     """Connections of the topic to read."""
     fitting = [c for c in connections if c.msgtype in _KINDS and c.msgcount]
-    topics = list(dict.fromkeys(connection.topic for connection in fitting))
-    listed = (
-        f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in fitting or connections
-    )
+    topics = list(dict.fromkeys(c.topic for c in fitting))
+    shown = fitting or connections
+    listed = (f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in shown)
     if not topics or topic not in (None, *topics):
         what = "the bag holds no motion of joints" + ("" if topic is None else f" on topic {topic}")
         expected = ", ".join(topics) or "a topic of JointState, JointTrajectory or a controller's state"
@@ -94,7 +84,7 @@ def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> l
     if topic is None and len(topics) > 1:
         what, step = "several topics of the bag carry motions of joints", " or ".join(topics[:6])
         raise refusal(what, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
-    return [connection for connection in fitting if connection.topic == (topic or topics[0])]
+    return [c for c in fitting if c.topic == (topic or topics[0])]
 
 
 def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
@@ -104,13 +94,9 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
     """
     if len(cells) < 5 or not all(_INTEGER.fullmatch(cell) for cell in cells[:2]) or is_number(cells[2]):
         return None
-    joints = []
-    for cell in cells[3:]:
-        if is_number(cell) or not cell:
-            break
-        joints.append(cell)
+    joints = list(takewhile(lambda cell: cell and not is_number(cell), cells[3:]))
     names = ["header/stamp/sec", "header/stamp/nanosec", "", *([""] * len(joints))]
-    for field in ("position", "velocity", "effort") if joints else ():
+    for field in _ECHOED if joints else ():
         if len(names) < len(cells):
             names += [f"{joint}/{field}" for joint in joints] if cells[len(names)] else [""]
     return tuple(names) if joints and len(names) == len(cells) else None
@@ -131,7 +117,7 @@ def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
             gathering.add(message, _kind_of(message))
         except (ValueError, TypeError, AttributeError, OverflowError) as error:
             raise _not_read(Location(path), f"in document {number}, {error}") from None
-    return gathering.table(path)
+    return gathering.table(path, commanded=False)
 
 
 def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
@@ -271,7 +257,7 @@ class _Gathering:
                 column.extend([np.nan] * (count - len(column)))
                 column.append(value)
 
-    def table(self, path: str | Path, *, commanded: bool = False) -> ArrayTable:
+    def table(self, path: str | Path, *, commanded: bool) -> ArrayTable:
         """All rows; TrajectoryError if there are none, or several trajectories of several points."""
         count = len(self._stamps)
         if not count or not self._columns:

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -54,7 +55,7 @@ class Layout:
 
     def plain(self, cell: str) -> str:
         """A cell with a decimal point."""
-        return cell.replace(",", ".") if self.decimal == "," else cell
+        return cell.replace(self.decimal, ".")
 
 
 def is_number(cell: str) -> bool:
@@ -74,11 +75,13 @@ def _split(line: str, delimiter: str, where: Location) -> list[str]:
         raise refusal("the line is not CSV", where, expected, str(error)) from None
 
 
+def _is_row(line: str) -> bool:
+    return not line.lstrip().startswith("#") and bool(line.strip())
+
+
 def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
     """Find out how a text table is laid out; TrajectoryError if there is no row, or a name is no column's."""
-    rows = [
-        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
-    ]
+    rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
     if not rows:
         found = "comments only" if any(line.strip() for line in lines) else "no data"
         expected = "a line of names, such as time,q1,q2, and a line per instant"
@@ -139,10 +142,7 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
     """Raise a TrajectoryError where a name is longer than any column's."""
     for column, name in enumerate(names, start=1):
         if len(name) > _LONGEST_NAME:
-            what, place = (
-                f"the name of column {column} is far too long",
-                Location(where.path, where.line, column),
-            )
+            what, place = f"column {column} has far too long a name", Location(where.path, where.line, column)
             expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
             raise refusal(what, place, expected, in_python(name), "check that the file is a log")
 
@@ -192,10 +192,9 @@ class TextTable(LogTable):
         self.layout: Layout = layout_of(self.first_lines, path)
         self.names = names or self.layout.names
         self.set_points = not names and any(self.names) and all(map(is_of_set_points, self.names))
-        self._head: list[list[str]] = []
-        for number, line in enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first):
-            if line.strip() and not line.lstrip().startswith("#") and len(self._head) < HEAD_ROWS:
-                self._head.append(self._cells(line, number))
+        numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
+        rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
+        self._head = [self._cells(line, number) for number, line in rows]
 
     def _cells(self, line: str, number: int) -> list[str]:
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
@@ -331,13 +330,11 @@ class TextTable(LogTable):
         for number, line in zip(block.numbers, block.lines, strict=True):
             cells = self._cells(line, number)
             if len(cells) != layout.width:
-                raise refusal(
-                    f"the line has too {'few' if len(cells) < layout.width else 'many'} columns",
-                    Location(self.path, number, min(len(cells), layout.width) + 1),
-                    f"{layout.width} columns, as in the {'header' if layout.header else 'first line'}",
-                    str(len(cells)),
-                    "complete the line, or remove it if the recording broke off there",
-                )
+                what = f"the line has too {'few' if len(cells) < layout.width else 'many'} columns"
+                where = Location(self.path, number, min(len(cells), layout.width) + 1)
+                expected = f"{layout.width} columns, as in the {'header' if layout.header else 'first line'}"
+                step = "complete the line, or remove it if the recording broke off there"
+                raise refusal(what, where, expected, str(len(cells)), step)
             for column in set(columns) - as_text:  # stamps may be of any size, and text is not read here
                 if cells[column].lower() not in _EMPTY:
                     where = Location(self.path, number, column + 1)
@@ -387,32 +384,26 @@ class TextTable(LogTable):
         try:
             return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
         except OSError as error:
-            where, found = Location(self.path), error.strerror or str(error)
-            step = "give the path of a file you may read"
-            raise refusal("cannot read the file", where, "a file", found, step) from None
+            found, step = error.strerror or str(error), "give the path of a file you may read"
+            raise refusal("cannot read the file", Location(self.path), "a file", found, step) from None
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
-            raise refusal(
-                "the file is not a text table",
-                Location(self.path),
-                "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml",
-                "UTF-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "a binary file (zero bytes)",
-                "save it as CSV in UTF-8",
-            )
+            expected = "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml"
+            utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+            found, step = "UTF-16" if utf_16 else "a binary file (zero bytes)", "save it as CSV in UTF-8"
+            raise refusal("the file is not a text table", Location(self.path), expected, found, step)
 
 
 def _block_of(lines: bytes, number: int, begin: int) -> _Block:
     """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
     if number >= begin and not _NEEDS_LOOK.search(lines[:-1]):
         return _Block(lines, range(number, number + lines.count(b"\n")))
-    kept: list[bytes] = []
-    numbers: list[int] = []
+    kept: dict[int, bytes] = {}
     gaps: list[int] = []
     for k, line in enumerate(lines[:-1].split(b"\n"), number):
         if k >= begin and line.strip() and not line.lstrip().startswith(b"#"):
-            kept.append(line + b"\n")
-            numbers.append(k)
+            kept[k] = line + b"\n"
         elif k >= begin and line.rstrip() == GAP.encode():
-            gaps.append(len(numbers))
-    return _Block(b"".join(kept), numbers, gaps)
+            gaps.append(len(kept))
+    return _Block(b"".join(kept.values()), list(kept), gaps)
