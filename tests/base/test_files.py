@@ -64,7 +64,7 @@ def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
     paths = [tmp_path / name for name in ("one", "two")]
     write_all(paths, "old")
     # Both statements are meant to stand in the block: a file is written, then the block ends badly.
-    with pytest.raises(raised) as caught, replacing_together(paths) as temporaries:  # noqa: PT012
+    with pytest.raises(raised) as caught, replacing_together(paths) as temporaries:  # noqa: PT012 - see above
         temporaries[0].write_text("new")
         raise end
     assert type(caught.value) is raised
