@@ -102,9 +102,8 @@ def _panel(run: Run, element: Element, pitch: float) -> Panel:
     for role, curve in curves.items():
         width, dashes = _LOOKS[role]
         hidden, width = role in ("centrifugal", "coriolis"), width * (0.6 if is_narrow else 1.0)
-        items.append(
-            over_time(time, curve, gaps, role, width, dashes=dashes, label=role, role=role, hidden=hidden)
-        )
+        look = {"dashes": dashes, "label": role, "role": role, "hidden": hidden}
+        items.append(over_time(time, curve, gaps, role, width, **look))
     return Panel(
         element.label,
         element.label[0] + element.label[1:].translate(_SUBSCRIPTS),

@@ -46,9 +46,7 @@ def figure_svg(figure: Figure) -> str:
 
 def panel_svg(panel: Panel, figure: Figure) -> str:
     """Draw one panel for a page; its script reads values from the curves, by the axes' ends."""
-    left, bottom, right, top = panel.margins
-    frame = (left, top, figure.width - left - right, figure.height - top - bottom)
-    axes = ""
+    frame, axes = _frame(panel, figure.width, figure.height), ""
     if not panel.is_bare and not (panel.x.is_logarithmic or panel.y.is_logarithmic):
         low, high = panel.y.low / panel.y.factor, panel.y.high / panel.y.factor
         axes = (
@@ -66,15 +64,14 @@ def panel_svg(panel: Panel, figure: Figure) -> str:
 
 def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[str]:
     """Grid, items, axes and title of a panel; y points downward here."""
-    left, bottom, right, top = panel.margins
-    wide, high = width - left - right, height - top - bottom
+    left, top, wide, high = frame = _frame(panel, width, height)
 
     def placed(x: FloatArray, y: FloatArray) -> FloatArray:
         across, upward = left + wide * panel.x.place(x), top + high * (1.0 - panel.y.place(y))
         return np.stack([across, upward], axis=-1)
 
     if not panel.is_bare:
-        yield from _axes(panel, (left, top, wide, high), paint)
+        yield from _axes(panel, frame, paint)
     for item in panel.items:
         if isinstance(item, Words):
             x, y = placed(np.array(item.x), np.array(item.y)).tolist()
@@ -82,9 +79,8 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
             if item.space is not None and paint is on_page:
                 look += f' data-space3="{" ".join(f"{value:.4g}" for value in item.space)}"'
                 look += f' data-shift="{_int(item.right)} {_int(-item.up)}"'
-            yield _text(
-                x + item.right, y - item.up, item.text, item.size, paint(item.colour), item.anchor, look
-            )
+            at = x + item.right, y - item.up
+            yield _text(*at, item.text, item.size, paint(item.colour), item.anchor, look)
         elif isinstance(item, Area):
             yield _area(item, placed, paint)
         else:
@@ -214,18 +210,13 @@ def without_straights(points: FloatArray) -> FloatArray:
 
 def _mark(shape: str, x: float, y: float, size: float) -> str:
     r, whole = size / 2, _int(size)
+    turns = [((r, 0.42 * r)[k % 2], k * math.pi / 5) for k in range(10)]
     corners: dict[str, list[tuple[float, float]]] = {
         "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
         "triangle": [(-1.15 * r, r), (1.15 * r, r), (0, -1.1 * r)],
         "down": [(-1.15 * r, -r), (1.15 * r, -r), (0, 1.1 * r)],
         "diamond": [(0, -1.3 * r), (1.3 * r, 0), (0, 1.3 * r), (-1.3 * r, 0)],
-        "star": [
-            (
-                (r, 0.42 * r)[k % 2] * math.sin(k * math.pi / 5),
-                -(r, 0.42 * r)[k % 2] * math.cos(k * math.pi / 5),
-            )
-            for k in range(10)
-        ],
+        "star": [(radius * math.sin(turn), -radius * math.cos(turn)) for radius, turn in turns],
     }
     if shape == "cross":
         return f"M{_int(x - r)} {_int(y - r)}l{whole} {whole}m0-{whole}l-{whole} {whole}"
@@ -253,9 +244,8 @@ def _legend(keys: tuple[Key, ...]) -> str:
         if key.kind == "area":
             parts.append(f'<path style="fill:{colour}" d="M{_int(x)} 80h240v120h-240z"/>')
         else:
-            dashes = f' stroke-dasharray="{" ".join(str(_int(1.4 * d)) for d in key.dashes)}"' * bool(
-                key.dashes
-            )
+            dashes = " ".join(str(_int(1.4 * length)) for length in key.dashes)
+            dashes = f' stroke-dasharray="{dashes}"' * bool(dashes)
             parts.append(f'<path style="stroke:{colour}" stroke-width="28"{dashes} d="M{_int(x)} 150h300"/>')
         x += 15.0 if key.kind == "area" else 18.0
         parts.append(_text(x, 9.6, key.label, size, on_paper("ink")))
@@ -270,6 +260,12 @@ def _int(value: float) -> int:
 def position(figure: Figure, x: float, y: float) -> tuple[int, int]:
     """Where numbers lie on the drawing of a figure of one panel, in units of the drawing."""
     (panel,) = figure.panels
+    left, top, wide, high = _frame(panel, figure.width, figure.height)
+    across, upward = float(panel.x.place(np.array(x))), float(panel.y.place(np.array(y)))
+    return _int(left + wide * across), _int(top + high * (1 - upward))
+
+
+def _frame(panel: Panel, width: float, height: float) -> tuple[float, float, float, float]:
+    """Left, top, width and height of what lies within the margins."""
     left, bottom, right, top = panel.margins
-    across = left + (figure.width - left - right) * float(panel.x.place(np.array(x)))
-    return _int(across), _int(top + (figure.height - top - bottom) * (1 - float(panel.y.place(np.array(y)))))
+    return left, top, width - left - right, height - top - bottom

@@ -107,9 +107,7 @@ def _verdict_text(row: Row) -> str:
         return f"follows the model of joint {row['resembles']}"
     if verdict in ("too light", "too heavy") and slope:
         factor = slope if verdict == "too light" else 1.0 / slope
-        return (
-            f"{verdict} by a factor {factor:.0f}" if factor > 99.5 else f"{verdict} by a factor {factor:.2g}"
-        )
+        return f"{verdict} by a factor {factor:{'.0f' if factor > 99.5 else '.2g'}}"
     return verdict
 
 
@@ -134,17 +132,12 @@ def motion_rows(findings: Findings) -> list[Row]:
     """
     table = findings.tables["motions"]
     used = share_of(table.largest_error.values, table.allowed_error.values)
-    alone = {
-        "motion": "motion",
-        "origin": "motion_origin",
-        "set_points": "set_points",
-        "duration": "duration",
-    }
+    told = table.rename(motion_origin="origin")
+    names = ("motion", "origin", "set_points", "duration")
     per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
     return [
         {
-            **{name: table[stored].values[k].item() for name, stored in alone.items()},
-            **{name: table[name].values[k].tolist() for name in per_joint},
+            **{name: told[name].values[k].tolist() for name in (*names, *per_joint)},
             "used": used[k].tolist(),
             "worst": float(used[k].max()),
             "joint": int(used[k].argmax()) + 1,

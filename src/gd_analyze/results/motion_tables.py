@@ -94,6 +94,7 @@ def motions_table(
     motions, along, labels = trajectory.motions, accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
     times = [trajectory.time[motion.rows] for motion in motions]
+    about = {f"motion_{name}": ("motion", [getattr(motion, name) for motion in motions]) for name in _ABOUT}
     return table(
         "motions",
         {
@@ -108,9 +109,7 @@ def motions_table(
         arm.is_revolute,
         {
             "motion": [motion.name for motion in motions],
-            **{
-                f"motion_{name}": ("motion", [getattr(motion, name) for motion in motions]) for name in _ABOUT
-            },
+            **about,
             **joint_names(arm),
             "element": labels,
             "quantity": ("element", dominance.quantity.values),

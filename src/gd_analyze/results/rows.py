@@ -23,11 +23,10 @@ Row = dict[str, Any]
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
     """One row per joint, of tables that have the dimension, with the unit of its torque."""
     rows: list[Row] = [{} for _ in findings.arm.joints]
-    for group in groups:
-        rows = [row | more for row, more in zip(rows, rows_of(findings.tables[group], "joint"), strict=True)]
-    return [
-        row | {"effort_unit": joint.effort_unit} for row, joint in zip(rows, findings.arm.joints, strict=True)
-    ]
+    units = [{"effort_unit": joint.effort_unit} for joint in findings.arm.joints]
+    for more in (*(rows_of(findings.tables[group], "joint") for group in groups), units):
+        rows = [row | new for row, new in zip(rows, more, strict=True)]
+    return rows
 
 
 def element_rows(findings: Findings) -> list[Row]:

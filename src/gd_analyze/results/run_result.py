@@ -34,7 +34,6 @@ from gd_analyze.results.motion_result import (
     strict_notice,
 )
 from gd_analyze.results.rows import (
-    Row,
     budget_rows,
     dropped_parts,
     element_rows,
@@ -47,14 +46,8 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import joined, number
 
 # Verdicts in the order of the reports, and what they are called.
-VERDICTS = {
-    "translation": "translation",
-    "rotation": "rotation",
-    "both": "both",
-    "gravity": "gravity",
-    "negligible": "negligible",
-    "neither": "zero",
-}
+VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
+VERDICTS["neither"] = "zero"
 
 
 def run_result(findings: Findings, top: int = 12) -> Result:
@@ -160,7 +153,10 @@ def _by_level(findings: Findings) -> str:
 def more_facts(findings: Findings) -> tuple[Fact, ...]:
     """What is proven and where, and what confirms or limits the numbers."""
     model, beyond = findings.model, findings.tables["beyond"]
-    text, check, unlisted = text_comparison(findings), cross_check_row(findings), not_worth_keeping(findings)
+    text, unlisted = text_comparison(findings), not_worth_keeping(findings)
+    # The row closest to what round-off explains; without gravity its bound is zero, and so is the difference.
+    rows = rows_of(findings.tables["cross_check"], "comparison")
+    check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
     margin = str(findings.tables["tube"].attrs["margin"])
     facts = [Fact("margin", "Margins of the proof", margin, text=margins(findings))]
     if model.saves and beyond.certified.notnull().all():
@@ -229,13 +225,6 @@ def _symmetry_notice(findings: Findings) -> str:
     )
 
 
-def cross_check_row(findings: Findings) -> Row:
-    """Row of the cross-check that comes closest to what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "comparison")
-    # Without gravity its bound is zero, and so is the difference.
-    return max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
-
-
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
     """Compare with the founding text's verdicts; None for an arm it does not show.
 
@@ -270,15 +259,10 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     """Elements by torque: what each consists of, which effect dominates, and which is kept."""
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
-    shown = [
-        row
-        | {
-            "shown_verdict": mark_of(effect_of(row)),
-            "shown_kept": LETTERS[effect_of(row, "kept")],
-            "shown_text": LETTERS.get(row["text_verdict"], ""),
-        }
-        for row in rows
-    ]
+    for row in rows:
+        row["shown_verdict"] = mark_of(effect_of(row))
+        row["shown_kept"] = LETTERS[effect_of(row, "kept")]
+        row["shown_text"] = LETTERS.get(row["text_verdict"], "")
     labels = {
         "element": ("element", "", "text"),
         "part_peak_translation": ("tran", "@unit"),
@@ -291,7 +275,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         **({"shown_text": ("FGL87", "", "text")} if with_text else {}),
     }
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
-    return table_of("dominance", title, shown, labels, top=top)
+    return table_of("dominance", title, rows, labels, top=top)
 
 
 def _tables(findings: Findings) -> tuple[Fact, ...]:

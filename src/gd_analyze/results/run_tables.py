@@ -26,15 +26,8 @@ from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 if TYPE_CHECKING:
     import xarray as xr
 
-# Columns of the ranking of terms with a number each.
-_OF_TERMS = {
-    "weight": float,
-    "alone_torque": float,
-    "alone_joint": int,
-    "alone_share": float,
-    "without_share": float,
-    "without_joint": int,
-}
+# Columns of the ranking of terms with a number each; those of joints are whole.
+_OF_TERMS = ("weight", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint")
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
@@ -122,6 +115,10 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     terms, plain = ranking.terms, Plain()
     formulas = [term_formula(term.term, term.weight) for term in terms]
     below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
+    numbers = {
+        name: np.array([getattr(term, name) for term in terms], dtype=int if "joint" in name else float)
+        for name in _OF_TERMS
+    }
     units = np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str)
     return table(
         "terms",
@@ -129,10 +126,7 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
             "label": np.array([plain.symbol(formula.left) for formula in formulas], dtype=str),
             "quantity": np.array([term.term.quantity for term in terms], dtype=str),
             "text": np.array([plain.right(formula) for formula in formulas], dtype=str),
-            **{
-                name: np.array([getattr(term, name) for term in terms], dtype=kind)
-                for name, kind in _OF_TERMS.items()
-            },
+            **numbers,
             "below_uncertainty": np.array(below, dtype=int),
         },
         arm.is_revolute,

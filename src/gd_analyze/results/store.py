@@ -43,6 +43,8 @@ SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time: the memory that checking takes, whatever the length of the file.
 _BLOCK = 2**20
 _DAMAGED, _NAME_IT = "the results file is damaged", "name the analysis.h5 of a results folder"
+_UNCHANGED = "a file as gd-analyze wrote it, e.g. analysis.h5"
+_AGAIN = "take a copy that was not changed, or run the analysis again"
 
 
 def save_results(findings: Findings, path: str | Path) -> None:
@@ -176,21 +178,17 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     """
     import h5py
 
-    where = Location(path)
     if not path.is_file():
-        raise StoreError("there is no such results file", where=where, next_step=_NAME_IT)
+        raise StoreError("there is no such results file", where=Location(path), next_step=_NAME_IT)
     try:
         require_sealed(path)
     except OSError as error:
-        found = error.strerror or str(error)
-        readable = "give the path of a file you may read"
-        raise StoreError(
-            "cannot read the results file", where=where, found=found, next_step=readable
-        ) from None
+        readable, found = "give the path of a file you may read", error.strerror or str(error)
+        raise _refusal(path, "cannot read the results file", found, None, readable) from None
     try:
         with ExitStack() as failing:
             file = failing.enter_context(h5py.File(path, "r", track_order=True))
-            _require_ours(file, where)
+            _require_ours(file, path)
             yield file
             failing.pop_all()
     except Exception as error:
@@ -200,35 +198,21 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise _refusal(path, _DAMAGED, found.splitlines()[0]) from None
 
 
-def _require_ours(file: h5py.File, where: Location) -> None:
+def _require_ours(file: h5py.File, path: Path) -> None:
     attributes, groups = read_attributes(file), list(file)
     schema, is_ours = attributes.get("schema"), attributes.get("format") == FORMAT
     if is_ours and schema != SCHEMA_VERSION:
-        raise StoreError(
-            "the results file is of another schema version",
-            where=where,
-            expected=str(SCHEMA_VERSION),
-            found=str(schema),
-            next_step="use the gd-analyze that wrote it, or run the analysis again",
-        )
+        what, next_step = "is of another schema version", "use the gd-analyze that wrote it, or run again"
+        raise _refusal(path, f"the results file {what}", str(schema), str(SCHEMA_VERSION), next_step)
     if not is_ours or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
-        raise StoreError(
-            "this HDF5 file does not hold gd-analyze results",
-            where=where,
-            expected=f"the groups {', '.join(GROUPS)}",
-            found=", ".join(groups) or "no groups",
-            next_step=_NAME_IT,
-        )
+        what, expected = "this HDF5 file does not hold gd-analyze results", f"the groups {', '.join(GROUPS)}"
+        raise _refusal(path, what, ", ".join(groups) or "no groups", expected, _NAME_IT)
 
 
-def _refusal(path: Path, what: str, found: str) -> StoreError:
-    return StoreError(
-        what,
-        where=Location(path),
-        expected="a file as gd-analyze wrote it, e.g. analysis.h5",
-        found=found,
-        next_step="take a copy that was not changed, or run the analysis again",
-    )
+def _refusal(
+    path: Path, what: str, found: str, expected: str | None = _UNCHANGED, next_step: str = _AGAIN
+) -> StoreError:
+    return StoreError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
 
 
 def seal(path: Path) -> None:

@@ -96,12 +96,8 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
         read = (table.measured.notnull() & table.filtered.notnull()).any("time").values
         said = table.verdict.values != "not measured"
         yield "verdict of measured_torque without readings", bool((said & ~read).any()), False
-        friction = OPTIONAL["measured_torque"] & {*table.data_vars}
-        yield (
-            "friction of measured_torque",
-            friction or OPTIONAL["measured_torque"],
-            OPTIONAL["measured_torque"],
-        )
+        friction = OPTIONAL["measured_torque"]
+        yield "friction of measured_torque", friction & {*table.data_vars} or friction, friction
 
 
 def _models(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models) -> Iterator[Pair]:
