@@ -207,27 +207,18 @@ def chosen(
     size = np.max([source.sizes for source in seeing], axis=0)
     own = [source.best_cutoff(highest) for source in seeing]
     place = int(np.argmin([source.error(size, f) for source, f in zip(seeing, own, strict=True)]))
-    if highest < _HIGHEST:
-        _warn_of_missed(seeing[place], size, sampling)
+    missed = np.array([noise.missed for noise in seeing[place].noises])
+    joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
+    if highest < _HIGHEST and joints:
+        what = f"accelerations above {figures(highest)} Hz in the log, left out: {named_joints(joints, n)}"
+        few = f"{figures(1 / sampling.step)} readings per second are too few for them, log faster"
+        warnings.warn(f"{what}; {few}", GdAnalyzeWarning, stacklevel=4)
     rule = "least expected error of the accelerations"
     if own[place] >= highest * 0.999:
         slow = own[place] < _HIGHEST * 0.999
         why = f"{_HIGHEST_SHARE:g} of the readings per second" if slow else "above it arms are not rigid"
         rule = f"the highest of the rule: {why}"
     return seeing[place], np.full(n, own[place]), rule
-
-
-def _warn_of_missed(source: Source, size: FloatArray, sampling: Sampling) -> None:
-    missed = np.array([noise.missed for noise in source.noises])
-    joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
-    if joints:
-        warnings.warn(
-            f"accelerations above {figures(_highest(sampling))} Hz in the log, left out: "
-            f"{named_joints(joints, len(size))}; {figures(1 / sampling.step)} readings per second are too "
-            "few for them, log faster",
-            GdAnalyzeWarning,
-            stacklevel=5,
-        )
 
 
 def _given(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> FloatArray:

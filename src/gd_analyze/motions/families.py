@@ -8,12 +8,13 @@ from functools import partial
 
 from gd_analyze.motions.reading import ROLES
 from gd_analyze.motions.roles import (
+    MEASURED,
+    TARGET,
     Kind,
     Meaning,
     Words,
     as_written,
     joint_of,
-    topic_of,
     without_fillers,
     words_of,
 )
@@ -48,7 +49,7 @@ class Family:
     @property
     def topic(self) -> Words:
         """Words of where it comes from, be it measured or commanded."""
-        return topic_of(self.group)
+        return tuple(sorted(set(self.group) - MEASURED - TARGET))
 
     @property
     def all_columns(self) -> tuple[int, ...]:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import contradictions
 from gd_analyze.robots.arm import RobotArm
@@ -173,11 +174,9 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
         largest = float(np.abs(trajectory.q[:, suspects]).max())
-        found.append(
-            f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg), which "
-            f"looks like degrees; if they are, name the columns q{suspects[0] + 1}_deg and so on, or "
-            "say --degrees"
-        )
+        reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
+        step = f"name the columns q{suspects[0] + 1}_deg and so on, or say --degrees"
+        found.append(f"{reached}, which looks like degrees; if they are, {step}")
     smooth = trajectory.recording is not None and trajectory.recording.measured
     for violation in limit_report(arm, trajectory).violations:
         set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
@@ -208,12 +207,12 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory of another number of joints; raises TrajectoryError."""
     if trajectory.n_joints != arm.n_joints:
-        raise TrajectoryError(
+        what, where = (
             f"trajectory {trajectory.name} is not for arm {arm.name}",
-            expected=f"{arm.n_joints} joints",
-            found=f"{trajectory.n_joints} joints",
-            next_step="choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones",
+            f"trajectory {trajectory.name}",
         )
+        step = "choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones"
+        raise refusal(what, where, f"{arm.n_joints} joints", f"{trajectory.n_joints} joints", step)
 
 
 def warn_if_radians(name: str, degrees: FloatArray) -> None:
@@ -223,12 +222,9 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
     """
     reach = float(np.nanmax(np.abs(degrees), initial=0.0))
     if reach <= 3.15 and bool((np.ptp(degrees, axis=0) > 0).any()):
-        warnings.warn(
-            f"trajectory {name}: angles in degrees stay within {reach:.3g} of zero, which looks like "
-            "radians; if they are, name the columns without the unit",
-            GdAnalyzeWarning,
-            stacklevel=3,
-        )
+        looks = f"angles in degrees stay within {reach:.3g} of zero, which looks like radians"
+        message = f"trajectory {name}: {looks}; if they are, name the columns without the unit"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
@@ -240,12 +236,8 @@ def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
     low, high = q.min(axis=0), q.max(axis=0)
     lower, upper = arm.limits("lower"), arm.limits("upper")
     reach = np.maximum(np.abs(low), np.abs(high))
-    looks_wrong = np.where(
-        np.isfinite(lower) & np.isfinite(upper),
-        (reach > 2 * math.pi)
-        & ((low < lower) | (high > upper))
-        & (lower <= np.radians(low) + ROUNDING)
-        & (np.radians(high) <= upper + ROUNDING),
-        reach > _MANY_TURNS,
-    )
-    return np.flatnonzero(looks_wrong & np.array(arm.is_revolute)).tolist()
+    outside = (reach > 2 * math.pi) & ((low < lower) | (high > upper))
+    inside = (lower <= np.radians(low) + ROUNDING) & (np.radians(high) <= upper + ROUNDING)
+    limited = np.isfinite(lower) & np.isfinite(upper)
+    suspect = np.where(limited, outside & inside, reach > _MANY_TURNS)
+    return np.flatnonzero(suspect & np.array(arm.is_revolute)).tolist()

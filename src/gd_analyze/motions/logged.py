@@ -113,9 +113,8 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     if arm is not None:
         q, turns = unwrapped(q, arm, sampling.stretches)
         notes += turns
-    qd, qdd, torque = (
-        None if x is None else x[sampling.rows] for x in (logged.qd, logged.qdd, logged.torque)
-    )
+    others = (logged.qd, logged.qdd, logged.torque)
+    qd, qdd, torque = (None if x is None else x[sampling.rows] for x in others)
     kept = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
     if logged.measured:
         return _smoothed(kept, sampling, treatment, notes)
@@ -133,11 +132,8 @@ def _without_sparse(logged: Logged) -> Logged:
         values = getattr(logged, name)
         beside = count if values is None else int((held & np.isfinite(values).all(axis=1)).sum())
         if 2 * beside < count:
-            warnings.warn(
-                f"log {logged.name}: {name} left out, given in {beside} of {count} rows that hold positions",
-                GdAnalyzeWarning,
-                stacklevel=5,
-            )
+            message = f"log {logged.name}: {name} left out, given in {beside} of {count} rows with positions"
+            warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
             logged = replace(logged, qd=None) if name == "qd" else replace(logged, qdd=None)
     return logged
 
@@ -177,11 +173,8 @@ def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Sou
     longest = max(sampling.stretches, key=lambda stretch: stretch.stop - stretch.start)
     found = contradictions(kept.time[longest], kept.q[longest], kept.qd[longest], None)
     if found:
-        warnings.warn(
-            f"log {kept.name}: {'; '.join(found)}; the measured velocities are not used",
-            GdAnalyzeWarning,
-            stacklevel=6,
-        )
+        message = f"log {kept.name}: {'; '.join(found)}; the measured velocities are not used"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
         return sources
     return [*sources, Source.of(sampling, kept.qd, 1)]
 

@@ -343,19 +343,17 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     q = chosen.get("q")
     if q is not None and q.renamed:
         (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
-        remarks.append(
-            f"joints matched by number, as their names differ: {other} is {own} ... {last}; "
-            f"--map joint:{own}={other} and so on matches them otherwise"
-        )
+        matched = f"joints matched by number, as their names differ: {other} is {own} ... {last}"
+        remarks.append(f"{matched}; --map joint:{own}={other} and so on matches them otherwise")
     if q is not None and q.extra and q.why.startswith("by number"):
         counts = arms_numbers([joint.name for joint in log.arm.joints])
         # An arm picked out of a longer chain counts as the log does.
         if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
             left = _listed([log.table.names[k] for k in q.extra])
-            remarks.append(
-                f"{len(q.columns) + len(q.extra)} joints logged, {log.arm.n_joints} in arm {log.arm.name}; "
-                f"left out: {left}; check that the log is of this arm"
+            joints = (
+                f"{len(q.columns) + len(q.extra)} joints logged, {log.arm.n_joints} in arm {log.arm.name}"
             )
+            remarks.append(f"{joints}; left out: {left}; check that the log is of this arm")
     for role, family in chosen.items():
         dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
         if dead:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from pathlib import Path
@@ -116,8 +115,7 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
         column = column_named(of.column, table, str(lines.locate(("columns", k, "column"))))
         units = [*TIME_UNITS, SAMPLE]
         if of.role != "time" and of.joint not in names:
-            near = difflib.get_close_matches(of.joint, names, n=1)
-            expected = f"a joint of arm {arm.name}: {', '.join(names)}" + (f" ({near[0]}?)" if near else "")
+            expected = f"a joint of arm {arm.name}: {', '.join(names)}"
             raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
         if of.role != "time":
             joint = names.index(of.joint)

@@ -295,23 +295,23 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
     """Choose columns and read them, and choose again where those of a family are 0 throughout."""
     zero: frozenset[object] = frozenset()
     while True:
-        choice, ambiguity = None, None
         try:
-            choice = choose(table, arm, reading, zero)
-            families = tuple(choice.families.values())
-            numbers, times = choice.wanted
+            found: Choice | AmbiguityError = choose(table, arm, reading, zero)
         except AmbiguityError as error:
-            ambiguity, families = error, error.families
-            numbers, times = sorted({k for family in families for k in family.all_columns}), ()
+            found = error
+        if isinstance(found, Choice):
+            families = () if found.set_points else tuple(found.families.values())
+            numbers, times = found.wanted
+        else:
+            families, times = found.families, ()
+            numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
-        if choice is not None and choice.set_points:
-            return choice, columns
         moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
         dead = {family.key for family in families if not moving & set(family.all_columns)}
-        if dead <= zero and choice is not None:
-            return choice, columns
-        if dead <= zero and ambiguity is not None:
-            raise ambiguity
+        if dead <= zero:
+            if isinstance(found, Choice):
+                return found, columns
+            raise found
         zero |= dead
 
 

@@ -97,7 +97,7 @@ _WORDS_OF: dict[Said, str] = {
 _ROLE_WORDS = {word: role for role, words in _WORDS_OF.items() for word in words.split()}
 # In a log with q, theta is of something else: of the motors in libfranka's.
 _SECOND_CHOICE = word_set("theta th phi dtheta thetadot thetad omega")
-_MEASURED = word_set("actual act measured meas msr feedback fbk fb real current present")
+MEASURED = word_set("actual act measured meas msr feedback fbk fb real current present")
 TARGET = word_set(
     "target tgt command commanded cmd cmptd desired des reference ref setpoint setpoints planned plan "
     "goal nominal demand demanded interpolated"
@@ -215,11 +215,6 @@ class Meaning:
         return joint_of(self.token)[1]
 
 
-def topic_of(group: Words) -> Words:
-    """Words of a group that say neither measured nor target."""
-    return tuple(sorted(set(group) - _MEASURED - TARGET))
-
-
 def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
     """Read a column's name; `joints` are the words of the arm's joints and their numbers from 0."""
     text, unit = unit_taken_out(name.strip().lstrip("%#"))
@@ -296,7 +291,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
                 role, rank, spelt = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
             elif k == role_at and word == "d" and i and segment[i - 1] in (*_ROLE_WORDS, "j"):
                 group.append("desired")
-            elif word in _MEASURED or word in TARGET:
+            elif word in MEASURED or word in TARGET:
                 group.append(word)
             else:
                 words.append((k, word))
@@ -317,7 +312,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("other", token, unit=unit)
         token = (str(number),) if counts else token
         role, rank = "q", 2
-    kind: Kind = "target" if set(group) & TARGET else "measured" if set(group) & _MEASURED else "plain"
+    kind: Kind = "target" if set(group) & TARGET else "measured" if set(group) & MEASURED else "plain"
     return Meaning(role, token, joint, tuple(group), kind, unit, rank, spelt)
 
 

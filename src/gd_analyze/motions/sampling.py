@@ -76,17 +76,13 @@ def sampling_of(
         among = f" at most, in {len(begins)} stretches between gaps" if len(begins) > 1 else ""
         raise _too_few(name, f"{lengths.max()}{among}", fewest)
     if not enough.all():
-        notes.append(
-            f"stretches of fewer than {fewest} readings between gaps, left out: {int((~enough).sum())} "
-            f"(rows: {int(lengths[~enough].sum())})"
-        )
+        short = f"{int((~enough).sum())} (rows: {int(lengths[~enough].sum())})"
+        notes.append(f"stretches of fewer than {fewest} readings between gaps, left out: {short}")
     kept = np.repeat(enough, lengths)
     gaps = tuple(np.cumsum(lengths[enough])[:-1].tolist())
     if gaps:
-        notes.append(
-            f"gaps longer than {figures(gap)} s: {len(gaps)}; nothing is differentiated, smoothed or bounded "
-            "across them"
-        )
+        across = "nothing is differentiated, smoothed or bounded across them"
+        notes.append(f"gaps longer than {figures(gap)} s: {len(gaps)}; {across}")
     times = times[kept]
     since = times - times[0]
     # Where stamps are dates, unless that takes digits that tell them apart.
@@ -110,10 +106,8 @@ def _in_order(
             moved.append(part + max(0.0, end + 2 * gap - float(part.min())))
             end = float(moved[-1].max())
         times = np.concatenate(moved)
-        notes.append(
-            f"restarts of time: {len(parts) - 1}, first at row {rows[begins[1]] + 1}; each begins a new "
-            "motion behind a gap"
-        )
+        first = f"{len(parts) - 1}, first at row {rows[begins[1]] + 1}"
+        notes.append(f"restarts of time: {first}; each begins a new motion behind a gap")
     unsorted = int((np.diff(times) < 0).sum())
     if unsorted:
         notes.append(f"stamps after a later one, sorted: {unsorted}")

@@ -87,7 +87,13 @@ def in_seconds(
     if chosen.unit in TIME_UNITS:
         told = chosen.unit, chosen.why
     if rate is not None:
-        _require_samples(values, first, chosen, told, name, where)
+        least = _steps(values, np.min)
+        if told or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
+            what = f"{name} counts no samples, so a rate does not tell its time"
+            expected = "whole numbers in steps of 1, or a name such as sample"
+            found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
+            remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
+            raise refusal(what, where, expected, found, remedy)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
@@ -105,29 +111,6 @@ def in_seconds(
         return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
     expected, next_step = "time in s, or a name such as time_ms", "--time-unit s, ms, us or ns"
     raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
-
-
-def _require_samples(
-    values: FloatArray,
-    first: float,
-    chosen: TimeColumns,
-    told: tuple[str, str] | None,
-    name: str,
-    where: Location,
-) -> None:
-    """Refuse a rate where a column holds instants."""
-    found, step = "", _steps(values, np.min)
-    if told:
-        found = f"time in {told[0]}"
-    elif not _whole(values):
-        found = f"{first:.10g} first"
-    elif chosen.unit != SAMPLE and step > 1.0:
-        found = f"steps of {step:g} at least"
-    if found:
-        what = f"{name} counts no samples, so a rate does not tell its time"
-        expected = "whole numbers in steps of 1, or a name such as sample"
-        remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
-        raise refusal(what, where, expected, found, remedy)
 
 
 def _first(values: FloatArray) -> float:

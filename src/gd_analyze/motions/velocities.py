@@ -57,15 +57,13 @@ def completed(
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
     absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
+    lacking = " and ".join(absent)
     shortest = int(np.diff([0, *gaps, len(time)]).min())
     if shortest < FEWEST_SET_POINTS:
-        what, step = f"too few set points to derive {' and '.join(absent)}", "add them, or set points"
-        expected = (
-            f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {' and '.join(absent)}"
-        )
+        what, step = f"too few set points to derive {lacking}", "add them, or set points"
+        expected = f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {lacking}"
         raise refusal(what, where, expected, str(shortest), step)
-    given = q if qd is None else qd
-    source = f"C4 (quintic) spline through the given {'q' if qd is None else 'qd'}"
+    source, given = ("q", q) if qd is None else ("qd", qd)
     parts = list(zip(np.split(time, gaps), np.split(given, gaps), strict=True))
 
     def derived(order: int) -> FloatArray:
@@ -81,7 +79,7 @@ def completed(
             expected = f"time steps in s, even enough that {name} stays below {LARGEST:g}"
             found, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
             raise refusal(what, where, expected, found, step)
-    return qd, qdd, f"{' and '.join(absent)} derived: {source}"
+    return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
 def contradictions(
