@@ -194,10 +194,8 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
         share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
         if 0.0 < 1000.0 * share <= _USUAL:
-            found.append(
-                f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds; if it "
-                "is in milliseconds, say --time-unit ms"
-            )
+            slow = f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds"
+            found.append(f"{slow}; if it is in milliseconds, say --time-unit ms")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in found:

@@ -370,13 +370,10 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
         own = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
         words += own[:1] if own and own[0] else []
     choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to look at"
-    error = AmbiguityError(
-        f"several columns may be the {_PLURAL[role]}",
-        where=table.where(),
-        expected="one column per joint",
-        found="; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6]),
-        next_step=f"choose: {choose_by}",
-    )
+    what, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
+    found = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
+    expected = "one column per joint"
+    error = AmbiguityError(what, where=table.where(), expected=expected, found=found, next_step=step)
     error.families = tuple(choices)
     return error
 

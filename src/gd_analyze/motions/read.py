@@ -99,9 +99,8 @@ def read_trajectory(
         if str(path_or_name) in str(error):
             raise
         # Of numbers alone it does not know which file they are from.
-        found, step = error.details.get("found", ""), error.details.get("next")
-        where = _source(path_or_name)[0]
-        raise refusal(error.what, Location(where), error.details.get("expected", ""), found, step) from None
+        expected, found, step = (error.details.get(key, "") for key in ("expected", "found", "next"))
+        raise refusal(error.what, Location(_source(path_or_name)[0]), expected, found, step or None) from None
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
     if degrees:

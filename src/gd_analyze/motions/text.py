@@ -151,8 +151,8 @@ def _require_number(cell: str, name: str, where: Location) -> None:
     """Raise a TrajectoryError where a cell is no finite number of a possible size."""
     number = number_in(cell)
     if number is None and cell.lower() in _EMPTY | _INFINITE:
-        expected, step = "a finite number", "replace or remove the line; gaps are not filled in"
-        raise refusal(f"{name} is no finite number", where, expected, cell or "an empty cell", step)
+        found, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
+        raise refusal(f"{name} is no finite number", where, "a finite number", found, step)
     if number is None:
         expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
         step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell"
@@ -242,11 +242,9 @@ class TextTable(LogTable):
         return self._cells(line, number)[column]
 
     def _line(self, row: int) -> tuple[int, str]:
-        for block in self._blocks(no_progress):
-            if row < len(block.numbers):
-                return block.numbers[row], block.lines[row]
-            row -= len(block.numbers)
-        raise IndexError(row)
+        blocks = self._blocks(no_progress)
+        lines = (line for block in blocks for line in zip(block.numbers, block.lines, strict=True))
+        return next(islice(lines, row, None))
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress

@@ -114,8 +114,7 @@ def in_seconds(
 
 
 def _first(values: FloatArray) -> float:
-    finite = values[np.isfinite(values)]
-    return float(finite[0]) if finite.size else 0.0
+    return float(next(iter(values[np.isfinite(values)]), 0.0))
 
 
 def _whole(values: FloatArray) -> bool:
