@@ -69,10 +69,7 @@ class Between:
         return cls(out)
 
     def ranges(self, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Limits that no motion exceeds in s = begin ... end of each interval, shape (intervals, 3, n).
-
-        A polynomial lies within the hull of its Bernstein coefficients.
-        """
+        """Limits in s = begin ... end of each interval, shape (intervals, 3, n), by the Bernstein hull."""
         values = self._combined(_bernstein(begin, end))
         return values.min(axis=(1, 2)), values.max(axis=(1, 2))
 

@@ -74,10 +74,7 @@ class Noise:
         order: int,
         highest: float,
     ) -> Noise:
-        """Tell motion and noise apart up to a frequency, Hz; above it all is noise.
-
-        Times and readings are of one joint, stretch by stretch; `order` counts derivatives to accelerations.
-        """
+        """Tell motion and noise of a joint apart, stretch by stretch; above `highest`, Hz, all is noise."""
         piece = min(max(int(_PIECE * rate), _SHORTEST), max(map(len, readings)) - order)
         pairs = [(t, x) for t, x in zip(times, readings, strict=True) if len(x) - order >= piece]
         total = sum(power(t, x, rate, order, piece) * len(x) for t, x in pairs)

@@ -116,8 +116,7 @@ def _by_number(
 ) -> Family | None:
     """Match columns of a label by number.
 
-    `written` are the names as written where words beside the numbers name joints, not quantities: then only
-    an arm that numbers its joints too is matched.
+    Where words beside the numbers name joints, `written` are the names as written, and the arm's must count.
     """
     counts = arms_numbers(names)
     if label and written is not None and counts is None:

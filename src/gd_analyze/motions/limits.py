@@ -163,11 +163,7 @@ def angle(value: float, unit: str) -> str:
 
 
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
-    """Refuse a trajectory of another number of joints; warn of what looks wrong.
-
-    That is each limit that is exceeded, angles that look like degrees (whose limits are not reported as
-    well), velocities that time in milliseconds would explain, and given derivatives that are none.
-    """
+    """Refuse a trajectory of another number of joints; warn of limits exceeded and of what looks wrong."""
     require_joints(trajectory, arm)
     suspects = _degree_suspects(arm, trajectory.q)
     found = []
@@ -228,8 +224,8 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
     """Joints (from 0) whose angles look like degrees taken for radians.
 
-    A revolute joint goes beyond a full turn and outside its limits, and the same numbers in degrees stay
-    inside; or it has no limits and goes beyond two turns.
+    They go beyond a full turn and outside their limits, and within these in degrees; without limits, beyond
+    two turns.
     """
     low, high = q.min(axis=0), q.max(axis=0)
     lower, upper = arm.limits("lower"), arm.limits("upper")

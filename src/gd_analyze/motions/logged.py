@@ -182,10 +182,7 @@ def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Sou
 def _smooth(
     sampling: Sampling, values: FloatArray, cutoffs: FloatArray, orders: tuple[int, ...]
 ) -> list[FloatArray]:
-    """Derivatives of smoothed readings at the set points, shape (N, n) each; joint by joint, to save memory.
-
-    Where a cell is empty, the others of its stretch tell; a stretch with fewer than three has none.
-    """
+    """Derivatives of smoothed readings, shape (N, n) each; nan in a stretch that holds fewer than three."""
     out = [np.full_like(values, np.nan) for _ in orders]
     for stretch in sampling.stretches:
         time = sampling.time[stretch]

@@ -88,10 +88,7 @@ class _Log:
 
 
 def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
-    """Choose columns; `zero` are the keys of families that are 0 throughout.
-
-    TrajectoryError if the names do not tell, or tell of other joints than the arm's; it lists the choices.
-    """
+    """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
     meanings = _meanings(table, arm, reading)
     if table.set_points and not reading.map:
         plain = [name.strip().lower().removesuffix("_deg") for name in table.names]

@@ -183,11 +183,7 @@ def is_folder_of_motions(path: Path) -> bool:
 
 
 def trajectory_files(folder: Path) -> list[Path]:
-    """List the trajectories of a folder, by name.
-
-    Files that end in .csv, .tsv, .txt, .dat or .log count, and logs that are told by their names, folders of
-    bags among them; hidden ones do not, nor what the main job writes, nor what lies in other folders.
-    """
+    """List the trajectories of a folder, by name; hidden files and those that a run writes do not count."""
     try:
         entries = sorted(folder.iterdir(), key=lambda path: path.name)
     except OSError as error:

@@ -48,11 +48,7 @@ class Sampling:
 def sampling_of(
     time: FloatArray, readable: NDArray[np.bool_], largest_gap: float | None, name: str, fewest: int
 ) -> Sampling:
-    """Put the rows of a log in order.
-
-    `readable` are rows that hold all that is needed; a gap is a step above `largest_gap`, by default five
-    usual steps, and 0.05 s at least. TrajectoryError if no stretch has `fewest` readings.
-    """
+    """Put the `readable` rows of a log in order; TrajectoryError if no stretch between gaps has `fewest`."""
     notes: list[str] = []
     rows = np.flatnonzero(readable & np.isfinite(time))
     if len(rows) < len(time):
@@ -125,8 +121,7 @@ def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
 def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:
     """Undo jumps of full turns of revolute joints, shape (N, n), within each stretch; say what was done.
 
-    Across a gap angles stay as logged, unless that is outside a joint's limits and full turns put the whole
-    stretch within.
+    Across a gap angles stay as logged, but for a stretch outside limits that full turns put within.
     """
     out = q.copy()
     jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1

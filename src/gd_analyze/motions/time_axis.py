@@ -70,11 +70,7 @@ def in_seconds(
     name: str,
     where: Location,
 ) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, the unit it was in, and the reason for that unit.
-
-    `stamps` are the column of time, or seconds and nanoseconds. TrajectoryError if the unit is unknown, or
-    contradicts the rate.
-    """
+    """Time in s from the first instant, the unit it was in, and the reason for that unit, or refuse."""
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
         values = seconds.rest + 1e-9 * (nano.rest + nano.base)

@@ -49,11 +49,7 @@ def completed(
     gaps: Sequence[int] = (),
     where: str = "",
 ) -> tuple[FloatArray, FloatArray, str]:
-    """Fill in missing velocities and accelerations, shape (N, n); say "given", or what was derived and how.
-
-    Every stretch between gaps has a spline of its own. TrajectoryError if one has fewer than 6 set points, or
-    what is derived is too large.
-    """
+    """Fill in missing velocities and accelerations, by a spline per stretch; say what was derived and how."""
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
     absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
