@@ -201,6 +201,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "validate m.json x.csv --fail-over|10% friction": ("--fail-over, joint 1, shoulder, of two_link",),
     # Options that do not go together
     "simplify two_link --refit --level element": ("level term, recursive or energy",),
+    "two_link x.csv --refit --level element": ("level term, recursive or energy",),
     "simplify two_link --certified --refit": ("--certified",),
     "simplify two_link --margin 1deg": ("--margin goes with --certified",),
     "simplify two_link --states 20 --certified --budget|1% norm": ("--certified",),

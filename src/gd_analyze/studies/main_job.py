@@ -108,8 +108,9 @@ class Settings:
         )
         object.__setattr__(self, "budget", budget)
         object.__setattr__(self, "margin", Margin.of(self.margin))
-        if self.level is not None:
-            object.__setattr__(self, "level", level_named(self.level))
+        level = None if self.level is None else level_named(self.level)
+        SearchOptions(level, self.refit, self.operations)  # refuses what no search takes
+        object.__setattr__(self, "level", level)
 
     @property
     def asked(self) -> Budget:
