@@ -63,10 +63,14 @@ def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
     """And a failure of the machine is told from one of the place."""
     paths = [tmp_path / name for name in ("one", "two")]
     write_all(paths, "old")
-    # Both statements are meant to stand in the block: a file is written, then the block ends badly.
-    with pytest.raises(raised) as caught, replacing_together(paths) as temporaries:  # noqa: PT012 - see above
-        temporaries[0].write_text("new")
-        raise end
+
+    def half_write() -> None:
+        with replacing_together(paths) as temporaries:
+            temporaries[0].write_text("new")
+            raise end
+
+    with pytest.raises(raised) as caught:
+        half_write()
     assert type(caught.value) is raised
     assert [path.read_text() for path in paths] == ["old"] * 2
     assert names_in(tmp_path) == ["one", "two"]

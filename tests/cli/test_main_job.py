@@ -135,6 +135,8 @@ def test_an_arm_of_ones_own_with_a_prismatic_joint(run, here):
     assert [row["effort_unit"] for row in result.json["joints"]] == ["N", "N m"]
     shown = run("slider.toml lift.csv --format csv").out
     assert " N m" in shown
+    assert "revolute and prismatic joints apart" in " ".join(shown.split())
+    assert max(map(len, shown.splitlines())) <= 80
 
 
 def test_reports_are_made_again_byte_by_byte(run, here):

@@ -254,25 +254,20 @@ def decompose_on_demand(
     arm: RobotArm,
     trajectory: Trajectory,
     *,
-    christoffel: bool = True,
-    by_link: bool = False,
-    terms: bool = False,
     drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
+    **parts: Any,
 ) -> xr.Dataset:
     """Do `decompose`; of more than `MOST_KEPT` set points all but torque is evaluated when it is read."""
-    options: dict[str, Any] = {
-        "christoffel": christoffel, "by_link": by_link, "terms": terms, "drives": drives,
-    }  # fmt: skip
     if trajectory.n_set_points <= MOST_KEPT:
-        return decompose(arm, trajectory, progress=progress, **options)
+        return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
     require_joints(trajectory, arm)
     states = states_of(trajectory)
     kept = dict(zip(("q", "qd", "qdd"), states.arrays, strict=True))
     kept["torque"] = torque_of(arm, states, drives=drives, progress=progress)
     # What takes long or is large is evaluated only where it is read.
     lean = _Rows(states, partial(decompose_states, arm, christoffel=False, drives=drives))
-    full = _Rows(states, partial(decompose_states, arm, **options))
+    full = _Rows(states, partial(decompose_states, arm, drives=drives, **parts))
     first = np.arange(1)
     in_lean = set(lean.at(first))
     arrays: dict[str, Any] = {}

@@ -73,8 +73,9 @@ def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
         yield ""
     room = min(max((_length(fact.label) for fact in facts), default=0), 3 * width // 5)
     for fact in facts:
-        label = visible(fact.label)
-        start = label + " " * max(room - _length(label), 0) + "  "
+        *above, label = wrapped(fact.label, room)
+        yield from above
+        start = label + " " * (room - _length(label)) + "  "
         yield from wrapped_after(start, fact.written, width, room + 2)
 
 

@@ -100,10 +100,10 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
 
 def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
     """Norm of the torque error over norm of the torque, by the share of the states that keep each."""
-    apart = ", revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
     rows = [{"states": norm.states, "share": norm.share} for norm in norms]
-    label = f"Norm of the error over norm of the torque{apart}" if norms else ""
-    return (Fact("norms", label, rows, text=norms_text(norms)),)
+    label = "Norm of the error over norm of the torque" * bool(norms)
+    note = "revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
+    return (Fact("norms", label, rows, text=norms_text(norms), note=note),)
 
 
 def norms_text(norms: Iterable[NormShare]) -> str:

@@ -133,8 +133,11 @@ class _Angle:
         return _sympy().sin(self.symbol)
 
 
-class _SymbolicArm(SimpleNamespace):
-    __hash__ = object.__hash__  # type: ignore[assignment]  # kinematics are cached by the arm
+class _SymbolicArm:
+    """Fields, and the identity by which kinematics are cached."""
+
+    def __init__(self, **fields: Any) -> None:
+        self.__dict__.update(fields)
 
 
 def _symbolic_arm(s: dict[str, Any]) -> Any:
