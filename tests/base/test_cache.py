@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gd_analyze as gd
 from gd_analyze.simplification.cache import VARIABLE, folder, keep, kept, name_of, without_cache
 from strategies import examples, names_in
 
@@ -112,3 +114,23 @@ def test_processes_do_not_disturb_each_other(place):
         _, errors = process.communicate(timeout=60)
         assert process.returncode == 0, errors
     assert [kept(name_of(k)) for k in range(7)] == [[k] * 2000 for k in range(7)]
+
+
+def test_other_code_finds_nothing_of_this(tmp_path):
+    """An entry is a function of the code that wrote it: one character more, and it is written anew."""
+    package, place = tmp_path / "gd_analyze", tmp_path / "cache"
+    shutil.copytree(Path(gd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    words = (
+        "import sys, gd_analyze as gd; arm = gd.load_arm(sys.argv[1]);"
+        "gd.simplify(arm, gd.states_in_box(arm, 9))"
+    )
+    arm = str(gd.builtin_arms()["two_link"])
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), VARIABLE: str(place)}
+    counts = []
+    for addition in ("", "", "#\n"):
+        with (package / "operations" / "sharing.py").open("a") as file:
+            file.write(addition)
+        subprocess.run([sys.executable, "-c", words, arm], env=environment, cwd=tmp_path, check=True)
+        counts.append(len(names_in(place)))
+    assert 0 < counts[0] == counts[1]
+    assert counts[2] == 2 * counts[0]

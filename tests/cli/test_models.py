@@ -15,8 +15,10 @@ from changed_recursions import summands_dropped
 from gd_analyze.exporting.registry import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.studies.control_result import control_result
-from made_models import by_elements
+from made_models import by_elements, model_of
 from recorded_logs import recorded
 from several_motions import swung
 
@@ -324,6 +326,22 @@ def test_certified_over_the_arms_limits(run, model):
     assert definite["smallest_eigenvalue_at_least"] <= definite["smallest_eigenvalue_found"]
     assert run(f"{words} --json").json == told
     assert run("certify model.json --effort 1 --quiet").out == ""
+
+
+@pytest.mark.parametrize(
+    ("kept", "verdict"),
+    [
+        (lambda t: 1 not in (t.i, t.j), "singular"),
+        (lambda t: (t.i, t.j) != (0, 0) or t.monomial, "not positive definite"),
+    ],
+)
+def test_models_without_positive_energy_are_named(run, two_link, kept, verdict):
+    form = ExactForm(two_link)
+    energies = {t: c for t, c in form.energies.items() if kept(t)}
+    gd.save_model(model_of(form, ENERGY, energies), "model.json")
+    assert verdict in run("certify model.json").words
+    found = run("certify model.json --json").json["positive_definite"]
+    assert (found["singular"], found["proven"]) == (verdict == "singular", False)
 
 
 def test_certified_along_a_trajectory_and_between_its_extremes(run):

@@ -126,6 +126,17 @@ def test_a_disk_that_fills_up(run, motion, here, formats):
         assert content(here / "r") == before
 
 
+def test_an_export_that_fails_midway_leaves_what_was_there(run, here):
+    """The header still fits on the disk, the source does not."""
+    words = "export two_link --to c --out r --overwrite"
+    assert run(words).code == 0
+    before = content(here / "r")
+    with file_size_limited(len(before["two_link.h"]) + 1):
+        assert len(before["two_link.c"]) > len(before["two_link.h"]) + 1
+        assert run(f"{words} --no-drives").code != 0
+    assert content(here / "r") == before
+
+
 def test_a_disk_that_fills_up_does_not_crash_on_leaving(process, motion, here):
     """HDF5 closes what it could not write once more when the process ends."""
     limit = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))"

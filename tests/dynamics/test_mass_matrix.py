@@ -122,3 +122,10 @@ def test_what_is_definite_here_is_not_said_to_be_so_everywhere(two_link):
     assert shown.smallest_found < 0.0
     here = gd.Box(q.min(axis=0), q.max(axis=0), still, still)
     assert gd.certify_positive_definite(model, here).is_proven
+
+
+@pytest.mark.parametrize("name", gd.builtin_arms())
+@pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
+def test_shipped_arms_pass_everywhere(name):
+    arm = gd.load_arm(name)
+    require_positive_definite(arm, gd.states_in_box(arm, 2000), drives=False)
