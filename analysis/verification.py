@@ -17,6 +17,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 
 N_STATES = 2000
+SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 EPS = float(np.finfo(float).eps)
 STEP = EPS ** (1 / 3)  # balances truncation (step^2) and round-off (eps / step) of a central difference
 
@@ -44,7 +45,7 @@ def measure() -> Iterator[Measurement]:
         qd = random.uniform(-velocities, velocities, (N_STATES, n))
         qdd = random.uniform(-accelerations, accelerations, (N_STATES, n))
         yield from _identities(arm, q, qd, qdd)
-    yield _hand_pose()
+    yield _end_effector_pose()
     yield from _two_link_closed_forms()
 
 
@@ -59,7 +60,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
         if quantity in ("inertia", "coriolis_centrifugal"):
             whole = whole.sum(axis=1)
         yield Measurement(
-            f"{quantity}: the parts sum to Pinocchio's",
+            f"{SYMBOLS.get(quantity, quantity)}: equals Pinocchio's",
             arm.name,
             float(np.abs(whole - theirs[quantity]).max()),
             bound,
@@ -84,19 +85,19 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     kinematics = solve_kinematics(arm, np.ascontiguousarray(q.T))
     by_link = dalembert.inertia_by_link(arm, kinematics).sum(axis=1)
     yield Measurement(
-        "D: composite moments equal the founding text's sums over links",
+        "D: equals the founding text's sums over links",
         arm.name,
         float(np.abs(by_link - np.moveaxis(inertia, 0, -1)).max()),
         bounds["inertia"],
         "kg m^2",
     )
-    rates_last = np.ascontiguousarray(qd.T)
-    itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, rates_last).sum(axis=1)
+    velocities = np.ascontiguousarray(qd.T)
+    itemised = dalembert.coriolis_centrifugal_by_link(arm, kinematics, velocities).sum(axis=1)
     effects = np.array([term.effect for term in dalembert.terms_of(arm)])
     literal = np.stack([itemised[effects == effect].sum(axis=0) for effect in dalembert.EFFECTS])
     h = np.moveaxis(ours["coriolis_centrifugal"], 0, -1)
     yield Measurement(
-        "h: sums of brackets equal the sums of the founding text's terms over links",
+        "h: equals the founding text's terms, summed over links",
         arm.name,
         float(np.abs(literal - h).max()),
         bounds["coriolis_centrifugal"],
@@ -104,7 +105,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     )
     contracted = np.einsum("Neijk,Nj,Nk->eiN", christoffel, qd, qd)
     yield Measurement(
-        "h: sums of brackets equal h_ijk qd_j qd_k",
+        "h: equals the sum of h_ijk qd_j qd_k",
         arm.name,
         float(np.abs(contracted - h).max()),
         bounds["coriolis_centrifugal"],
@@ -114,16 +115,16 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
     # are at most 2^3 times the amplitude, so truncation is some 8 / 6 step^2 of D and round-off eps / step.
     gradient = _gradient(arm, q)
     truncation = float(np.abs(inertia).max()) * (8 / 6 * STEP**2 + 8 * EPS / STEP)
-    christoffel = 0.5 * (
+    expected = 0.5 * (
         np.einsum("keNij->Neijk", gradient)
         + np.einsum("jeNik->Neijk", gradient)
         - np.einsum("ieNjk->Neijk", gradient)
     )
     for e, effect in enumerate(dalembert.EFFECTS):
         yield Measurement(
-            f"h_ijk, {effect}: Christoffel symbols of D, {effect} (central differences)",
+            f"h_ijk, {effect}: equals the Christoffel symbols of D, {effect} (central differences)",
             arm.name,
-            float(np.abs(christoffel[:, e] - christoffel[:, e]).max()),
+            float(np.abs(expected[:, e] - christoffel[:, e]).max()),
             truncation,
             "kg m^2",
         )
@@ -155,13 +156,13 @@ def _gradient(arm: gd.RobotArm, q: np.ndarray) -> np.ndarray:
     return np.array(slopes)
 
 
-def _hand_pose() -> Measurement:
-    """[FGL87] Fig. 2.11 prints the hand's position to 0.01 mm."""
+def _end_effector_pose() -> Measurement:
+    """[FGL87] Fig. 2.11 prints the end effector's position to 0.01 mm."""
     arm = gd.load_arm("puma560")
     pose = solve_kinematics(arm, np.radians([[90.0, 0.0, 90.0, 0.0, 0.0, 0.0]]).T)
     printed = np.array([-0.14909, 0.92112, 0.02032])
     return Measurement(
-        "hand position at (90, 0, 90, 0, 0, 0) degrees, [FGL87] Fig. 2.11",
+        "end effector position at (90, 0, 90, 0, 0, 0) degrees, [FGL87] Fig. 2.11",
         arm.name,
         float(np.abs(pose.link_origins[-1, :, 0] - printed).max()),
         0.5e-5,
@@ -192,7 +193,7 @@ def _two_link_closed_forms() -> Iterator[Measurement]:
     ):
         whole = ours[quantity] if quantity == "gravity_loading" else ours[quantity].sum(axis=1)
         yield Measurement(
-            f"{quantity}: closed form of [FGL87] section 3.4.2",
+            f"{SYMBOLS[quantity]}: equals the closed form of [FGL87] section 3.4.2",
             arm.name,
             float(np.abs(whole - closed).max()),
             bounds[quantity],
@@ -212,24 +213,25 @@ def report() -> str:
     lines = [
         "# Verification",
         "",
-        "Generated by `python analysis/verification.py`; the tests run the same measurements and fail when one "
-        "exceeds its bound. Digits of the measured column vary with the machine.",
+        "This page states how exact D, h and c are. Every identity that they must satisfy is measured on the "
+        "built-in arms and compared with what floating-point round-off explains. Each run of the main job also compares its own "
+        "trajectory with Pinocchio: it prints the largest difference, stores it (`residual_*` in the HDF5 file), "
+        "and fails if the difference exceeds round-off.",
         "",
-        f"Largest residual over {N_STATES} random states drawn evenly from each arm's ranges and its velocity and "
-        "acceleration limits, beside what floating-point round-off (or the truncation of a central difference) "
-        "explains. The bounds are derived in `gd_analyze.dynamics.pinocchio_check.round_off_bounds` and beside each measurement. "
-        "Rows and columns of the Stanford arm's prismatic joint are in N, kg m and kg.",
+        f"Measured: largest difference over {N_STATES} random states, drawn evenly from each arm's ranges and its "
+        "velocity and acceleration limits. Bound: what round-off, or the truncation of a central difference, "
+        "explains; it is derived in `gd_analyze.dynamics.pinocchio_check.round_off_bounds` and beside each "
+        "measurement. D and h are computed from composite moments, by effect; Pinocchio and the closed forms give "
+        "the sum of both effects. Entries of the Stanford arm's prismatic joint are in N, kg m and kg.",
+        "",
+        "`python analysis/verification.py` writes this page. The tests measure the same and fail if a bound is "
+        "exceeded. The digits measured vary with the machine.",
         "",
         "| identity | arm | measured | bound | unit |",
         "|---|---|---|---|---|",
     ]
     lines += [f"| {m.identity} | {m.arm} | {m.measured:.1e} | {m.bound:.1e} | {m.unit} |" for m in measure()]
-    lines += [
-        "",
-        "Besides, every run of the main job compares its own trajectory with Pinocchio, prints the largest "
-        "difference, stores it (`residual_*` in the HDF5 file) and fails if round-off cannot explain it.",
-        "",
-    ]
+    lines.append("")
     return "\n".join(lines)
 
 
