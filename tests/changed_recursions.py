@@ -6,8 +6,8 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.trace import Expression
+from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
 from gd_analyze.simplification.recursion_losses import torque_alone
 

@@ -9,7 +9,7 @@ import pytest
 
 from gd_analyze.operations import sharing
 from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.program_cache import kept_programs
+from gd_analyze.simplification.effort import kept_programs
 
 # Of 400 and 500.
 _TRIES = 10

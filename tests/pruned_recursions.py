@@ -11,10 +11,10 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
+from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import NUMBER, Change
 from strategies import random_inertia, random_rotation
 

@@ -15,7 +15,7 @@ import pytest
 import gd_analyze as gd
 from conftest import PROGRAM
 from gd_analyze.simplification.cache import VARIABLE
-from gd_analyze.simplification.program_cache import kept_programs
+from gd_analyze.simplification.effort import kept_programs
 
 SLOW = {
     "numpy",

@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.simplification.program_cache import inputs_of
+from gd_analyze.simplification.effort import inputs_of
 
 # Libraries of sines are off by an ulp or two of the result, which is at most eps each.
 _SINE = 4.0

@@ -16,7 +16,7 @@ from running import STRICT, called, needs, needs_gcc, needs_gpp, run_compiled
 
 import gd_analyze as gd
 from gd_analyze.exporting.export import written
-from gd_analyze.simplification.program_cache import inputs_of
+from gd_analyze.simplification.effort import inputs_of
 
 pytestmark = needs_gcc
 # What the generated code calls, and what a compiler may put in for a loop that copies or a sum of both.

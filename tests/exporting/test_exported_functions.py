@@ -14,7 +14,7 @@ from gd_analyze.exporting.registry import LANGUAGES, language_class
 from gd_analyze.exporting.strides import in_strides
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.program_cache import inputs_of
+from gd_analyze.simplification.effort import inputs_of
 from made_models import ROUND_OFF, exact_model
 
 

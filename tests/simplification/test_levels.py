@@ -21,11 +21,11 @@ from gd_analyze.robots.parts import Drive, LinkUncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, Part, parts_of, torque_by_part
+from gd_analyze.simplification.evaluation import rank_terms
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.linear_programs import select
-from gd_analyze.simplification.ranking import rank_terms
 from gd_analyze.simplification.simplify import simplify
 from made_models import by_elements, model_of
 from strategies import arms_with_states, examples, motions, two_link_of

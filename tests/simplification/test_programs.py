@@ -26,7 +26,7 @@ from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_programs
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm, has_more_terms
@@ -34,7 +34,6 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_checks import require_terms_computed
-from gd_analyze.simplification.program_cache import inputs_of, kept_programs
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison_costs import count_cost

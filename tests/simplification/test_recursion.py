@@ -22,10 +22,10 @@ from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
-from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.pruning import prune
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Quantity, Recursion
 from gd_analyze.simplification.recursion_losses import omissions

@@ -17,10 +17,9 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.element import ELEMENT, parts_of
-from gd_analyze.simplification.evaluation import PayloadEffect, losses
+from gd_analyze.simplification.evaluation import PayloadEffect, TermRanking, losses
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.ranking import TermRanking
 from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 
 if TYPE_CHECKING:

@@ -64,13 +64,12 @@ class ReferenceTorques:
 
     def all(self, name: str) -> FloatArray:
         """One of `_WHOLES` at every joint, shape (n,); nan where the arm does not state it."""
-        unknown = np.full(self.arm.n_joints, np.nan)
         if name == "peak":
             return self.peak
-        if name == "uncertainty":
-            return unknown if self.uncertainty is None else self.uncertainty
-        if not self.arm.drives:
-            return unknown
+        if name == "uncertainty" and self.uncertainty is not None:
+            return self.uncertainty
+        if name == "uncertainty" or not self.arm.drives:
+            return np.full(self.arm.n_joints, np.nan)
         if name == "friction":
             level = least_friction(self.arm)
             return np.where(level > 0.0, level, np.nan)
@@ -151,21 +150,18 @@ class Budget:
     option: str = field(default="--budget", compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.norm is not None:
-            if self.entries or not (0.0 <= self.norm.share < np.inf and 0.0 < self.norm.states <= 1.0):
-                raise UsageError(
-                    "a budget of the norm cannot be that",
-                    where="Budget",
-                    expected="no entries, a share of 0 or more, and a share of the states above 0, up to 1",
-                    found=f"{self.norm.share:g} at {self.norm.states:g}, {len(self.entries)} entries",
-                )
-            return
-        if not self.entries or not all(self.entries):
-            raise UsageError("a budget allows nothing", where="Budget", expected="an amount in every entry")
-        for amount, of in (allowance for entry in self.entries for allowance in entry):
-            if not 0 <= amount < np.inf or of not in (*_WHOLES, "torque"):
-                expected, found = f"0 or more, of {', '.join(_WHOLES)}, or torque", f"{amount:g} of {of}"
-                raise UsageError("a budget cannot be that", where="Budget", expected=expected, found=found)
+        norm, of_any = self.norm, (*_WHOLES, "torque")
+        if norm is not None:
+            possible = not self.entries and 0.0 <= norm.share < np.inf and 0.0 < norm.states <= 1.0
+        else:
+            amounts = [allowance for entry in self.entries for allowance in entry]
+            possible = bool(amounts) and all(self.entries)
+            possible &= all(0.0 <= amount < np.inf and of in of_any for amount, of in amounts)
+        if not possible:
+            expected = f"in every entry amounts of 0 or more, of {', '.join(_WHOLES)}, or torque; or none"
+            expected += " and a share of the norm of 0 or more, of the states above 0 and up to 1"
+            found = repr(norm or self.entries)
+            raise UsageError("a budget cannot be that", where="Budget", expected=expected, found=found)
 
     @classmethod
     def parse(cls, text: str, option: str = "--budget") -> Self:
@@ -189,20 +185,14 @@ class Budget:
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
             norm = NormShare.parse(text)
             if norm is None:
-                raise UsageError(
-                    "the budget is not understood",
-                    where=option,
-                    expected=f"a share of the norm of all joints' torque, up to {LARGEST:g} %, and the share "
-                    'of the states, above 0 and up to 100 %, that keep it: "1% norm at 95% of states"',
-                    found=repr(text.strip()),
-                    next_step="give one entry for all joints, without commas and `or`",
-                )
+                next_step = "give one entry for all joints, without commas and `or`"
+                raise _not_understood(text, option, next_step)
             return cls((), norm, option)
         entries = []
         for column, entry in enumerate(text.split(","), start=1):
             allowances = [Allowance.parse(words) for words in _OR.split(entry)]
             if None in allowances:
-                raise _not_understood(entry, column, option)
+                raise _not_understood(entry, f"{option}, entry {column}")
             entries.append(tuple(allowance for allowance in allowances if allowance is not None))
         return cls(tuple(entries), option=option)
 
@@ -289,20 +279,17 @@ class Budget:
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
 
 
-def _not_understood(entry: str, column: int, option: str) -> UsageError:
-    """The error for an entry of a budget, with the word that was likely meant where one is misspelt."""
-    likely = [
-        matches[0]
-        for word in re.findall(r"[a-z]{3,}", entry.lower())
-        if word not in _WHOLES and (matches := get_close_matches(word, (*_WHOLES, "norm"), n=1))
-    ]
+def _not_understood(text: str, where: str, next_step: str | None = None) -> UsageError:
+    """The error for a budget or an entry, with the word that was likely meant where one is misspelt."""
+    words = (word for word in re.findall(r"[a-z]{3,}", text.lower()) if word not in _WHOLES)
+    likely = [match for word in words for match in get_close_matches(word, (*_WHOLES, "norm"), n=1)]
     return UsageError(
         "the budget is not understood",
-        where=f"{option}, entry {column}",
+        where=where,
         expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty), the larger of several '
         f'"1% or 10% friction", all up to {LARGEST:g}; or "1% norm at 95% of states"',
-        found=repr(entry.strip()),
-        next_step=f"did you mean {likely[0]}?" if likely else None,
+        found=repr(text.strip()),
+        next_step=next_step or (f"did you mean {likely[0]}?" if likely else None),
     )
 
 

@@ -32,8 +32,6 @@ SWEEP, _MOST = 0.3, 4000
 _WRITTEN = 60_000
 # Numbers held at a time while looking for them, and looked at to rank them, or for a first opinion: seconds.
 _AT_ONCE, _RANKED, _GLANCE = 10_000_000, 100_000_000, 20_000_000
-# Numbers remembered of what terms make of torque: tens of megabytes.
-_REMEMBERED = 3_000_000
 
 
 class TooManyTermsError(UsageError):
@@ -102,19 +100,13 @@ def candidates_of(
     terms, swept = every, 0.0
     if len(every) > MANY:
         terms, swept = _swept(exact, level, every, allowed, sweep)
-    if len(terms) < len(every) or len(every) * exact.states.q.size > _REMEMBERED:
-        effects = level.effects(exact, terms)
-    else:
-        if level.name not in exact.effects:
-            exact.effects[level.name] = level.effects(exact, terms)
-        effects = exact.effects[level.name]
     listed = list(terms)
     parameter, magnitude = level.numbers(exact.form, listed)
     return Candidates(
         level=level,
         form=exact.form,
         terms=terms,
-        effects=_weighed(effects, exact) / ((1.0 - swept) * allowed)[:, None],
+        effects=_weighed(level.effects(exact, terms), exact) / ((1.0 - swept) * allowed)[:, None],
         costs=level.costs(exact.form, listed),
         parameter=parameter,
         magnitude=magnitude,

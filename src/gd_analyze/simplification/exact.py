@@ -182,11 +182,6 @@ class ExactDynamics:
         """Whether any joint needs torque at these states, beyond round-off."""
         return bool(self.peak_torque.any())
 
-    @cached_property
-    def effects(self) -> dict[str, FloatArray]:
-        """Torque of all terms by the level's name, N m, shape (K, n, N), as far as it was worked out."""
-        return {}
-
     def errors_of(self, torque: FloatArray) -> ErrorTable:
         """Error of other torques at these states, N m, shape (N, n)."""
         return ErrorTable.of(self.torque, torque, self._explained, self.states.weights)

@@ -22,8 +22,7 @@ from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.effort import ROUGH, Effort
-from gd_analyze.simplification.program_cache import Task, inputs_of, kept_programs, some_states
+from gd_analyze.simplification.effort import ROUGH, Effort, Task, inputs_of, kept_programs, named, some_states
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import torque_program
 
@@ -90,7 +89,7 @@ class ExactForm:
             return len(programs) == 1 and self._is_given_by(*programs)
 
         key = ["exact", describe_in_full(self.arm), self.drives]
-        return kept_programs(Task.of(key, self.arm.n_joints, shortest, are_right))[0]
+        return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right))[0]
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program gives the torque at some states, within what roundings explain."""

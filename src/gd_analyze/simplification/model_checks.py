@@ -24,10 +24,9 @@ from gd_analyze.operations.program import written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
-from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.effort import ROUGH, inputs_of, some_states
 from gd_analyze.simplification.exact import ExactDynamics, allowed_by
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.program_cache import inputs_of, some_states
 
 # Largest difference of a number in two programs of the same terms, over all numbers of the row: to find what
 # terms share, coefficients that differ by 1e-9 are taken for equal, up to ten of which add up in a number.

@@ -15,12 +15,11 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH, Work
+from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH, Work, inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Found
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
-from gd_analyze.simplification.program_cache import inputs_of
 from gd_analyze.simplification.recursion import (
     CONSTANT,
     NUMBER,

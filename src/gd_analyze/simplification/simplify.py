@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +15,9 @@ from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import LevelTried
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import Budget, NormMeasure
 from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import too_many_terms
 from gd_analyze.simplification.harmonic import TERM
@@ -26,7 +27,6 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, 
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress, dropped, quick_count
-from gd_analyze.simplification.within_norm import within_norm
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -134,39 +134,25 @@ def simplify_exact(
     if how.operations is not None:
         budget.require_per_joint("a model of so many operations", "ask for a share of the norm alone")
     exact = exact.under(budget)
-    if how.level is None:
-        model = _cheapest(exact, budget, how, progress, stage)
-    else:
-        stage(f"searching at level {how.level}")
-        model = _at_level(exact, budget, how.level, how, progress)
-    return replace(model, provenance=dict(provenance or {}))
-
-
-def _cheapest(
-    exact: ExactDynamics,
-    budget: Budget,
-    how: SearchOptions,
-    progress: Progress,
-    stage: Callable[[str], object],
-) -> SimplifiedModel:
-    """Give the model of fewest operations of all promising levels; of a given number, of the least budget."""
     models: list[SimplifiedModel] = []
     tried: list[LevelTried] = []
-    for level in _TRIED:
-        why = _unpromising(exact, level, budget, how, models)
+    for level in _TRIED if how.level is None else (how.level,):
+        why = _unpromising(exact, level, budget, how, models) if how.level is None else ""
         if not why:
             stage(f"searching at level {level}")
             try:
                 models.append(_at_level(exact, budget, level, how, progress))
             except TooManyTermsError as error:
+                if how.level is not None:
+                    raise
                 why = error.what
-        operations = None if why else models[-1].operations.total
-        tried.append(LevelTried(level.name, operations, why))
+        tried.append(LevelTried(level.name, None if why else models[-1].operations.total, why))
     if how.operations is None:
         best = min(models, key=lambda model: model.operations.total)
     else:
         best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
-    return replace(best, accuracy=replace(best.accuracy, levels=tuple(tried)))
+    accuracy = replace(best.accuracy, levels=() if how.level else tuple(tried))
+    return replace(best, accuracy=accuracy, provenance=dict(provenance or {}))
 
 
 def _unpromising(
@@ -269,10 +255,117 @@ def _within(
 
     allowed = exact.allowed(budget)
     if budget.norm is not None:
-        return within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
+        return _within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
     model = search(exact, allowed)
     if not (model.accuracy.errors.counting <= allowed).all():
         expected, found = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
         what, next_step = "the model misses its budget", "please report this with the arm file and the states"
         raise GdAnalyzeError(what, expected=expected, found=found, next_step=next_step)
     return model
+
+
+# Of the norm: searches done quickly, then thoroughly; how close to the budget is enough; how far a step goes.
+_QUICK, _THOROUGH, _ENOUGH, _STEP = 6, 2, 0.97, 3.0
+# Steps in which allowances grow, and up to which.
+_GROWING, _WIDEST = 1.25, 100.0
+# An error counts at most so many times what it does where the torque is largest.
+_MOST = 1e6
+# Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
+# thoroughly or not, and going on from a model where there is one and the level can.
+_Search = Callable[[ExactDynamics, FloatArray, bool, SimplifiedModel | None], SimplifiedModel]
+# A model and its error, N m, shape (n, N).
+_Trial = tuple[SimplifiedModel, FloatArray]
+
+
+def _within_norm(
+    exact: ExactDynamics, budget: Budget, search: _Search, otherwise: SimplifiedModel
+) -> SimplifiedModel:
+    """Find the model of fewest operations within a share of the norm; `otherwise` is the exact one.
+
+    What keeps |error_i| within a part of the torque's norm at the states that count, keeps the norm of the
+    error within a share of it: the part is widened and narrowed until the measure itself is just kept.
+    """
+    if exact.states.motions:
+        names = ", ".join(motion.name for motion in exact.states.motions)
+        budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
+    assert budget.norm is not None  # the caller asks
+    measure = exact.norm_measure(budget.norm)
+    best = otherwise
+    look = _closed_in if isinstance(otherwise.level, CandidateLevel) else _widened
+    for model, error in look(exact, measure, search):
+        if measure.share(error) <= 1.0 and model.operations.total <= best.operations.total:
+            asked = otherwise.accuracy
+            accuracy = replace(model.accuracy, allowed=asked.allowed, budget=asked.budget)
+            best = replace(model, accuracy=exact.held(accuracy, error.T + exact.torque))
+    return best
+
+
+def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
+    """Search anew for narrower and wider allowances, quickly, and at the best of them thoroughly."""
+    # At first those states are given up where the torque is least.
+    shares, kept, broken, factor = -measure.norms.min(axis=0), 0.0, np.inf, 1.0
+    for turn in range(_QUICK + _THOROUGH):
+        weighed, allowed = _allowances(exact, measure, shares, factor)
+        model, error = _spent(exact, measure, search(weighed, allowed, turn >= _QUICK, None))
+        yield model, error
+        shares, used = measure.shares(error), measure.share(error)
+        if used <= 1.0:
+            kept = max(kept, factor)
+        else:
+            broken = min(broken, factor)
+        if np.isinf(broken) or not kept:
+            factor *= float(np.clip(1.0 / max(used, 1.0 / _STEP), 1.0 / _STEP, _STEP))
+        else:
+            factor = float(np.sqrt(kept * broken)) if kept < _ENOUGH * broken else kept
+
+
+def _widened(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
+    """Search for what is sure to do, and go on from there while allowances widen and the measure is kept."""
+    harm, model = -measure.norms.min(axis=0), None
+    factor = 1.0 / np.sqrt(len(measure.torque))
+    while True:
+        weighed, allowed = _allowances(exact, measure, harm, factor)
+        model = search(weighed, allowed, True, model)
+        error = (model.torque(*exact.states.arrays) - exact.torque).T
+        yield model, error
+        if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
+            return
+        # As many states as were given up are beyond what was allowed, and no others: the search can go on.
+        counts, largest = _counts(measure)
+        harm, factor = (counts * np.abs(error) / largest).max(axis=0), factor * _GROWING
+
+
+def _spent(exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel) -> _Trial:
+    """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
+    error = (model.torque(*exact.states.arrays) - exact.torque).T
+    level, terms = model.level, list(model.terms)
+    if measure.share(error) > 1.0 or not terms or not isinstance(level, CandidateLevel):
+        return model, error
+    effects = level.effects(exact, model.terms)
+    gone, lost = set[int](), error
+    for k in np.argsort([measure.share(error - effect) for effect in effects], kind="stable").tolist():
+        if measure.share(lost - effects[k]) <= 1.0:
+            gone.add(k)
+            lost = lost - effects[k]
+    left = {term: model.terms[term] for k, term in enumerate(terms) if k not in gone}
+    program = level.write(model.form, left, THOROUGH)
+    fewer = replace(model, terms=left, program=program)
+    again = (fewer.torque(*exact.states.arrays) - exact.torque).T
+    return (fewer, again) if measure.share(again) <= 1.0 else (model, error)
+
+
+def _allowances(
+    exact: ExactDynamics, measure: NormMeasure, harm: FloatArray, factor: float
+) -> tuple[ExactDynamics, FloatArray]:
+    """Let errors count by the torque's norm, and not at all at the states (N,) where they do most harm."""
+    counts, largest = _counts(measure)
+    if measure.exempt:
+        counts[:, np.argsort(-harm, kind="stable")[: measure.exempt]] = 0.0
+    return exact.weighed(counts.T), np.maximum(factor * measure.allowed * largest[:, 0], exact.round_off)
+
+
+def _counts(measure: NormMeasure) -> tuple[FloatArray, FloatArray]:
+    """How much errors count beside those where the norm is largest, (n, N), and that norm, (n, 1)."""
+    norms = measure.norms[measure.group]
+    largest = np.maximum(norms.max(axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest), largest

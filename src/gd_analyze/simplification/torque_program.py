@@ -15,8 +15,7 @@ from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, Ve
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import POINT, Effort
-from gd_analyze.simplification.program_cache import Task, inputs_of, kept_programs, some_states
+from gd_analyze.simplification.effort import POINT, Effort, Task, inputs_of, kept_programs, named, some_states
 
 
 class TorqueVariables:
@@ -131,9 +130,11 @@ def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effor
     def are_right(programs: Sequence[Program]) -> bool:
         return len(programs) == 1 and _is_right(velocities, terms, *programs)
 
-    return kept_programs(
-        Task.of(key, velocities.n_joints, lambda: [_thorough(velocities, terms, effort)], are_right)
-    )[0]
+    def shortest() -> list[Program]:
+        ways = [nested_program(velocities, terms, in_line=in_line) for in_line in (False, True)]
+        return [min([*ways, *_shared(velocities, terms, effort)], key=lambda way: way.count.total)]
+
+    return kept_programs(Task(named(key), velocities.n_joints, shortest, are_right))[0]
 
 
 def torque_programs(
@@ -151,7 +152,7 @@ def torque_programs(
         return all(_is_right(velocities, *each) for each in zip(steps, programs, strict=False))
 
     return kept_programs(
-        Task.of(key, velocities.n_joints, lambda: _growing(velocities, steps, most), are_right)
+        Task(named(key), velocities.n_joints, lambda: _growing(velocities, steps, most), are_right)
     )
 
 
@@ -171,11 +172,6 @@ def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
 def _listed(terms: Torques) -> list[Any]:
     """Terms and weights as JSON values, in an order of their own."""
     return [[term, terms[term]] for term in sorted(terms)]
-
-
-def _thorough(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
-    ways = [nested_program(velocities, terms, in_line=in_line) for in_line in (False, True)]
-    return min([*ways, *_shared(velocities, terms, effort)], key=lambda way: way.count.total)
 
 
 def _is_right(velocities: AbsoluteVelocities, terms: Torques, program: Program) -> bool:

@@ -36,14 +36,13 @@ from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.evaluation import payload_effect
+from gd_analyze.simplification.evaluation import TermRanking, payload_effect, rank_terms
 from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
 from gd_analyze.simplification.exact_form import too_many_terms
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, no_dearer
-from gd_analyze.simplification.ranking import TermRanking, rank_terms
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
 from gd_analyze.studies.study_files import write_findings

@@ -14,7 +14,7 @@ from gd_analyze.exporting.language import Body, Language
 from gd_analyze.exporting.strides import in_strides
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.simplification.program_cache import inputs_of
+from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.text import number, rounded_up
 
 # Angles, and states of many, that are taken at once: whole vectors of any processor, little memory.
