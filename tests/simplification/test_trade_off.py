@@ -52,15 +52,6 @@ def test_a_thorough_point_is_the_model_that_simplify_makes(swinging):
 ONE_PERCENT = Budget()
 Path = tuple[SimplifiedModel, ...]
 
-KINDS_of_budget_path = [
-    ("term", False),
-    ("term", True),
-    ("energy", False),
-    ("energy", True),
-    ("element", False),
-    ("recursive", False),
-]
-
 
 def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> None:
     """What is said of every path: errors as measured here, within each budget, nested, never dearer."""
@@ -83,7 +74,7 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
     assert shown.program is given.program
 
 
-@pytest.mark.parametrize(("level", "refit"), KINDS_of_budget_path)
+@pytest.mark.parametrize(("level", "refit"), KINDS)
 def test_the_path_leads_through_the_model(two_link, swing, level, refit):
     exact = ExactDynamics.of(two_link, swing)
     model = simplify_exact(exact, ONE_PERCENT, SearchOptions(level, refit))
@@ -93,7 +84,7 @@ def test_the_path_leads_through_the_model(two_link, swing, level, refit):
 @examples(5)
 @given(
     motions(max_joints=3, massive=True),
-    st.sampled_from(KINDS_of_budget_path),
+    st.sampled_from(KINDS),
     st.sampled_from([0.001, 0.02, 0.2]),
 )
 @few_tries()

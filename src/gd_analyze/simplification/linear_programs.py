@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.effort import Work
@@ -156,14 +156,8 @@ class _Program:
 
     def _solver(self) -> Any:
         """The relaxed program with the rows so far."""
-        import highspy
-
         count = len(self._flat)
-        cost = np.concatenate([np.zeros(count), self._weights])
-        solver = highspy.Highs()
-        solver.setOptionValue("output_flag", False)
-        solver.addVars(len(cost), np.zeros(len(cost)), np.ones(len(cost)))
-        solver.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
+        solver = _solver_of(np.concatenate([np.zeros(count), self._weights]), 0.0, 1.0)
         pairs = [(count + b, p) for b, members in enumerate(self._members) for p in members]
         signs = np.tile([1.0, -1.0], (len(pairs), 1))
         add_rows(solver, np.array(pairs, dtype=np.int32).reshape(-1, 2), signs, 0.0, np.inf)
@@ -183,6 +177,17 @@ def _largest_beyond(errors: FloatArray) -> list[int]:
     """Where errors are beyond the budget, the largest of them."""
     beyond = np.flatnonzero(errors > 1.0)
     return [int(s) for s in beyond[np.argsort(-errors[beyond], kind="stable")][:_BUNCH]]
+
+
+def _solver_of(costs: Array, lower: float, upper: float) -> Any:
+    """An empty program over variables of these costs, all between the same bounds."""
+    import highspy
+
+    solver, count = highspy.Highs(), len(costs)
+    solver.setOptionValue("output_flag", False)
+    solver.addVars(count, np.full(count, lower), np.full(count, upper))
+    solver.changeColsCost(count, np.arange(count, dtype=np.int32), costs.astype(float))
+    return solver
 
 
 def _failed(solver: Any) -> GdAnalyzeError:
@@ -288,11 +293,7 @@ def _solved(
     else:
         lower, upper = target - limit, target + limit
     rows, width = matrix.shape
-    solver = highspy.Highs()
-    solver.setOptionValue("output_flag", False)
-    solver.addVars(width, np.full(width, -infinite), np.full(width, infinite))
-    if limit is None:
-        solver.changeColsCost(1, np.array([parameters], dtype=np.int32), np.ones(1))
+    solver = _solver_of(np.arange(width) == parameters, -infinite, infinite)
     add_rows(solver, np.tile(np.arange(width, dtype=np.int32), (rows, 1)), matrix, lower, upper)
     if not work.solve(solver) or solver.getModelStatus() != highspy.HighsModelStatus.kOptimal:
         return None

@@ -80,10 +80,10 @@ def _joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
     revolute = np.array(exact.arm.is_revolute)
     margins = (np.where(revolute, _ANGLE, _DISTANCE), _VELOCITY * velocity, _ACCELERATION * acceleration)
 
-    def near(values: FloatArray, margin: FloatArray) -> FloatArray:
-        return values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
-
-    q, qd, qdd = (near(values, margin) for values, margin in zip(states.arrays, margins, strict=True))
+    q, qd, qdd = (
+        values[some] + margin * random.uniform(-1.0, 1.0, (_COUNT, len(margin)))
+        for values, margin in zip(states.arrays, margins, strict=True)
+    )
     weights = None if states.weights is None else states.weights[some]
     return exact.at(states.joined_by(q, qd, qdd, weights))
 

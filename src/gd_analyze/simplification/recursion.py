@@ -157,7 +157,9 @@ class _Making:
             if k in images:
                 waiting.pop()
                 continue
-            missing = [x for x in self._needs(k) if x not in images]
+            stands_in = self._stands_in.get(k)
+            needs = self.recursion.arguments[k] if stands_in is None else [source for source, _ in stands_in]
+            missing = [x for x in needs if isinstance(x, int) and x != NUMBER and x not in images]
             if not missing:
                 images[k] = x = self._made(k)
                 if isinstance(x, Expression):
@@ -170,11 +172,6 @@ class _Making:
                 begun.add(k)
                 waiting += missing
         return images[wanted]
-
-    def _needs(self, k: int) -> list[int]:
-        if k in self._stands_in:
-            return [source for source, _ in self._stands_in[k] if source != NUMBER]
-        return [x for x in self.recursion.arguments[k] if isinstance(x, int)]
 
     def _made(self, k: int) -> Any:
         if k in self._stands_in:

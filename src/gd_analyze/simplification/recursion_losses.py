@@ -15,7 +15,7 @@ from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.formulas.formula import PRIME, Power, Product, Symbol
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import UFUNCS
+from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact_form import ExactForm
@@ -213,11 +213,7 @@ class _Run:
         self.steps, self.arguments = recursion.steps, recursion.arguments
         place = {step.order: k for k, step in enumerate(self.steps)}
         self.outputs = [place[x.order] if isinstance(x, Expression) else x for x in recursion.outputs]
-        self.count = len(next(iter(inputs.values())))
-        self.values: list[Any] = []
-        for k, step in enumerate(self.steps):
-            is_input = step.operation == "input"
-            self.values.append(inputs[self.arguments[k][0]] if is_input else self._made(k, {}))
+        self.values = Program(self.steps, self.steps).run(inputs)
         needed = set(reached(recursion.outputs))
         self.needed = [k for k, x in enumerate(self.steps) if x.operation != "input" and x.order in needed]
         self.torque = self._torque({})
@@ -230,7 +226,7 @@ class _Run:
         return UFUNCS[self.steps[k].operation](*(self._of(x, changed) for x in self.arguments[k]))
 
     def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
-        return np.array([np.broadcast_to(self._of(x, changed), (self.count,)) for x in self.outputs])
+        return np.array([np.broadcast_to(self._of(x, changed), self.values.shape[1:]) for x in self.outputs])
 
     def lost(self, steps: Mapping[int, Instead]) -> FloatArray:
         """Largest difference of each joint's torque once others stand in for some steps, (n,)."""

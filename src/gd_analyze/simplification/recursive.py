@@ -88,21 +88,18 @@ class Names:
                 self.known[step.order] = 1.0, Symbol("q", joined((joint,)), dots=len(letters) - 1)
         for step in steps:
             if step.operation in ("cos", "sin"):
-                self.known[step.order] = 1.0, self._function(step)
+                argument = tuple(sorted(self.terms(step.arguments[0]), key=_index))
+                joints = tuple(int(_index(term)) - 1 for term in argument if term.powers)
+                symbol = Symbol("C" if step.operation == "cos" else "S", joined(joints))
+                while symbol in self.functions:
+                    symbol = replace(symbol, primes=symbol.primes + 1)
+                self.functions[symbol] = Function(str(step.operation), argument)
+                self.known[step.order] = 1.0, symbol
         # One name each: of the frame it belongs to rather than of another.
         for quantity, (sign, base) in sorted(values.items(), key=lambda pair: pair[0].kind.count(PRIME)):
             if isinstance(base, Expression):
                 self.known.setdefault(base.order, (sign, quantity.symbol))
                 self.quantity.setdefault(base.order, quantity)
-
-    def _function(self, step: Expression) -> Symbol:
-        argument = tuple(sorted(self.terms(step.arguments[0]), key=_index))
-        joints = tuple(int(_index(term)) - 1 for term in argument if term.powers)
-        symbol = Symbol("C" if step.operation == "cos" else "S", joined(joints))
-        while symbol in self.functions:
-            symbol = replace(symbol, primes=symbol.primes + 1)
-        self.functions[symbol] = Function(str(step.operation), argument)
-        return symbol
 
     def terms(
         self,
@@ -187,9 +184,9 @@ def _index(term: Product) -> str:
 
 
 class SimplifiedQuantities:
-    """What quantities are once changes are carried out, `values` a sign and an expression or number each.
+    """What quantities still needed are once changes are carried out: a sign and an expression or number.
 
-    What nothing needs any more is not there. Quantities are written without their `factors`, see `scales`.
+    They are written without their `factors`, see `scales`.
     """
 
     def __init__(
@@ -351,46 +348,6 @@ class Reading:
         return tuple(formula for passage in self.passages for formula in passage.formulas)
 
 
-def read(recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None) -> Reading:
-    """Write a recursion with changes as equations of quantities, factors (`scales`) taken out.
-
-    What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
-    """
-    quantities = SimplifiedQuantities(recursion, changes, factors)
-    left: dict[Symbol | Function, Formula] = {}
-
-    def has_equation(quantity: Quantity) -> bool:
-        if quantity.kind == "tau":
-            return True
-        name = quantities.name(quantity)
-        is_aside = PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
-        return name is not None and (name[1] == quantity.symbol or not is_aside)
-
-    def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
-        """What an equation needs comes before it: a simplified step may take in a later quantity."""
-        if not isinstance(symbol, Symbol) or (formula := left.pop(symbol, None)) is None:
-            return
-        for piece in formula.pieces:
-            for base, _ in piece.product.powers:
-                yield from with_needed(base)
-        yield formula
-
-    links, passages = range(len(recursion.outputs)), []
-    for outward, kinds in ((True, OUTWARD), (False, INWARD)):
-        for link in links if outward else reversed(links):
-            of_link = (x for x in quantities.values if x.link == link and x.kind in kinds)
-            own = sorted(of_link, key=lambda quantity: kinds.index(quantity.kind))
-            sums = [as_formula(x.symbol, quantities.sum(x)) for x in own if has_equation(x)]
-            left |= {formula.left: formula for formula in sums}
-            passages.append((link, outward, sums))
-    ordered = (
-        Passage(link, outward, tuple(each for formula in sums for each in with_needed(formula.left)))
-        for link, outward, sums in passages
-    )
-    functions = (Formula(symbol, (Piece(one(own)),)) for symbol, own in quantities.names.functions.items())
-    return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
-
-
 # Rearrangements of a model that is only looked at: tenths of a second.
 _FEW_TRIES = 60
 
@@ -429,8 +386,45 @@ class RecursiveLevel(Level):
         return self.reading(form, terms).legend
 
     def reading(self, form: ExactForm, terms: Terms) -> Reading:
-        """Its equations link by link."""
-        return read(form.recursion, terms, scales(form, terms))
+        """Its equations link by link, factors (`scales`) taken out.
+
+        What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
+        """
+        quantities = SimplifiedQuantities(form.recursion, terms, scales(form, terms))
+        left: dict[Symbol | Function, Formula] = {}
+
+        def has_equation(quantity: Quantity) -> bool:
+            if quantity.kind == "tau":
+                return True
+            name = quantities.name(quantity)
+            is_aside = PRIME in quantity.kind or quantity.kind in ("p", "pd", "A", "r")
+            return name is not None and (name[1] == quantity.symbol or not is_aside)
+
+        def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
+            """What an equation needs comes before it: a simplified step may take in a later quantity."""
+            if not isinstance(symbol, Symbol) or (formula := left.pop(symbol, None)) is None:
+                return
+            for piece in formula.pieces:
+                for base, _ in piece.product.powers:
+                    yield from with_needed(base)
+            yield formula
+
+        links, passages = range(len(form.recursion.outputs)), []
+        for outward, kinds in ((True, OUTWARD), (False, INWARD)):
+            for link in links if outward else reversed(links):
+                of_link = (x for x in quantities.values if x.link == link and x.kind in kinds)
+                own = sorted(of_link, key=lambda quantity: kinds.index(quantity.kind))
+                sums = [as_formula(x.symbol, quantities.sum(x)) for x in own if has_equation(x)]
+                left |= {formula.left: formula for formula in sums}
+                passages.append((link, outward, sums))
+        ordered = (
+            Passage(link, outward, tuple(each for formula in sums for each in with_needed(formula.left)))
+            for link, outward, sums in passages
+        )
+        functions = (
+            Formula(symbol, (Piece(one(own)),)) for symbol, own in quantities.names.functions.items()
+        )
+        return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
 
     def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
         """Steps simplified, of all."""

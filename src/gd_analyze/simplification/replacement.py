@@ -212,11 +212,8 @@ def _beside_a_fit(
     """Look closely: what is added once all numbers are fitted."""
     root = np.sqrt(weights).ravel()
     error = fit.errors.ravel() * root
-    trials = np.empty((len(promising), len(error)))
-    for row, one in zip(trials, promising, strict=True):
-        row[:] = (slopes[one.step] * one.change(fit.values)).ravel()
-    trials *= root
-    trials += error
+    made = [(slopes[one.step] * one.change(fit.values)).ravel() for one in promising]
+    trials = np.array(made).reshape(-1, len(error)) * root + error
     columns = columns_of(tape, fit, slopes) * root
     if len(columns):
         columns /= sizes_of(columns)[:, None]

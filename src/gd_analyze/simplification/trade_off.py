@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cache
 
 import numpy as np
 
@@ -62,18 +62,14 @@ class TradeOffPoint:
     factor: float  # of the budget that the curve is about
     budget: str  # as a user would put it
     operations: OperationCount  # what one torque evaluation takes
-    error_share: (
-        float  # the worst joint's largest error over peak torque or allowed error, see `Budget.shares_of`
-    )
+    error_share: float  # the worst joint's largest error over what `Budget.shares_of` says
 
 
 def curves(points: Sequence[TradeOffPoint]) -> dict[Kind, tuple[TradeOffPoint, ...]]:
     """Points by level and refit, each with growing budget."""
     kinds = dict.fromkeys((point.level, point.refit) for point in points)
-    return {
-        kind: tuple(sorted((p for p in points if (p.level, p.refit) == kind), key=lambda point: point.factor))
-        for kind in kinds
-    }
+    ordered = sorted(points, key=lambda point: point.factor)
+    return {kind: tuple(p for p in ordered if (p.level, p.refit) == kind) for kind in kinds}
 
 
 def trade_off(
@@ -121,7 +117,7 @@ def trade_off(
     allowed, order = exact.allowed(budget), sorted(factors)
     exact = exact if thorough else exact.thinned()
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
-    known: dict[Level, Candidates | None] = {}
+    of_level = cache(lambda level: _candidates(exact, level, allowed, SWEEP * min(1.0, *factors)))
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
     for level, refit in kinds_for(exact.form) if kinds is None else kinds:
@@ -135,9 +131,7 @@ def trade_off(
             models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
             found = _best_of(exact, models, allowed, order)
         else:
-            if level not in known:
-                known[level] = _candidates(exact, level, allowed, SWEEP * min(1.0, *factors))
-            candidates = known[level]
+            candidates = of_level(level)
             if candidates is None:
                 found = _best_of(exact, (), allowed, order)
             else:
@@ -205,17 +199,15 @@ def _eliminated(
     return [everything] * (len(factors) - len(found)) + found[::-1]
 
 
-def budget_path(
-    exact: ExactDynamics, budget: Budget, given: SimplifiedModel, factors: Sequence[float] = PATH_FACTORS
-) -> tuple[SimplifiedModel, ...]:
-    """Follow a model to smaller and to larger budgets: one model per factor, growing, within that budget.
+def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
+    """Follow a model to smaller and to larger budgets: one per factor of `PATH_FACTORS`, within that budget.
 
     None keeps a term, or simplifies fewer steps, than one before it, or takes more operations; the exact one
     stands where none takes fewer. Refitted coefficients remain so from the given model's budget on.
     """
-    trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given, factors)
+    trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
-    for factor, trial in zip(factors, trials, strict=True):
+    for factor, trial in zip(PATH_FACTORS, trials, strict=True):
         allowed = factor * given.accuracy.allowed
         # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
         least = given.operations.total if factor < 1.0 else 0
@@ -230,16 +222,12 @@ def budget_path(
     return tuple(models)
 
 
-def _pruned(
-    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
-) -> Iterator[SimplifiedModel | None]:
+def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
     """Models with more and more simplified steps: some up to the given one, and some from it on."""
     some, allowed = exact.thinned(), given.accuracy.allowed
     is_long = exact.form.operations.total > _LONG
-    for side, start in (
-        ([f for f in factors if f <= 1.0], {}),
-        ([f for f in factors if f > 1.0], given.terms),
-    ):
+    sides = [f for f in PATH_FACTORS if f <= 1.0], [f for f in PATH_FACTORS if f > 1.0]
+    for side, start in zip(sides, ({}, given.terms), strict=True):
         searched = [f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and not is_long]
         found = dict(zip(searched, pruned_path(some, [f * allowed for f in searched], start), strict=True))
         for factor in side:
@@ -250,29 +238,27 @@ def _pruned(
                 yield given if factor == 1.0 else None
 
 
-def _nested(
-    exact: ExactDynamics, given: SimplifiedModel, factors: Sequence[float]
-) -> Iterator[SimplifiedModel | None]:
+def _nested(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
     """Models that keep fewer and fewer terms; none where that takes more operations than exact."""
-    kept = [*_kept(exact, given, factors)]
-    others = [terms for factor, terms in zip(factors, kept, strict=True) if factor != 1.0]
+    kept = [*_kept(exact, given)]
+    others = [terms for factor, terms in zip(PATH_FACTORS, kept, strict=True) if factor != 1.0]
     several = {frozenset(terms): terms for terms in reversed(others)}
     most = exact.form.operations.total - 1
     programs = given.level.write_steps(given.form, [*several.values()], most)
-    known: dict[frozenset[Any], SimplifiedModel] = {
+    known = {
         name: measured(exact, replace(given, terms=terms, program=program))
         for (name, terms), program in zip(several.items(), programs, strict=False)
     }
-    for factor, terms in zip(factors, kept, strict=True):
+    for factor, terms in zip(PATH_FACTORS, kept, strict=True):
         yield given if factor == 1.0 else known.get(frozenset(terms))
 
 
-def _kept(exact: ExactDynamics, model: SimplifiedModel, factors: Sequence[float]) -> Iterator[Terms]:
+def _kept(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[Terms]:
     """What is kept for each factor, at 1 what the model keeps: terms go in one order, the model's last."""
     given = model.terms
-    candidates = _candidates(exact.thinned(), model.level, model.accuracy.allowed, SWEEP * min(factors))
+    candidates = _candidates(exact.thinned(), model.level, model.accuracy.allowed, SWEEP * PATH_FACTORS[0])
     if candidates is None:
-        yield from (given for _ in factors)
+        yield from (given for _ in PATH_FACTORS)
         return
     effects, swept = candidates.flat, candidates.swept
     stays = np.array([term in given for term in candidates.terms])
@@ -281,7 +267,7 @@ def _kept(exact: ExactDynamics, model: SimplifiedModel, factors: Sequence[float]
     listed = {term: weight for term, weight in given.items() if term not in candidates.terms}
     kept, scale = np.ones(len(effects), dtype=bool), np.ones(len(effects))
     lost = np.zeros(effects.shape[1])
-    for factor in factors:
+    for factor in PATH_FACTORS:
         if factor >= 1.0 and scale is not fitted:
             kept, scale = stays.copy(), fitted
             lost = (1.0 - kept * scale) @ effects
