@@ -164,10 +164,7 @@ class Accuracy:
 
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
-    """Joints at which a budget lies below friction or uncertainty, and the budget that takes it into account.
-
-    It is "" where no joint is concerned, the budget's entry does so already, or the budget is of the norm.
-    """
+    """Joints whose budget is below friction or uncertainty, and what takes that into account; "" of none."""
     if accuracy.asked.norm is not None:
         return ""
     by = ReferenceTorques(arm, accuracy.errors.peak_torque, accuracy.uncertainty)

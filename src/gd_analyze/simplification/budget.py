@@ -295,10 +295,7 @@ def _not_understood(text: str, where: str, next_step: str | None = None) -> Usag
 
 @dataclass(frozen=True, eq=False)
 class NormMeasure:
-    """Norm of the torque error over norm of the torque, which most states must keep.
-
-    Revolute and prismatic joints have a norm each, as N m and N have no common one; the larger share counts.
-    """
+    """Norm of the torque error over that of the torque, of joints of each kind; the larger share counts."""
 
     allowed: float  # share of the norm
     states: float  # share of the states that must keep it; the others may err by whatever they do

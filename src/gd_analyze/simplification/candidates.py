@@ -40,10 +40,7 @@ class TooManyTermsError(UsageError):
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What may be dropped: terms, with their numbers in the exact dynamics, and what each takes.
-
-    Of very many terms the smallest are no candidates and dropped beforehand.
-    """
+    """Terms that may be dropped, and what each takes; of very many the smallest are dropped beforehand."""
 
     level: CandidateLevel
     form: ExactForm
@@ -81,8 +78,7 @@ def candidates_of(
 ) -> Candidates:
     """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
 
-    Of very many terms the smallest are dropped beforehand until `MANY` are left, as long as they take no more
-    than the share `sweep` of the budget. A TooManyTermsError if far too many would be left.
+    Of very many terms the smallest are dropped beforehand, within the share `sweep` of the budget.
     """
     if not isinstance(level, CandidateLevel):
         what = f"level {level.name} keeps no terms that could be looked at one by one"
@@ -97,9 +93,7 @@ def candidates_of(
             "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element",
         )
     every = level.terms(exact.form)
-    terms, swept = every, 0.0
-    if len(every) > MANY:
-        terms, swept = _swept(exact, level, every, allowed, sweep)
+    terms, swept = _swept(exact, level, every, allowed, sweep) if len(every) > MANY else (every, 0.0)
     listed = list(terms)
     parameter, magnitude = level.numbers(exact.form, listed)
     return Candidates(
@@ -236,8 +230,7 @@ def eliminate(
 ) -> Elimination:
     """Order candidates by the error that each adds, with `by_cost` for every operation saved.
 
-    With `refit` what remains is fitted after every step, or after some where numbers are many. `last` (K,) go
-    when all others have gone.
+    With `refit` what remains is fitted again and again. `last` (K,) go when all others have gone.
     """
     flat = candidates.flat
     gram = flat @ flat.T

@@ -19,14 +19,10 @@ from gd_analyze.simplification.cache import keep, kept, name_of
 
 
 class Effort(NamedTuple):
-    """How much time goes into a program of few operations.
+    """How much time goes into a program of few operations."""
 
-    Up to `shared` torque terms it is looked for what rows share. `rearranging` times the operations there are
-    is how many rearrangements are tried; with none at all, other ways are not tried either.
-    """
-
-    shared: int
-    rearranging: int = 0
+    shared: int  # torque terms up to which it is looked for what rows share
+    rearranging: int = 0  # rearrangements tried, times the operations; with none no other ways either
 
 
 # Milliseconds, and hundredths of a second, within a search.

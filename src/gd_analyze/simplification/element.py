@@ -149,11 +149,7 @@ def _blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
 
 
 def _assembly(traced: TracedParts, parts: Sequence[Part], drives: bool) -> dict[frozenset[int], int]:
-    """Operations that put parts into torques, by the set of parts that need them.
-
-    An element of D is multiplied by an acceleration and added once for both of its effects. Constants are
-    summed beforehand; a drive's inertia stands on the diagonal already, product and all.
-    """
+    """Operations that put parts into torques, by the parts that need them; constants are summed before."""
     costs: dict[frozenset[int], int] = {}
     effects: dict[Element, list[int]] = {}
     for p, part in enumerate(parts):

@@ -202,10 +202,7 @@ class ExactDynamics:
         return tuple(NormShare(share_at(shares, part), part) for part in states)
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
-        """Let an error count twice on one of several motions where the budget allows it half of what it does.
-
-        One motion is as it is, and so are errors that are weighed already.
-        """
+        """Weigh errors so that the budget of each of several motions is that of all; as it is of one."""
         states, budget = self.states, Budget.of(budget)
         if not states.motions or states.weights is not None:
             return self

@@ -131,11 +131,7 @@ def too_many_terms(form: ExactForm) -> str:
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
-    """Whether the exact torque has more than `most` terms.
-
-    What the outer joints move among themselves, on a base at rest without gravity, is part of the whole, term
-    by term: where that is more already, the time for all others is saved.
-    """
+    """Whether the exact torque has more than `most` terms; those of the outer joints alone are told first."""
     if "torques" in vars(form):
         return len(form.torques) > most
     arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="")

@@ -65,11 +65,7 @@ class HarmonicLevel(CandidateLevel):
         return np.stack(form.velocities.joint_rows(rows), axis=1)
 
     def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        """Guess what factoring will find.
-
-        A torque term takes its coefficient and its sum; equal products of sines and cosines are formed once,
-        and velocities multiply the sum of all terms behind them.
-        """
+        """Guess what factoring will find: equal products are formed once, velocities multiply their sum."""
         users: dict[TorqueTerm, set[int]] = defaultdict(set)
         products: dict[Monomial, set[int]] = defaultdict(set)
         brackets: dict[tuple[int, tuple[Velocity, ...]], set[int]] = defaultdict(set)

@@ -1,15 +1,10 @@
 """The cheapest selection within the budget, an integer program, and its refitted coefficients, a linear one.
 
 The error of joint i at state s is sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. Intermediate
-results that the same candidates need form a block b of w_b operations, needed where one of these is kept:
-
-    minimise  sum_b w_b y_b   subject to   y_b >= x_p for every candidate p above b,
-              | sum_p a_pis (1 - x_p) | <= allowed_i  for all i, s.
-
-A dive (solve the relaxed program, keep what is largest, again) takes hundredths of a second; the search from
-there stops after a number of nodes, not of seconds, so that every machine finds the same. With coefficients
-theta_p to be refitted the error is sum_p theta_p a_pis - tau_is, a_pis summed over what shares one. Either
-way few states decide: those that a trial solution violates are added until none is.
+results of w_b operations that the same candidates need form a block b. Minimise sum_b w_b y_b, with y_b >=
+x_p for every p above b, and errors as allowed. A dive (solve the relaxed program, keep what is largest,
+again) takes hundredths of a second; the search from there stops after a number of nodes, so that every machine
+finds the same. Few states decide: those that a trial solution violates are added until none is.
 """
 
 from __future__ import annotations
@@ -48,10 +43,7 @@ def select(
     thorough: bool = True,
     work: Work | None = None,
 ) -> tuple[NDArray[np.bool_], bool]:
-    """Choose the candidates to keep, (P,), given a_pis, N m, (P, n, N); and whether none are cheaper.
-
-    Only one descent is made unless `thorough`. A GdAnalyzeError if the solver fails.
-    """
+    """Choose candidates to keep, (P,), given a_pis, N m, (P, n, N); and whether no others are cheaper."""
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)
     program = _Program(flat, costs, work or Work())
@@ -312,10 +304,7 @@ def share_coefficients(
     count: Callable[[Kept, FloatArray], int],
     work: Work,
 ) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients to each other while the budget holds and operations, as `count` says, go down.
-
-    Returned are the candidates with fewer free numbers, and the factors, shape (K,).
-    """
+    """Tie coefficients to each other, with their factors (K,), while the budget holds and operations go down."""
     fewest, trials = count(kept, scale), _TRIALS
     refit = Refit(candidates, work)
     while True:

@@ -24,10 +24,7 @@ from gd_analyze.text import amount, html_of, joint_name, percent
 
 
 def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
-    """D (mass matrix), row by row: torque is linear in accelerations, column j its derivative by qdd_j.
-
-    Where D is known to be symmetric, the part above the diagonal is taken for that below it.
-    """
+    """D, row by row: torque is linear in accelerations; of a `symmetric` one the half above is taken."""
     still, trace = _zeros(n, "qd", "qdd"), Trace()
     columns = []
     for j in range(n):

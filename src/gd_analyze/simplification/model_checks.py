@@ -82,12 +82,7 @@ def require_terms_computed(model: SimplifiedModel) -> None:
 
 
 def require_consistent(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, an accuracy that contradicts itself.
-
-    No torque or error is negative, root mean squares are at most the largest error, that at most the allowed
-    one, which is what budget and peak torque come to; shares of the norm grow with the states and keep the
-    budget.
-    """
+    """Refuse, with a ModelError, an accuracy of which one number contradicts another, or the budget."""
     _require_of(model, model.accuracy)
     _require_norms(model.accuracy)
     over_all = model.accuracy.errors.peak_torque

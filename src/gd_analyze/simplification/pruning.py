@@ -316,11 +316,7 @@ def prune(
     start: Changes | None = None,
     progress: Progress = None,
 ) -> dict[Change, float]:
-    """Prune an arm's recursion so that it keeps the allowed error, N m, shape (n,), at every state.
-
-    A first descent always ends, whatever the `effort`, a multiple of the usual. `start` are changes to begin
-    with, within the budget.
-    """
+    """Prune a recursion to the allowed error, N m, (n,), from `start` on; one descent ends at any effort."""
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
     aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)

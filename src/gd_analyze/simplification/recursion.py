@@ -57,10 +57,7 @@ NUMBER, CONSTANT = -1, -2
 
 
 class Change(NamedTuple):
-    """One change of a step: the step `source`, times a number, is part of what replaces `step`.
-
-    `NUMBER` as the source: the number itself is. `CONSTANT`: it takes the place of the step's own constant.
-    """
+    """The step `source` (or `NUMBER`, or `CONSTANT`), times a number, is part of what replaces `step`."""
 
     step: int
     source: int

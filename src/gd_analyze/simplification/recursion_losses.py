@@ -64,10 +64,7 @@ class Omission:
 
 
 def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
-    """List what changes do to steps still needed, those first that make most torque alone at states.
-
-    What makes none is left out. Changes of one quantity that take in the same step, of any sign, are one.
-    """
+    """List what changes do to steps still needed, those first that make most torque alone at states."""
     steps = _Steps(form.recursion)
     together = steps.together(steps.without_factors(changes, scales(form, changes)))
     torque, peak = torque_alone(form.recursion, together, states)

@@ -109,10 +109,7 @@ class Names:
         inside: bool = False,
         instead: Mapping[int, Sequence[Product]] | None = None,
     ) -> list[Product]:
-        """Write x times a weight as a sum of products of what has a name; with `inside` x has none itself.
-
-        `instead` replaces expressions by their order.
-        """
+        """Write x, unnamed itself if `inside`, as products of what has a name or stands `instead`, by order."""
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
         if instead and x.order in instead:
@@ -184,10 +181,7 @@ def _index(term: Product) -> str:
 
 
 class SimplifiedQuantities:
-    """What quantities still needed are once changes are carried out: a sign and an expression or number.
-
-    They are written without their `factors`, see `scales`.
-    """
+    """What quantities still needed are with changes carried out, without their `factors`, see `scales`."""
 
     def __init__(
         self, recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None
@@ -209,6 +203,7 @@ class SimplifiedQuantities:
         found = {quantity: now(value) for quantity, value in recursion.quantities}
         torques = [quantity for quantity in found if quantity.kind == "tau"]
         found |= zip(torques, map(unsigned, self.program.outputs), strict=True)
+        # A sign, and an expression or number.
         self.values = {quantity: value for quantity, value in found.items() if value is not None}
         self.names = Names(self.program.steps, self.values)
         self._factors: dict[Symbol | Function, float] = {q.symbol: f for q, f in (factors or {}).items()}

@@ -85,10 +85,7 @@ def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
 
 
 def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
-    """Fit numbers, by so many least squares at most, to the least norm of a power of the errors.
-
-    A power of 2 makes squares least, 12 nearly the largest error; it ends with a largest error of `enough`.
-    """
+    """Fit numbers to the least norm of a power of the errors, or `enough`, by so many turns at most."""
     here = start
     for _ in range(turns):
         if here.largest <= enough or not len(tape.scaled):
@@ -183,8 +180,7 @@ def replacements(
 ) -> tuple[list[Replacement], float]:
     """List what may stand in, the best first, and the mean square error that a fit leaves as things are.
 
-    `slopes` are effects of steps on errors, (steps, n, N); `known` (steps,) are values of the recursion, by
-    which others can be stated; squares stand for errors to the `power`.
+    `slopes` are effects of steps on errors, (steps, n, N); `known` (steps,) can be stated as changes.
     """
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()

@@ -1,8 +1,7 @@
 """The cheapest set of candidates within a budget: elimination, integer program, exchange, refit.
 
-Elimination always ends. The integer program knows which arithmetic candidates share and often proves its
-selection cheapest, but may be endless, so it stops after some nodes. Exchange drops one more, or one for
-another that is cheaper. With a refit every trial fits what is kept anew, and fewer candidates may then do.
+The integer program knows which arithmetic candidates share and often proves its selection cheapest, but may
+be endless, so it stops after some nodes. Exchange drops one more, or one for another that is cheaper.
 """
 
 from __future__ import annotations
@@ -46,11 +45,9 @@ def search(
     work: Work | None = None,
     progress: Progress = None,
 ) -> tuple[dict[str, Step], bool]:
-    """Find few candidates whose model is within the budget at every state.
+    """Find few candidates whose model is within the budget at every state: what every step led to, in order.
 
-    Returned is what every step led to, the last being what was found, and whether the integer program ended:
-    of the candidates that matter no selection without refit takes fewer operations, as `Candidates.costs`
-    count them. If not `thorough` it is only descended once. Where `work` ends, the best so far is found.
+    Also whether the integer program ended, so that no selection without refit takes fewer operations.
     """
     one = np.ones(len(candidates))
     tell, work = progress or (lambda _: None), work or Work()

@@ -202,8 +202,7 @@ def _eliminated(
 def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and to larger budgets: one per factor of `PATH_FACTORS`, within that budget.
 
-    None keeps a term, or simplifies fewer steps, than one before it, or takes more operations; the exact one
-    stands where none takes fewer. Refitted coefficients remain so from the given model's budget on.
+    None keeps a term, or simplifies fewer steps, than one before it, or takes more operations.
     """
     trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
