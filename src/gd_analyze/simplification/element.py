@@ -92,12 +92,8 @@ class TracedParts:
     def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
         """Expressions of the torques (n,) from some parts alone; drive inertia (n,) is added to D."""
         n = len(self.qdd)
-        inertia = np.full((n, n), 0.0, dtype=object)
-        h = np.full(n, 0.0, dtype=object)
-        c = np.full(n, 0.0, dtype=object)
-        for part in parts_of(n):
-            if part not in parts:
-                continue
+        inertia, h, c = (np.full(shape, 0.0, dtype=object) for shape in ((n, n), n, n))
+        for part in (part for part in parts_of(n) if part in parts):
             i, j = part.element.i, part.element.j
             if part.element.quantity == "gravity_loading":
                 c[i] = self.expression(part)

@@ -120,7 +120,23 @@ class ExactDynamics:
         trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
         definite.
         """
-        exact = _taken(arm_of(arm), given, drives)
+        arm = arm_of(arm)
+        if isinstance(given, Trajectory | str | Path | Sequence):
+            given = states_of(trajectory_of(given, arm))
+        if isinstance(given, States):
+            exact = cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
+        else:
+            require_dataset(given)
+            described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
+            described["set_points"] = given.sizes["time"]
+            if motions := motions_in(given):
+                described["motions"] = listed(motions)
+            q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+            states = states_for(arm, States(q, qd, qdd, described, motions))
+            has_drives = "drive_torque" in given
+            as_given = drives in (None, has_drives)
+            form = ExactForm(arm, has_drives if as_given else bool(drives))
+            exact = cls(form, states, given if as_given else None)
         require_positive_definite(exact.arm, exact.states, exact.form.drives)
         return exact
 
@@ -248,25 +264,6 @@ class ExactDynamics:
             motions=tuple(motions),
             norms=self.norms_of(torque, accuracy.asked.norm),
         )
-
-
-def _taken(arm: RobotArm, given: States | GivenMotions | xr.Dataset, drives: bool | None) -> ExactDynamics:
-    """Exact dynamics at states of any kind that `ExactDynamics.of` takes."""
-    if isinstance(given, Trajectory | str | Path | Sequence):
-        given = states_of(trajectory_of(given, arm))
-    if isinstance(given, States):
-        return ExactDynamics(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
-    require_dataset(given)
-    described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
-    described["set_points"] = given.sizes["time"]
-    if motions := motions_in(given):
-        described["motions"] = listed(motions)
-    q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
-    states = states_for(arm, States(q, qd, qdd, described, motions))
-    has_drives = "drive_torque" in given
-    if drives in (None, has_drives):
-        return ExactDynamics(ExactForm(arm, has_drives), states, given)
-    return ExactDynamics(ExactForm(arm, bool(drives)), states)
 
 
 def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> FloatArray:

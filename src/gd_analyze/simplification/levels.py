@@ -38,7 +38,8 @@ class SearchOptions:
     dearer: bool = False  # give what was found even where it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
-        level = self.level
+        level = None if self.level is None else level_named(self.level)
+        object.__setattr__(self, "level", level)
         if self.refit and level is not None and not (level.has_torque_terms or level.always_refits):
             what, expected = f"{level.keeps} have no coefficients to refit", "level term, recursive or energy"
             raise UsageError(what, where="refit", expected=expected, found=f"level {level}")

@@ -3,7 +3,7 @@
 The error of joint i at state s is sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. Intermediate
 results of w_b operations that the same candidates need form a block b. Minimise sum_b w_b y_b, with y_b >=
 x_p for every p above b, and errors as allowed. A dive (solve the relaxed program, keep what is largest,
-again) takes hundredths of a second; the search from there stops after a number of nodes, so that every machine
+again) takes hundredths of a second; the search from there stops after some nodes, so that every machine
 finds the same. Few states decide: those that a trial solution violates are added until none is.
 """
 
@@ -304,7 +304,7 @@ def share_coefficients(
     count: Callable[[Kept, FloatArray], int],
     work: Work,
 ) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients to each other, with their factors (K,), while the budget holds and operations go down."""
+    """Tie coefficients, factors (K,), to each other while the budget holds and operations go down."""
     fewest, trials = count(kept, scale), _TRIALS
     refit = Refit(candidates, work)
     while True:

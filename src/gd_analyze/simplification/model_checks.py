@@ -6,7 +6,7 @@ What is cheap is made again; what cannot be must not contradict itself, and rema
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -21,7 +21,6 @@ from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomia
 from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import written
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
 from gd_analyze.simplification.effort import ROUGH, inputs_of, some_states
@@ -84,7 +83,13 @@ def require_terms_computed(model: SimplifiedModel) -> None:
 def require_consistent(model: SimplifiedModel) -> None:
     """Refuse, with a ModelError, an accuracy of which one number contradicts another, or the budget."""
     _require_of(model, model.accuracy)
-    _require_norms(model.accuracy)
+    for few, many in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
+        if few.share > many.share:
+            raise _impossible_norm(few, f"at most that of more states, {many.share:.6g}")
+    if (asked := model.accuracy.asked.norm) is not None:
+        stated = model.accuracy.norm_at(asked.states) or NormShare(np.inf, asked.states)
+        if stated.share > asked.share * (1.0 + _TWELVE_DIGITS):
+            raise _impossible_norm(stated, f"at most {asked.share:.6g}, the budget")
     over_all = model.accuracy.errors.peak_torque
     for motion in model.accuracy.motions:
         _require_of(model, motion, f" along {motion.name}")
@@ -115,23 +120,20 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         _require(model, f"{name}{along}", holds, values, expected)
 
 
-def _require_norms(accuracy: Accuracy) -> None:
-    """Refuse shares of the norm that contradict one another, or the budget."""
-    for few, many in pairwise(sorted(accuracy.norms, key=lambda norm: norm.states)):
-        if few.share > many.share:
-            raise _impossible_norm(few, f"at most that of more states, {many.share:.6g}")
-    if (asked := accuracy.asked.norm) is not None:
-        stated = accuracy.norm_at(asked.states)
-        if stated is None or stated.share > asked.share * (1.0 + _TWELVE_DIGITS):
-            stated = stated or NormShare(np.inf, asked.states)
-            raise _impossible_norm(stated, f"at most {asked.share:.6g}, the budget")
-
-
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
-    """Measure the errors again if the states can be had, see `measured_at`; mark them as stated otherwise."""
-    states = _states_at_hand(model.arm, model.accuracy.fitted_on)
-    if states is None:
-        return replace(model, accuracy=replace(model.accuracy, measured=False))
+    """Measure errors again at states of a box or of a shipped motion; mark those of others as stated."""
+    accuracy, states = model.accuracy, None
+    count, seed, name = (accuracy.fitted_on.get(key) for key in ("states", "seed", "trajectory"))
+    # Another arm may bear the name of one that a motion was planned for, and limits that it breaks.
+    with warnings.catch_warnings(), suppress(GdAnalyzeError):
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        if isinstance(count, int) and isinstance(seed, int):
+            if 0 < count <= _MOST_STATES and seed >= 0:
+                states = states_in_box(model.arm, count, seed)
+        elif name in shipped_trajectories():
+            states = states_of(read_trajectory(str(name), model.arm))
+    if states is None or dict(states.described) != dict(accuracy.fitted_on):
+        return replace(model, accuracy=replace(accuracy, measured=False))
     return measured_at(model, states)
 
 
@@ -183,20 +185,3 @@ def _impossible_norm(norm: NormShare, expected: str) -> ModelError:
 def _impossible(where: str, expected: str, found: str) -> ModelError:
     what = "what the model file states of its errors cannot be"
     return ModelError(what, where=where, expected=expected, found=found, next_step=_WRITE_AGAIN)
-
-
-def _states_at_hand(arm: RobotArm, fitted_on: Mapping[str, str | int]) -> States | None:
-    """States a model was made for, if they are drawn from the arm's limits or a shipped trajectory's."""
-    count, seed, name = (fitted_on.get(key) for key in ("states", "seed", "trajectory"))
-    found = None
-    # Another arm may bear the name of one that a motion was planned for, and limits that it breaks.
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        try:
-            if isinstance(count, int) and isinstance(seed, int):
-                found = states_in_box(arm, count, seed) if 0 < count <= _MOST_STATES and seed >= 0 else None
-            elif name in shipped_trajectories():
-                found = states_of(read_trajectory(str(name), arm))
-        except GdAnalyzeError:
-            return None
-    return found if found is not None and dict(found.described) == dict(fitted_on) else None

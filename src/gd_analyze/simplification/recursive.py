@@ -109,7 +109,7 @@ class Names:
         inside: bool = False,
         instead: Mapping[int, Sequence[Product]] | None = None,
     ) -> list[Product]:
-        """Write x, unnamed itself if `inside`, as products of what has a name or stands `instead`, by order."""
+        """Write x, unnamed itself if `inside`, as products of what has a name or stands `instead` of it."""
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
         if instead and x.order in instead:

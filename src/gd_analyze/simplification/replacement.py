@@ -267,7 +267,10 @@ class _Pool:
                 (-1.0, self.constant[:, None] + self.square - 2.0 * self.linear, self.saved),
             )
         for number, added, saved in ways:
-            for v, u in _smallest(_merit(added, saved), _OF_EACH * _CLOSELY):
+            merit = _merit(added, saved).ravel()
+            places = np.argpartition(merit, min(_OF_EACH * _CLOSELY, merit.size - 1))[: _OF_EACH * _CLOSELY]
+            for place in places[np.isfinite(merit[places])].tolist():
+                v, u = divmod(place, len(self.total))
                 c = float(number[v, u]) if isinstance(number, np.ndarray) else number
                 if np.isfinite(c) and c != 0.0:
                     found.append(self._replacement(v, ((u, c),), saved[v, u], added[v, u]))
@@ -339,10 +342,3 @@ def _merit(added: FloatArray, saved: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore"):
         merit = np.where(added > 0.0, added / np.maximum(saved, 0.5), added * saved)
     return np.where((saved > 0.0) & np.isfinite(merit), np.round(merit, _DIGITS_OF_SUMS), np.inf)
-
-
-def _smallest(merit: FloatArray, count: int) -> list[tuple[int, int]]:
-    """Places of the smallest entries that are finite."""
-    flat = merit.ravel()
-    places = np.argpartition(flat, min(count, flat.size - 1))[:count]
-    return [divmod(int(k), merit.shape[1]) for k in places if np.isfinite(flat[k])]
