@@ -16,19 +16,18 @@ INTRODUCTION = """\
 
 <!-- Written by tests/docs/cli_reference.py from the commands' own help; a test compares the two. -->
 
-`gd-analyze ROBOT TRAJECTORY` is the main job; everything else is a verb. Options may stand before, between or
-behind the arguments.
+This page has the help of every command. `gd-analyze ROBOT TRAJECTORY` is the main job; every other command is
+a verb: `gd-analyze VERB`. Options may stand before, between or after the arguments.
 
 **Output.** Results and `--json` go to standard output; warnings, errors and progress to standard error.
-Progress shows on a terminal only. Every verb answers with facts, tables with units in their headings, and
-notices; `--json` prints the same as one JSON value in ASCII, with `null` for numbers that are not finite, and
-`warnings` and `files` at its end. `NO_COLOR=1` switches colour off. The terminal rounds for display, bounds
-upwards; files and JSON hold every digit.
+Progress shows on a terminal only. A result consists of facts, tables with units in their headings, and
+notices. `--json` prints the same as one JSON value in ASCII, with `null` for numbers that are not finite, and
+`warnings` and `files` at its end. The terminal rounds numbers, bounds upwards; files and JSON hold every
+digit. `NO_COLOR=1` switches colour off.
 
-**Files** appear whole or not at all: they are written under hidden names and moved into place at the end. A
-command that fails, because of its input or a full disk, leaves the old files unchanged. Each file in a folder
-of results carries the mark of its run; a warning names files of another run that stand beside it. No command
-writes over a file that it reads.
+**Files** are written under hidden names and moved into place at the end. A command that fails leaves the old
+files unchanged. Each file in a folder of results carries the mark of its run; a warning names files of
+another run beside it. No command overwrites a file that it reads.
 
 **Errors** say what is wrong, where (file, line, column), what was expected, what was found, and what to do
 next. Exit code 2: the command or its input is at fault. Exit code 1: gd-analyze or the machine failed, or a
@@ -36,8 +35,8 @@ model failed `validate --fail-over`. `--debug` adds Python's traceback.
 
 **Units.** Joint values on the command line are degrees (metres for prismatic joints), torques are N m (N).
 
-**Names.** A trajectory file called like a shipped trajectory is reached as `./NAME`, an arm file called like
-a verb likewise.
+**Names.** If a trajectory file has the name of a shipped trajectory, or an arm file that of a verb, give it
+as `./NAME`.
 """
 
 COLUMNS = """
@@ -56,10 +55,9 @@ COLUMNS = """
 | `kept` | parts of the element that [FGL87]'s own method keeps: `T`, `R`, `T+R`, `✓` or, for none, `0` |
 | `FGL87` | the verdict that [FGL87] reads from its figures, for the PUMA 560 |
 
-An effect dominates an element when leaving the other one out changes it by at most 10 % of its peak. An
-element is negligible when all its torques stay below budget / (n + 2): all negligible elements can be
-dropped at once. Where other elements cancel it, its share exceeds 100 %; it is ∞ where the joint carries no
-torque.
+An effect dominates an element if dropping the other one changes it by at most 10 % of its peak. An element is
+negligible if all its torques stay below budget / (n + 2); all negligible elements can be dropped together.
+The share of an element that others cancel may exceed 100 %; it is ∞ where the joint has no torque.
 
 [FGL87]: K. S. Fu, R. C. Gonzalez, C. S. G. Lee, *Robotics: Control, Sensing, Vision, and Intelligence*,
 McGraw-Hill, 1987, chapter 3.

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     r"""List the built-in arms, or inspect one.
 
-    First come suspicious numbers; then the chain of joints and the links they move, placements, masses,
-    limits, drives, sources and assumptions. With --to toml the arm is printed as a TOML file that gives the
-    same torques; a TOML file without additions is printed as it stands.
+    Implausible numbers are listed first, then the chain of joints and the links they move, placements,
+    masses, limits, drives, sources and assumptions. With --to toml the arm is printed as a TOML file that
+    gives the same torques; a TOML file without additions is printed unchanged.
 
     \b
     Examples:

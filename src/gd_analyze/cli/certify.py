@@ -19,8 +19,9 @@ from gd_analyze.cli.output import Output, reporting
     "--along",
     type=TRAJECTORY,
     metavar="TRAJECTORY",
-    help="Take all states within --margin of a motion: a CSV file, a shipped name, or - for standard input. "
-    "Without it, all within the arm's ranges and its velocity and acceleration limits.",
+    help="Bound the error at all states within --margin of a motion: a CSV file, a shipped name, or - for "
+    "standard input. Without it, at all states within the arm's ranges and its velocity and acceleration "
+    "limits.",
 )
 @log_options
 @margin_option("With --along: how far states may be from the motion")
@@ -29,21 +30,20 @@ from gd_analyze.cli.output import Output, reporting
     type=click.IntRange(min=1),
     default=250_000,
     show_default=True,
-    help="Positions per joint at which the error is evaluated, ten times as many for every angle beyond the "
-    "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes, and D at "
-    "a thirtieth as many positions. More bring the bounds closer to the truth; any number proves them.",
+    help="Positions per joint at which the error is evaluated; ten times as many for every angle beyond the "
+    "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes; for D a "
+    "thirtieth as many positions. Any number gives a valid bound, more give a tighter one.",
 )
 @reporting
 def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
-    r"""Bound the torque error of a simplified model along a motion, or over all that the arm can do.
+    r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
-    Along a motion no state within its margins, between its set points too, has a larger error than the proven
-    one; beside it stands the bound for all combinations of values between the motion's extremes. Otherwise
-    the bound holds for all states within the arm's limits, and the largest error that a search found stands
-    beside it. The bound is on the error of the program in the file. For a model of level energy the smallest
-    eigenvalue of D is bounded as well. Allowed and sampled errors are measured again where their states are
-    at hand: drawn ones, a shipped trajectory's, or those of --along. The same input gives the same figures on
-    any machine.
+    With --along, the bound holds for every state within the margins of the motion, between its set points
+    too; a second bound holds for all combinations of values between the motion's extremes. Without it, the
+    bound holds for all states within the arm's limits, and the largest error that a search found is shown
+    beside it. Both are for the program in the file. For a model of level energy the smallest eigenvalue of D
+    is bounded as well. Allowed and sampled errors are measured again if their states are available: drawn
+    ones, a shipped trajectory's, or those of --along. The same input gives the same figures on any machine.
 
     \b
     Examples:

@@ -11,7 +11,7 @@ from gd_analyze.cli.options import TRAJECTORY
 from gd_analyze.cli.output import Output, reporting
 
 
-@click.command(short_help="Show how the columns of a log are understood.")
+@click.command(short_help="Show how the columns of a log are read.")
 @robot_given
 @click.argument("log", type=TRAJECTORY, help="CSV, bag, Parquet or YAML file of a robot's motion.")
 @log_options_listed
@@ -19,7 +19,7 @@ from gd_analyze.cli.output import Output, reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
     r"""Show role, joint and unit of each column of a log, the reason, and which columns are left out.
 
-    With --save-mapping this is written as a small TOML file; --mapping reads logs alike by it.
+    --save-mapping writes this as a small TOML file; --mapping reads similar logs by it.
 
     \b
     Examples:

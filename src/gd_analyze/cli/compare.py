@@ -21,7 +21,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
 @robot_given
-@trajectory_argument("Left out, torques are compared at random states.")
+@trajectory_argument("Without one: torques are compared at random states.")
 @log_options
 @payload_option
 @click.option(
@@ -44,8 +44,8 @@ def compare(
     r"""Count, time and compare every formulation of the arm's dynamics.
 
     Multiplications and additions are counted by running each formulation's own code on numbers that count,
-    beside the founding text's polynomials. With --symbolic its two-link arm goes through the same code as
-    symbols (needs SymPy).
+    and shown beside the founding text's polynomials. With --symbolic the same code runs on symbols for the
+    founding text's two-link arm (needs SymPy).
 
     \b
     Examples:

@@ -55,7 +55,7 @@ _loop_options = together(
         default="continuous,500,100",
         show_default=True,
         metavar="LIST",
-        help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` holds nothing.",
+        help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` has no period.",
     ),
     click.option(
         "--speeds",
@@ -63,7 +63,7 @@ _loop_options = together(
         default="0.25,0.5,1,2",
         show_default=True,
         metavar="LIST",
-        help="How many times as fast as planned to run the motion, comma-separated.",
+        help="Speeds of the motion, as multiples of the planned one, comma-separated.",
     ),
     click.option(
         "--bandwidth",
@@ -88,10 +88,10 @@ _loop_options = together(
         default="1.0",
         show_default=True,
         metavar="NUMBER|off",
-        help="Hold torque within so many times the limits of the arm's drives, or not at all.",
+        help="Torque limits, as a multiple of those of the arm's drives, or none.",
     ),
     click.option(
-        "--friction", is_flag=True, help="Apply the drives' friction, which no controller knows of."
+        "--friction", is_flag=True, help="Apply the drives' friction, which no controller compensates."
     ),
 )
 
@@ -126,11 +126,11 @@ def control(
 ) -> None:
     r"""Control the exact arm, simulated, along a motion, and say whether the simplified model is good enough.
 
-    Controllers know nothing of the arm, gravity only, all but h, the simplified model, or the exact one.
-    Computed torque is D (qdd_d + K_d e' + K_p e) + h + c with what the controller knows; PD compensates
-    gravity only. The founding text warns of dropping h: the motion is run at several speeds to show from
-    where on that costs. With --payload the arm carries a load that no controller knows of. Bounds on the
-    error caused by the model's torque error stand beside the simulated error.
+    Controllers contain no model, gravity only, all but h, the simplified model, or the exact one. Computed
+    torque is D (qdd_d + K_d e' + K_p e) + h + c with what the controller contains; PD compensates gravity
+    only. The motion runs at several speeds, to show from which speed on the tracking suffers without h. With
+    --payload the arm carries a load that is in no controller. Bounds on the tracking error that the model's
+    torque error causes are shown beside the simulated error.
 
     \b
     Examples:

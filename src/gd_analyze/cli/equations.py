@@ -54,8 +54,8 @@ def _share(words: str) -> float:
 @click.option(
     "--parameters",
     is_flag=True,
-    help="Print the base (minimal) inertial parameters instead, and the combinations of the links' masses, "
-    "first moments and inertias that they are.",
+    help="Print the base (minimal) inertial parameters instead, each with the combination of the links' "
+    "masses, first moments and inertias that it is.",
 )
 @digits_option("Significant digits of coefficients; sympy keeps all.")
 @out_option("Write the equations into this file.")
@@ -73,7 +73,7 @@ def equations(
 ) -> None:
     r"""Print the exact equations of motion: every term of D, h and c.
 
-    The terms are found from numeric values, so that any arm has them; see docs/equations.md.
+    The terms are found from numeric values, for any arm; see docs/equations.md.
 
     \b
     Examples:

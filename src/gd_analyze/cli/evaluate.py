@@ -19,7 +19,7 @@ from gd_analyze.cli.options import (
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
-@click.command(short_help="Try a simplified model elsewhere than it was fitted on.")
+@click.command(short_help="Evaluate a simplified model on another motion.")
 @model_argument()
 @trajectory_argument(DRAWN)
 @log_options
@@ -36,11 +36,11 @@ def evaluate(
     out: Path | None,
     output: Output,
 ) -> None:
-    r"""Evaluate a simplified model elsewhere than it was fitted on, and report its torque error there.
+    r"""Evaluate a simplified model at states other than those it was fitted on, and report its torque error.
 
-    What may be dropped depends on the states: the error stated for some says nothing of others. This is for
-    a look at one motion, or at drawn states, and for torques over time; `gd-analyze validate` gives a verdict
-    over files. With --payload the exact torque is that of the arm carrying it; the model stays as it is.
+    The error that a model states is for the states it was fitted on; at others it may be larger. This command
+    is for one motion or for drawn states, and for torques over time; `gd-analyze validate` gives a verdict on
+    files. With --payload the exact torque is that of the arm with its load; the model is unchanged.
 
     \b
     Examples:

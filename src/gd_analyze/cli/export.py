@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 @click.option(
     "--bound/--no-bound",
     default=True,
-    help="Of a model: prove a bound on its error within the arm's limits, and write both with it.",
+    help="Of a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
 )
 @drives_option
 @click.option(
@@ -63,11 +63,11 @@ def export(
     overwrite: bool,
     output: Output,
 ) -> None:
-    r"""Write a simplified model in other languages: give its model.json in place of ROBOT.
+    r"""Write a simplified model, or the exact dynamics of an arm, in other languages.
 
-    Of an arm the exact, unsimplified dynamics are written. All languages get the same program: torque, D, h
-    and c as functions, with their operations and errors in the header. C allocates nothing and needs nothing
-    but libm.
+    ROBOT is the model.json of a simplified model, or an arm for its exact dynamics. The program is the same
+    in all languages: torque, D, h and c as functions, with their operations and errors in the header. C
+    allocates nothing and needs only libm.
 
     \b
     Examples:

@@ -42,8 +42,8 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         ),
         option(
             "--map",
-            "Of a log: what a column holds: time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none, or "
-            "the log's name of a joint: joint:elbow=joint_a3. May be repeated.",
+            "Of a log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none), or "
+            "the log's name of a joint (joint:elbow=joint_a3). May be repeated.",
             metavar="ROLE=COLUMN",
             multiple=True,
         ),
@@ -63,26 +63,26 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             multiple=True,
         ),
         option("--topic", "Of a bag: which topic to read.", metavar="TOPIC"),
-        option("--mapping", "Of a log: read it as a mapping file says.", type=FILE),
+        option("--mapping", "Of a log: mapping file to read it by.", type=FILE),
         option(
             "--save-mapping",
-            "Of a log: write a mapping file of how it was understood, for logs alike.",
+            "Of a log: write a mapping file of how it was read, for similar logs.",
             type=OutputPath(),
         ),
         option(
             "--measured/--planned",
-            "Of a log: readings of sensors, to be smoothed, or a plan.  [default: what its columns tell]",
+            "Of a log: readings of sensors, to be smoothed, or a plan.  [default: judged by its columns]",
             default=None,
         ),
         option(
             "--cutoff",
-            "Of readings: cut-off frequency of their smoothing.  [default: by the noise found in them]",
+            "Of readings: cut-off frequency of their smoothing.  [default: from the noise found in them]",
             metavar="HZ",
             type=positive_number,
         ),
         option(
             "--largest-gap",
-            "Of readings: longest time between two of them across which the motion goes on.",
+            "Of readings: longest time between two of them that is not a gap in the motion.",
             metavar="SECONDS",
             type=positive_number,
         ),

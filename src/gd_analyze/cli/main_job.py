@@ -65,12 +65,12 @@ class MainJob(click.Command):
 @drives_option
 @payload_option
 @margin_option("How far states may be from the motion for which the model's errors are proven")
-@click.option("--fit-friction", is_flag=True, help="Fit the friction that measured torques show.")
+@click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(
     "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
-@click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 that h consists of.")
+@click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")
 @top_option
 @reporting
 def analyze(
@@ -115,10 +115,10 @@ def analyze(
 def report(
     analysis: Path, out: Path | None, overwrite: bool, formats: tuple[str, ...], top: int, output: Output
 ) -> None:
-    r"""Write what the main job wrote beside its analysis.h5 once more, without computing anything anew.
+    r"""Write the reports of a stored analysis.h5 again, without computing anything.
 
-    Reports beside the file are replaced; another folder must not hold another run. The terminal shows what
-    the main job showed.
+    Reports beside the file are replaced; a folder named with --out must not hold another run. The terminal
+    shows what the main job showed.
 
     \b
     Examples:

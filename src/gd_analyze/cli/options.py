@@ -158,7 +158,7 @@ def model_argument(made_by: str = "gd-analyze") -> Callable[[F], F]:
     return click.argument("model", type=FILE, help=f"A model.json that {made_by} wrote.")
 
 
-_TRAJECTORY_WORDS = "CSV file, log (its options: `gd-analyze columns --help`), name of a shipped trajectory, "
+_TRAJECTORY_WORDS = "CSV file, log (options: `gd-analyze columns --help`), name of a shipped trajectory, "
 DRAWN = "Without one: states drawn from the arm's limits."
 
 
@@ -198,7 +198,7 @@ drives_option = click.option(
 
 states_options = together(
     number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
-    number_option("--seed", 0, "Seed of these states: the same seed draws the same."),
+    number_option("--seed", 0, "Seed of these states; the same seed draws the same states."),
 )
 
 top_option = number_option("--top", 12, "Rows of the ranking to print.")
@@ -220,7 +220,7 @@ def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEA
     """--level; None for the cheapest."""
     words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
     if default == _CHEAPEST:
-        words.insert(0, f"{_CHEAPEST}: of those promising for the arm, the one of fewest operations")
+        words.insert(0, f"{_CHEAPEST}: the level of fewest operations, of those promising for the arm")
         names = (_CHEAPEST, *names)
     return click.option(
         "--level",
@@ -236,12 +236,12 @@ simplify_options = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit what is kept, to absorb what is dropped; at level term or energy; "
-        "level recursive always does.",
+        help="Refit what is kept, so that it makes up for what is dropped (levels term and energy; level "
+        "recursive always does).",
     ),
     number_option(
         "--operations",
         None,
-        "Multiplications and additions the model may take: the budget is scaled until it does.",
+        "Most multiplications and additions of the model; the budget is scaled until it has no more.",
     ),
 )

@@ -40,7 +40,7 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
     help=f"{', '.join(PROFILE_NAMES[:-1])} or {PROFILE_NAMES[-1]}.",
 )
 @click.option(
-    "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations over their limits."
+    "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations above their limits."
 )
 @out_option("CSV file; left out, the CSV goes to standard output.")
 @reporting
@@ -56,7 +56,7 @@ def plan(
     out: Path | None,
     output: Output,
 ) -> None:
-    r"""Plan set points from rest to rest and report them against the arm's limits.
+    r"""Plan set points from rest to rest and compare them with the arm's limits.
 
     The CSV file records the command that made it in its first line.
 

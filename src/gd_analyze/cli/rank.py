@@ -10,17 +10,17 @@ from gd_analyze.cli.options import level_option, number_option
 from gd_analyze.cli.output import Output, reporting
 
 
-@click.command(short_help="Rank every term of D, h and c by the torque it makes.")
+@click.command(short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
 @level_option(("term", "energy"), "term")
 @number_option("--top", 20, "Terms to print; --json has all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:
-    r"""Rank single terms by what they do to torque, alone and together with all that matter less.
+    r"""Rank single terms by their torque, alone and together with all terms ranked below.
 
-    "Without" is the largest torque error of a model that lacks a term and all ranked below it: read down
-    until it falls below what you can accept, and everything further down may go at once. Velocities and rows
-    are absolute ones, see docs/simplification.md.
+    "Without" is the largest torque error of a model without a term and all terms ranked below it. If you
+    accept that error, all these terms may be dropped together. Velocities and rows are absolute ones, see
+    docs/simplification.md.
 
     \b
     Examples:

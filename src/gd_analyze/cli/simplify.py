@@ -35,14 +35,14 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     default=1.0,
     show_default=True,
     metavar="FACTOR",
-    help="How much to search, as a multiple of the usual, which takes seconds, for seven joints half a "
-    "minute, and a minute at most; the best found by then is given.",
+    help="Length of the search, as a multiple of the usual one, which takes seconds (seven joints: half a "
+    "minute) and at most a minute; the result is the best model found by then.",
 )
 @click.option(
     "--certified",
     is_flag=True,
-    help="Make the budget hold, proven, for every state within the arm's limits; where a trajectory is "
-    "given, for every state within --margin of the motion, between its set points too.",
+    help="Prove the budget for every state within the arm's limits or, if a trajectory is given, for every "
+    "state within --margin of the motion, between its set points too.",
 )
 @margin_option("With --certified and a trajectory: how far states may be from the motion")
 @digits_option("Significant digits of the equations printed; files keep all.")
@@ -63,8 +63,8 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The error holds at the states the model is fitted on; elsewhere it may be larger, unless --certified.
-    Equations of levels term and energy are in absolute velocities, see docs/simplification.md.
+    The errors stated are those at the states the model is fitted on; elsewhere they may be larger, unless
+    --certified. Equations of levels term and energy are in absolute velocities, see docs/simplification.md.
 
     \b
     Examples:

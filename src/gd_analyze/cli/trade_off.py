@@ -20,12 +20,12 @@ from gd_analyze.cli.output import Output, reporting
 )
 @reporting
 def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
-    r"""Simplify for a tenth of the budget up to ten times it, at every level, with and without refit.
+    r"""Simplify at every level, with and without refit, for a tenth of the budget up to ten times the budget.
 
-    Thorough, it takes seven times as long as `simplify` at every level: some minutes for six joints. Each
-    point of level recursive is refitted.
+    Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
+    Each point of level recursive is refitted.
 
-    Pick a point and make its model with `simplify --budget` or `simplify --operations`.
+    `simplify --budget` or `simplify --operations` makes the model of a point.
 
     \b
     Examples:

@@ -12,19 +12,19 @@ from gd_analyze.cli.options import OutputPath, model_argument, trajectories_argu
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
-@click.command(short_help="Pass or fail a model over files: exact, measured, box.")
+@click.command(short_help="Pass or fail a model on files of motions.")
 @model_argument()
 @trajectories_argument(several="each motion is judged by itself")
 @log_options
 @click.option(
     "--fail-over",
     metavar="LIST",
-    help="Leave with exit code 1 if a joint's error is larger on any motion: a share of its peak torque "
+    help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
     "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
     "`simplify`; or `promise`, what the model's own budget allows.",
 )
 @click.option(
-    "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show the difference left."
+    "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show what remains."
 )
 @click.option("--junit", type=OutputPath(), help="JUnit XML file, with a test per motion and joint.")
 @reporting
@@ -36,12 +36,13 @@ def validate(
     junit: Path | None,
     output: Output,
 ) -> None:
-    r"""Give a verdict on a simplified model over files, motion by motion.
+    r"""Give a verdict on a simplified model, motion by motion.
 
-    Shows each joint's error against the exact dynamics of the arm, and whether the model keeps its promise;
-    set points outside the arm's limits, where no certificate for these holds; and, of a log with measured
-    torques, the difference of exact and simplified torque from them. Without --fail-over the exit code is 0.
-    `gd-analyze evaluate` looks closer at one motion: torques over time, payloads, dropped parts.
+    The result shows each joint's error against the exact dynamics of the arm, and whether the model keeps its
+    promise; set points outside the arm's limits, where no certificate for these limits holds; and, for a log
+    with measured torques, the differences of exact and simplified torque from them. Without --fail-over the
+    exit code is 0. `gd-analyze evaluate` shows more of one motion: torques over time, payloads, dropped
+    parts.
 
     \b
     Examples:
