@@ -12,7 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from changed_recursions import summands_dropped
-from gd_analyze.exporting.registry import LANGUAGES
+from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.exact_form import ExactForm

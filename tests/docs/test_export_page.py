@@ -9,7 +9,8 @@ import pytest
 from markdown_pages import ROOT, blocks
 
 import gd_analyze as gd
-from gd_analyze.exporting.registry import LANGUAGES, language_class
+from gd_analyze.exporting.export import CLASSES
+from gd_analyze.exporting.names import LANGUAGES
 from made_models import exact_model
 
 PAGE = ROOT / "docs" / "export.md"
@@ -38,5 +39,5 @@ def test_the_controller_compiles_and_runs(puma, tmp_path):
 def test_every_language_and_its_files_are_on_the_page():
     text = PAGE.read_text(encoding="utf-8")
     for name in LANGUAGES:
-        files = ", ".join(f"`NAME{suffix}`" for suffix in language_class(name).files)
+        files = ", ".join(f"`NAME{suffix}`" for suffix in CLASSES[name].files)
         assert f"| `{name}` | {files} | " in text

@@ -9,9 +9,10 @@ from exported_cases import LINKS, MODELS, states, subject
 import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.c import in_strides
+from gd_analyze.exporting.export import CLASSES
 from gd_analyze.exporting.export_input import ExportInput, Function, Output
-from gd_analyze.exporting.registry import LANGUAGES, language_class
-from gd_analyze.exporting.strides import in_strides
+from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.effort import inputs_of
@@ -112,7 +113,7 @@ def test_what_does_not_fit_is_refused(two_link, swing):
 
 
 def test_numbers_of_single_precision():
-    single = language_class("c")("float")
+    single = CLASSES["c"]("float")
     assert (single.number(0.1), single.number(-2.0)) == ("0.1f", "(-2.0f)")
     assert float(np.float32(single.number(1 / 3)[:-1])) == float(np.float32(1 / 3))
     with pytest.raises(UsageError, match=r"found: 1e\+39"):
@@ -124,13 +125,13 @@ def test_sines_of_sums_are_taken_from_those_of_the_summands():
     a, b, c = (trace.record("input", f"q{j}") for j in (1, 2, 3))
     outputs = [(a + b).sin(), (c - (a + b)).cos(), b.cos(), c.sin(), a.sin(), (a + a).cos()]
     whole = Function("torque", "", ("q",), (Output("tau", (6,)),), Program.of(trace, outputs))
-    strides = in_strides(whole, of_sums=True)
-    (angles,) = strides.angles
+    groups, rest = in_strides(whole, of_sums=True)
+    (angles,) = groups
     assert [each.arguments for each in angles.program.outputs] == [("q1",), ("q2",), ("q3",)]
     q = np.random.default_rng(0).uniform(-9.0, 9.0, (3, 100))
     sines = {f"{f.__name__}{j + 1}": f(q[j]) for f in (np.sin, np.cos) for j in range(3)}
     expected = whole.program.run({f"q{j + 1}": q[j] for j in range(3)})
-    found = strides.rest.program.run(sines)
+    found = rest.program.run(sines)
     # Three sines of at most 1, and angles of up to 27 rad rounded, each to half a unit of 32 eps.
     np.testing.assert_allclose(found, expected, rtol=0, atol=32 * np.finfo(float).eps)
 
@@ -139,6 +140,6 @@ def test_sines_of_sines_are_taken_one_after_another():
     trace = Trace()
     q = trace.record("input", "q1")
     program = Program.of(trace, [(q.sin() + q).cos(), (q + 1.0).sin()])
-    strides = in_strides(Function("torque", "", ("q",), (Output("tau", (2,)),), program))
-    assert [[x.name for x in each.inputs] for each in strides.angles] == [["q1"], ["q1", "sin1"]]
-    assert [x.name for x in strides.rest.inputs] == ["sin3", "cos2"]
+    groups, rest = in_strides(Function("torque", "", ("q",), (Output("tau", (2,)),), program))
+    assert [[x.name for x in each.inputs] for each in groups] == [["q1"], ["q1", "sin1"]]
+    assert [x.name for x in rest.inputs] == ["sin3", "cos2"]

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from running import STRICT, called, needs_gcc, needs_gpp
 
 from gd_analyze import __version__
-from gd_analyze.exporting.export import written
+from gd_analyze.exporting.export import CLASSES, written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.exporting.names import ALL_RESERVED, LONGEST, RESERVED, identifier, identifiers
-from gd_analyze.exporting.registry import LANGUAGES, language_class
+from gd_analyze.exporting.names import ALL_RESERVED, LANGUAGES, LONGEST, RESERVED, identifier, identifiers
 from gd_analyze.operations.program import OperationCount
 from strategies import examples
 
@@ -37,7 +36,7 @@ BODIES = {
 
 def code_of(what: ExportInput, language: str) -> list[str]:
     """The texts without their header and comments, joints by number."""
-    opening, prefix, closing = (part.strip() for part in language_class(language).comment)
+    opening, prefix, closing = (part.strip() for part in CLASSES[language].comment)
     comment = rf"{re.escape(opening)}.*?{re.escape(closing)}" if closing else rf"^{re.escape(prefix)}[^\n]*$"
     texts = []
     for text in written(what, language).files.values():
@@ -83,13 +82,13 @@ def test_what_a_compiler_refuses_as_a_name_is_reserved(language, compiler):
 @examples(200)
 @given(st.text(), st.sampled_from(LANGUAGES))
 def test_a_comment_holds_nothing_that_acts(text, name):
-    language = language_class(name)()
+    language = CLASSES[name]()
     for said in (language.foreign(text), language.foreign(f"{text}*/"), language.foreign("x" * 300 + text)):
         assert re.fullmatch(r"[ -~]*", said)
         assert not re.search(r'[*\\?"`]', said)
         assert len(said) <= 120 * len("<U+10FFFF>")
     # Backslashes and braces that stand for a sign are all there are; every brace that opens is closed.
-    tex = language_class("latex")().tex(text)
+    tex = CLASSES["latex"]().tex(text)
     plain = re.sub(r"\\text(asciitilde|asciicircum|less|greater|bar)\{\}|\\[#$%&_{}]", "", tex)
     assert not re.search(r"[\\{}#$%&_^~<>|]", plain)
 
@@ -116,7 +115,7 @@ def test_the_header_lists_what_became_what(case, first):
     listed = re.findall(r"^ \*   (\d): (\w+)(?: \(named (.*)\))?, \w+: q in", text, re.MULTILINE)
     assert [(int(k), word) for k, word, _ in listed] == list(enumerate(what.joints, start=1))
     for (_, word, said), joint in zip(listed, what.arm.joints, strict=True):
-        assert said == ("" if word == joint.name else language_class("c")().foreign(joint.name))
+        assert said == ("" if word == joint.name else CLASSES["c"]().foreign(joint.name))
 
 
 @needs_gcc

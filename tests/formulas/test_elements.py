@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.formulas.equations_result import sympy_head, sympy_line
-from gd_analyze.formulas.languages import Latex, Plain
-from gd_analyze.formulas.printer import number, rounded
+from gd_analyze.formulas.languages import Latex, Plain, number, rounded
+from gd_analyze.formulas.results import sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula, factor_legend
 from gd_analyze.harmonics.equations import Equation, Term, equations
 from gd_analyze.harmonics.terms import Factor

@@ -93,7 +93,7 @@ def equations(
         raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.formulas.equations_result import Heading, equation_text, equations_result, sympy_head
+        from gd_analyze.formulas.results import Heading, equation_text, equations_result, sympy_head
         from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
 
         arm = robot.load()
@@ -123,7 +123,7 @@ def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None
         raise click.UsageError(f"--parameters are written as text or latex, not as {form}")
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.formulas.base_parameters_result import base_equations, base_parameters_result
+        from gd_analyze.formulas.results import base_equations, base_parameters_result
 
         arm = robot.load()
         stage("regrouping")

@@ -15,7 +15,7 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import NameList, OutputPath, drives_option
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
-from gd_analyze.exporting.registry import LANGUAGES, language_class
+from gd_analyze.exporting.names import LANGUAGES
 
 if TYPE_CHECKING:
     from gd_analyze.exporting.export_input import ExportInput
@@ -80,10 +80,10 @@ def export(
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
         stage("reading")
-        from gd_analyze.exporting.export import written
+        from gd_analyze.exporting.export import CLASSES, written
 
         subject = _subject(robot, what, name, drives)
-        suffixes = [suffix for word in languages for suffix in language_class(word).files]
+        suffixes = [suffix for word in languages for suffix in CLASSES[word].files]
         _require_free([out / f"{subject.name}{suffix}" for suffix in suffixes], overwrite)
         if subject.model is not None and bound:
             stage("certifying", 100 * subject.n)

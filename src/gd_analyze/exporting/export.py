@@ -8,8 +8,11 @@ from pathlib import Path
 
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError
+from gd_analyze.exporting.c import C
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.exporting.registry import LANGUAGES, language_class
+from gd_analyze.exporting.language import Casadi, Cpp, Jax, Language, Matlab, Python
+from gd_analyze.exporting.latex import Latex
+from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.files import replacing_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
@@ -17,6 +20,10 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of
+
+CLASSES: dict[str, type[Language]] = dict(
+    zip(LANGUAGES, (C, Casadi, Cpp, Jax, Latex, Matlab, Python), strict=True)
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +47,12 @@ class Exported:
         of = "exact dynamics" if given.model is None else f"model of level {given.model.level}"
         names = zip((joint.name for joint in joints), given.joints, strict=True)
         renamed = [f"{name} is {word}" for name, word in names if name != word]
-        counted = [
-            ("multiplications", "multiplications"),
-            ("additions", "additions"),
-            ("sines_cosines", "sin and cos"),
-        ]
-        columns = [Column("function", "function", [each.name for each in given.functions], shown="text")]
-        columns += columns_of(
-            [each.count for each in given.functions], *((*pair, "count") for pair in counted)
+        named = Column("function", "function", [each.name for each in given.functions], shown="text")
+        operations = columns_of(
+            [each.count for each in given.functions],
+            ("multiplications", "multiplications", "count"),
+            ("additions", "additions", "count"),
+            ("sines_cosines", "sin and cos", "count"),
         )
         return Result(
             title=given.arm.title or given.arm.name,
@@ -61,7 +66,7 @@ class Exported:
                 Fact("", "Constants", ", ".join(given.constants) or "none"),
             ),
             parts=(
-                Table("functions", "Functions", tuple(columns)),
+                Table("functions", "Functions", (named, *operations)),
                 Table(
                     "joints",
                     "",
@@ -148,7 +153,7 @@ def written(given: ExportInput, languages: str | Sequence[str], scalar: str = "d
         if name not in LANGUAGES:
             expected = f"some of {', '.join(LANGUAGES)}"
             raise UsageError("no such language", where="languages", expected=expected, found=name)
-        language = language_class(name)
+        language = CLASSES[name]
         if scalar not in language.scalars:
             what, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
             raise UsageError(what, where="scalar", expected=expected, found=scalar)

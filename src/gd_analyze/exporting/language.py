@@ -1,4 +1,4 @@
-"""What a language is: comments, numbers, operators, files and templates, in one class."""
+"""What a language is: comments, numbers, operators, files and templates; most languages are no more."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True)
 class Language:
-    """A language, for numbers of one type. A subclass in `exporting/languages` states what differs."""
+    """A language, for numbers of one type. A subclass states what differs."""
 
     scalar: str = "double"  # type of all numbers, one of `scalars`
 
@@ -134,3 +134,55 @@ def _environment(language: Language) -> Environment:
     )
     environment.filters |= {"block": language.block, "listed": language.listed, "number": language.number}
     return environment
+
+
+class Cpp(Language):
+    """C++11: templates on the scalar, so that types that differentiate themselves work, and Eigen."""
+
+    files: ClassVar = {".hpp": "cpp.hpp.jinja"}
+    comment = ("/*\n", " *", " */\n")
+
+    def number(self, value: float) -> str:
+        """Write a number of the scalar's type."""
+        return f"T({value!r})"
+
+
+class Matlab(Language):
+    """A function file of MATLAB, Octave and Simulink; states are columns, and there may be many."""
+
+    files: ClassVar = {".m": "matlab.m.jinja"}
+    comment = ("", "%", "")
+    operators: ClassVar = {"add": "+", "subtract": "-", "multiply": ".*"}
+    separator = "; "
+
+
+class Python(Language):
+    """A module of Python that needs NumPy alone, or a module with the same functions."""
+
+    files: ClassVar = {".py": "python.py.jinja"}
+    comment = ('"""', "", '"""\n')
+    # The module with sin, cos and arrays, and the name it is imported by.
+    module: ClassVar[str] = "numpy"
+    short: ClassVar[str] = "np"
+
+    def function(self, name: str) -> str:
+        """What sin or cos is called."""
+        return f"{self.short}.{name}"
+
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """The module's names."""
+        return super().values(given) | {"module": self.module, "short": self.short}
+
+
+class Jax(Python):
+    """The module of NumPy, for JAX: functions to compile, differentiate and map."""
+
+    files: ClassVar = {"_jax.py": "python.py.jinja"}
+    module, short = "jax.numpy", "jnp"
+
+
+class Casadi(Python):
+    """A casadi.Function of each, to differentiate and generate code of."""
+
+    files: ClassVar = {"_casadi.py": "casadi.py.jinja"}
+    module = short = "casadi"

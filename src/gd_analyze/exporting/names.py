@@ -1,4 +1,4 @@
-"""Names from outside made into identifiers: unique, and reserved in no language."""
+"""Names of the languages, and names from outside made into identifiers: unique, reserved in no language."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import re
 import sys
 import unicodedata
 from collections.abc import Sequence
+
+LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python")
 
 # MATLAB takes 63 signs, and what is appended to a name needs some.
 LONGEST = 40

@@ -9,11 +9,11 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.exporting.export_input import ExportInput, Function
+from gd_analyze.exporting.export_input import ExportInput, Function, Output
 from gd_analyze.exporting.language import Body, Language
-from gd_analyze.exporting.strides import in_strides
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.text import number, rounded_up
 
@@ -144,12 +144,12 @@ class C(Language):
         }
 
     def _inside(self, function: Function, *, of_sums: bool = False) -> Inside:
-        strides = in_strides(function, of_sums=of_sums)
+        groups, rest = in_strides(function, of_sums=of_sums)
         angles, count = [], 0
-        for each in strides.angles:
+        for each in groups:
             angles.append((count, each, self.body(each)))
             count += each.outputs[0].size
-        return Inside(angles, strides.rest, self.body(strides.rest), count)
+        return Inside(angles, rest, self.body(rest), count)
 
     def _declared(self, name: str, function: Function) -> str:
         n = function.outputs[0].shape[0]
@@ -180,4 +180,57 @@ def single_precision_errors(program: Program, states: States) -> FloatArray:
     return np.asarray(np.abs(rough - exact).max(axis=1))
 
 
-LANGUAGE = C
+def in_strides(function: Function, *, of_sums: bool = False) -> tuple[list[Function], Function]:
+    """Take a function's sines and cosines apart: angles, and the rest given sin1, cos1, .. of these.
+
+    Several angles are then taken at once, and each stride over many states is a loop without branches, so
+    that compilers vectorise both. The angles are one function, unless there are sines of sines.
+
+    With `of_sums` those of a sum are computed from those of its summands, where the function takes them
+    anyway: six operations instead of forty, but others than the program has.
+    """
+    trace, values = Trace(), dict[int, Any]()
+    steps = function.program.steps
+    taken = {step.arguments[0] for step in steps if step.operation in ("sin", "cos")} if of_sums else set()
+    pairs: dict[Expression, tuple[Any, Any]] = {}
+    angles: list[Any] = []
+
+    def of(x: Any) -> Any:
+        return values[x.order] if isinstance(x, Expression) else x
+
+    def pair(angle: Expression) -> tuple[Any, Any]:
+        """Sine and cosine of an angle."""
+        if angle not in pairs:
+            if angle.operation in ("add", "subtract") and taken.issuperset(angle.arguments):
+                (s, c), (sine, cosine) = map(pair, angle.arguments)
+                sine = -sine if angle.operation == "subtract" else sine
+                pairs[angle] = s * cosine + c * sine, c * cosine - s * sine
+            else:
+                angles.append(of(angle))
+                sine, cosine = (trace.record("input", f"{name}{len(angles)}") for name in ("sin", "cos"))
+                pairs[angle] = sine, cosine
+        return pairs[angle]
+
+    for step in steps:
+        if step.operation in ("sin", "cos") and isinstance(step.arguments[0], Expression):
+            values[step.order] = pair(step.arguments[0])[step.operation == "cos"]
+        else:
+            values[step.order] = trace.record(step.operation, *map(of, step.arguments))
+
+    # One group of angles after the other: a new one where an angle is of a sine taken since the last began.
+    groups: list[list[Any]] = []
+    before = 0
+    for count, angle in enumerate(angles):
+        needed = (trace.expressions[k] for k in reached([angle]))
+        names = [step.arguments[0] for step in needed if step.operation == "input"]
+        last = max((int(name[3:]) for name in names if name[:3] in ("sin", "cos")), default=0)
+        if not groups or last > before:
+            groups.append([])
+            before = count
+        groups[-1].append(angle)
+
+    def part(name: str, outputs: tuple[Output, ...], values: list[Any]) -> Function:
+        return Function(name, "", function.arguments, outputs, Program.of(trace, values))
+
+    rest = part(function.name, function.outputs, list(map(of, function.program.outputs)))
+    return [part("angles", (Output("angles", (len(group),)),), group) for group in groups], rest

@@ -9,7 +9,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.header import proven_rows, sampled_rows
 from gd_analyze.exporting.language import Language
-from gd_analyze.exporting.registry import LANGUAGES
+from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Latex as Printer
 from gd_analyze.formulas.languages import Plain
@@ -94,6 +94,3 @@ def _lines(formula: Formula) -> Iterator[str]:
             line, width = r"&\quad", 0
         line, width = f"{line} {piece}", width + len(plain) + 1
     yield line if width else f"{line} 0"
-
-
-LANGUAGE = Latex
