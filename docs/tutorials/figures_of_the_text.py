@@ -1,15 +1,15 @@
 """The founding text's figures.
 
-Figs 3.10 and 3.11 of Fu, Gonzalez and Lee (1987) show, for a PUMA 560 along a planned trajectory of 31 set
-points, how much of every element of D and h comes from translation and how much from rotation. The text gives
-neither its trajectory nor its inertial parameters; here are the same figures for the shipped ones.
+Figs 3.10 and 3.11 of Fu, Gonzalez and Lee (1987) show the translational and rotational parts of the elements
+of D and h, for a PUMA 560 along a planned trajectory of 31 set points. The text gives neither its trajectory
+nor its inertial parameters. This tutorial draws the same figures for the shipped arm and trajectory.
 """
 
 # %% [markdown]
 # ## The parts along the motion
 #
-# `decompose` evaluates D^tran, D^rot, h^tran, h^rot and c at every set point, without drives, as the text
-# does. Everything is labelled: a part is named, not counted.
+# `decompose` evaluates D^tran, D^rot, h^tran, h^rot and c at every set point. As in the text, drives are left
+# out. Parts are selected by name: effect, joint, time.
 
 # %%
 import matplotlib.pyplot as plt
@@ -27,7 +27,8 @@ assert parts.sizes["time"] == 31
 # %% [markdown]
 # ## Figs 3.10 and 3.11
 #
-# Solid: translation. Dashed: rotation. What is dashed and flat near zero could be left out.
+# Solid lines are translation, dashed lines rotation. A dashed line near zero means that rotation can be
+# dropped.
 
 # %%
 figure, axes = plt.subplots(2, 3, figsize=(10, 5), sharex=True, layout="constrained")
@@ -46,8 +47,8 @@ figure.savefig("figures_of_the_text.png", dpi=120)
 # %% [markdown]
 # ## The verdicts
 #
-# `rank` says of every element which part may be left out: an effect dominates where leaving the other out
-# changes the element by less than a tenth of its peak. Beside it stands what the text read off its figures.
+# `rank` finds the dominant effect of every element: dropping the other effect changes the element by at most
+# 10 % of its peak. `text_verdicts` holds the verdicts that the text reads from its figures.
 
 # %%
 ranking = gd.rank(parts)

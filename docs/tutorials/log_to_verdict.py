@@ -1,14 +1,15 @@
 """From a log to a verdict.
 
-You have a log of your arm, with torques, and a URDF that may or may not be right. Is a simplified model good
-enough for what the arm does there? Run it in this folder; nothing but gd-analyze is needed.
+Given a log of an arm with torques, and a URDF that may contain errors, this tutorial checks whether a
+simplified model is good enough for the logged motion, and whether the URDF describes the arm. Run it in this
+folder; it needs only gd-analyze.
 """
 
 # %% [markdown]
 # ## The motion
 #
-# The log holds positions and torques. Rates and accelerations are taken from the readings, filtered; what has
-# to be assumed of a log is said in warnings, and here there is nothing.
+# The log holds positions and torques. Velocities and accelerations are derived from the smoothed positions.
+# Assumptions about a log are stated as warnings; this log needs none.
 
 # %%
 import gd_analyze as gd
@@ -20,7 +21,7 @@ print(motion)
 # %% [markdown]
 # ## The model
 #
-# Made for what the arm does in the log, with 2 % of each joint's peak torque as the budget.
+# The model is fitted on the motion in the log. The budget is 2 % of each joint's peak torque.
 
 # %%
 model = gd.simplify(arm, motion, "2%")
@@ -29,7 +30,8 @@ print(model)
 # %% [markdown]
 # ## The verdict
 #
-# `validate` compares the model with the exact dynamics: does it keep its promise?
+# `validate` compares the model with the exact dynamics and fails if any joint's error exceeds 2 % of its peak
+# torque.
 
 # %%
 verdict = gd.validate(model, motion, fail_over="2%")
@@ -37,12 +39,13 @@ print(verdict)
 assert verdict.passed
 
 # %% [markdown]
-# And against the measured torques, which hold friction, too: it is fitted, so that what remains is what the
-# URDF gets wrong, what the sensors add and, beside the exact model, what the simplified one leaves out.
+# `validate` also compares the measured torques with both models, after fitting friction. The remaining RMS
+# of the exact model contains errors of the URDF and noise; that of the simplified model also its torque
+# error.
 
 # %%
 (found,) = verdict.motions
 exact, simplified = found.measured.exact, found.measured.simplified
 for joint, one, other in zip(arm.joints, exact.friction.rms, simplified.friction.rms, strict=True):
-    print(f"{joint.name}: RMS {one:.3f} N m beside the exact model, {other:.3f} beside the simplified one")
+    print(f"{joint.name}: RMS {one:.3f} N m from the exact model, {other:.3f} from the simplified one")
 print("the URDF, joint by joint:", ", ".join(exact.verdicts))

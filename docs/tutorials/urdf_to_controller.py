@@ -1,15 +1,15 @@
 """From a URDF to a controller in C.
 
-You have a URDF and want to run the arm by computed torque on a small processor. This takes three steps: find
-the smallest model that errs by no more than 1 % of each joint's peak torque, prove what it errs by at most,
-and write it in C. Run it in this folder: it needs gd-analyze, and gcc to try what it wrote.
+This tutorial makes a computed-torque controller for a small processor from a URDF, in three steps: find the
+smallest model with a torque error of at most 1 % of each joint's peak torque, prove a bound on its error, and
+write it in C. Run it in this folder; it needs gd-analyze, and gcc to compile the result.
 """
 
 # %% [markdown]
 # ## The model
 #
-# A URDF has no limits of acceleration, so they are given here: the model's budget and its bound hold within
-# all limits. `states_in_box` draws states from them; `simplify` drops and refits what the budget allows.
+# URDF has no acceleration limits, so they are given here. `states_in_box` draws random states within all
+# limits; `simplify` drops terms and refits the rest within the budget.
 
 # %%
 import ctypes
@@ -28,7 +28,8 @@ print(model)
 # %% [markdown]
 # ## The bound
 #
-# So far the error was sampled. `certify` proves that no state within the limits has a larger one.
+# The error so far is sampled, at the states drawn. `certify` proves a bound for every state within the
+# limits.
 
 # %%
 certificate = gd.certify(model)
@@ -37,15 +38,15 @@ print(certificate)
 # %% [markdown]
 # ## The C
 #
-# `export` writes `my_robot.h` and `my_robot.c`. They allocate nothing and need only libm; the bound and the
-# box it holds in are constants beside the functions.
+# `export` writes `my_robot.h` and `my_robot.c`. They allocate nothing and need only libm. The header holds
+# the bound and the limits within which it is proven.
 
 # %%
 gd.export(model, "c", certificate=certificate).save("controller")
 
 # %% [markdown]
-# Computed torque asks the model for the torque of the acceleration it wants: that planned, and what brings
-# the error down. With a bandwidth of 20 rad/s, critically damped, that is all there is to write by hand.
+# Computed torque evaluates the model at the desired acceleration: the planned one, here zero, plus the
+# feedback. With a bandwidth of 20 rad/s and critical damping the controller is:
 
 # %%
 CONTROLLER = """
@@ -61,7 +62,7 @@ void controller(const double q[], const double qd[], const double plan[], double
 """
 
 # %% [markdown]
-# ## Trying it
+# ## Test
 #
 # The compiled controller moves the exact arm from rest to a posture half a radian away.
 
@@ -75,7 +76,7 @@ plan = np.array([0.5, -0.5, 0.5])
 
 
 def torque(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """Ask the controller."""
+    """Torque of the compiled controller."""
     given, tau = [np.ascontiguousarray(x, dtype=float) for x in (q, qd, plan)], np.empty(3)
     compiled(*(x.ctypes.data_as(ctypes.c_void_p) for x in (*given, tau)))
     return tau
@@ -83,5 +84,5 @@ def torque(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 
 run = simulate(arm, torque, np.zeros(3), np.zeros(3), 1.0)
 error = np.abs(run.q[-1] - plan).max()
-print(f"after a second the arm is {1000 * error:.3f} mrad from where it should be")
+print(f"after a second the arm is {1000 * error:.3f} mrad from its goal")
 assert error < 2e-3
