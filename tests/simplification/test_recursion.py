@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,7 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
 from gd_analyze.simplification.pruning import prune
-from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Quantity, Recursion
+from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Changes, Quantity
 from gd_analyze.simplification.recursion_losses import omissions
 from gd_analyze.simplification.recursive import RECURSIVE, Reading, scales
 from gd_analyze.simplification.simplify import simplify_exact
@@ -46,65 +46,46 @@ def test_a_level_is_known_by_its_name_or_as_itself():
     assert caught.value.details["expected"] == "element, term, recursive, energy"
 
 
-@pytest.fixture(scope="module")
-def form(two_link) -> ExactForm:
-    return ExactForm(two_link)
+WRONG = {
+    (-1, NUMBER): "has no step -1",
+    (20, 10_000): "has no step 10000",
+    (20, -3): "has no step -3",
+    (0, CONSTANT): "step 0 of the recursion has no constant",
+    (20, 20): "in a circle",
+}
 
 
-@pytest.mark.parametrize(
-    ("step", "source", "what"),
-    [
-        (-1, NUMBER, "has no step -1"),
-        (10_000, NUMBER, "has no step 10000"),
-        (20, 10_000, "has no step 10000"),
-        (20, -3, "has no step -3"),
-        (0, CONSTANT, "step 0 of the recursion has no constant"),
-        (20, 20, "in a circle"),
-    ],
-)
-def test_what_no_recursion_has(form, step, source, what):
-    with pytest.raises(ModelError, match=what):
-        RECURSIVE.from_entries(form, [{"step": step, "source": source, "number": 1.0}])
+@pytest.mark.parametrize("change", WRONG)
+def test_what_no_recursion_has(two_link, change):
+    step, source = change
+    with pytest.raises(ModelError, match=WRONG[change]):
+        RECURSIVE.from_entries(ExactForm(two_link), [{"step": step, "source": source, "number": 1.0}])
 
 
 # An equation has some twenty summands and there are some hundred in a row, each rounded once; relative to
 # what is added up, which no random state makes larger than a thousand times the torque.
-
-
 _ROUNDED = 1e-10
 
 
-def evaluated(reading: Reading, states: States) -> dict[Symbol, np.ndarray]:
+def evaluated(reading: Reading, states: States) -> dict[Symbol, FloatArray]:
     """Carry equations out in their order."""
-    values = {
-        Symbol("q", str(joint + 1), dots): row
-        for dots, rows in enumerate(states.last)
-        for joint, row in enumerate(rows)
-    }
+    q_and_slopes = enumerate(states.last)
+    values = {Symbol("q", str(i + 1), dots): row for dots, rows in q_and_slopes for i, row in enumerate(rows)}
+
+    def total(products: Iterable[Product]) -> FloatArray:
+        out = np.zeros(len(states))
+        for product in products:
+            factor = np.full(len(states), product.weight)
+            for base, exponent in product.powers:
+                is_function = isinstance(base, Function)
+                value = getattr(np, base.name)(total(base.argument)) if is_function else values[base]
+                factor = factor * value**exponent
+            out = out + factor
+        return out
+
     for formula in (*reading.functions, *reading.formulas):
-        values[formula.left] = total([piece.product for piece in formula.pieces], values)
+        values[formula.left] = total(piece.product for piece in formula.pieces)
     return values
-
-
-def total(products: list[Product], values: Mapping[Symbol, np.ndarray]) -> np.ndarray:
-    out = np.zeros_like(values[Symbol("q", "1")])
-    for product in products:
-        factor = np.full_like(out, product.weight)
-        for base, exponent in product.powers:
-            if isinstance(base, Function):
-                value = getattr(np, base.name)(total([*base.argument], values))
-            else:
-                value = values[base]
-            factor = factor * value**exponent
-        out = out + factor
-    return out
-
-
-def assert_same_torque(form: ExactForm, changes: Mapping[Change, float], states: States) -> None:
-    found = evaluated(RECURSIVE.reading(form, changes), states)
-    wanted = form.recursion.changed(changes).run(inputs_of(states))
-    torque = np.array([found[Symbol("tau", str(i + 1))] for i in range(form.arm.n_joints)])
-    assert np.abs(torque - wanted).max() <= _ROUNDED * max(np.abs(wanted).max(), 1.0)
 
 
 @examples(7)
@@ -112,48 +93,37 @@ def assert_same_torque(form: ExactForm, changes: Mapping[Change, float], states:
 def test_the_equations_are_the_program(arm: RobotArm, seed: int, share: float):
     for form in (ExactForm(arm), ExactForm(load_arm("puma560"), drives=True), ExactForm(scara())):
         changes = random_changes(form.recursion, share, seed)
-        assert_same_torque(form, changes, random_states(form.arm.n_joints, 5, seed))
+        states = random_states(form.arm.n_joints, 5, seed)
+        found = evaluated(RECURSIVE.reading(form, changes), states)
+        wanted = form.recursion.changed(changes).run(inputs_of(states))
+        torque = np.array([found[Symbol("tau", str(i + 1))] for i in range(form.arm.n_joints)])
+        assert np.abs(torque - wanted).max() <= _ROUNDED * max(np.abs(wanted).max(), 1.0)
 
 
 @examples(5)
 @given(arms(max_joints=6), st.integers(0, 99))
-def test_omega_is_the_angular_velocity_of_the_link(arm: RobotArm, seed: int):
-    states = random_states(arm.n_joints, 4, seed)
-    recursion = ExactForm(arm).recursion
-    values = told_values(recursion, states)
+def test_omega_is_the_angular_velocity_of_the_link_and_makes_the_field_a(arm: RobotArm, seed: int):
+    states, recursion = random_states(arm.n_joints, 4, seed), ExactForm(arm).recursion
+    told = Program(recursion.steps, tuple(value for _, value in recursion.quantities))
+    rows = told.run(inputs_of(states))
+    values = {quantity: row for (quantity, _), row in zip(recursion.quantities, rows, strict=True)}
     axes = solve_kinematics(arm, states.last[0]).joint_axes
     omega = np.zeros((3, 4))
     for link, regrouped_link in enumerate(regrouped(arm).links):
         if arm.is_revolute[link]:
             omega = omega + axes[link] * states.last[1][link]
-        own = np.array([values[Quantity("omega", link, axis)] for axis in "xyz"])
+        own, slope = (
+            np.array([values[Quantity(kind, link, axis)] for axis in "xyz"]) for kind in ("omega", "omegad")
+        )
         # The frame is turned about an unknown angle: lengths are those in any frame. A sum of as many unit
         # vectors times velocities as there are joints rounds below that many eps of the largest.
         assert np.allclose(np.linalg.norm(own, axis=0), np.linalg.norm(omega, axis=0), atol=1e-12)
         if arm.is_revolute[link] and not regrouped_link.is_round:
             along = regrouped_link.sign * np.einsum("an,an->n", omega, axes[link])
             assert np.allclose(np.abs(own[2]), np.abs(along), atol=1e-12)
-
-
-def told_values(recursion: Recursion, states: States) -> dict[Quantity, np.ndarray]:
-    """Every quantity at states, by running all steps."""
-    expressions = [value for _, value in recursion.quantities]
-    rows = Program(recursion.steps, tuple(expressions)).run(inputs_of(states))
-    return {quantity: row for (quantity, _), row in zip(recursion.quantities, rows, strict=True)}
-
-
-@examples(4)
-@given(arms(max_joints=6), st.integers(0, 99))
-def test_the_field_a_is_what_omega_and_its_rate_make(arm: RobotArm, seed: int):
-    states = random_states(arm.n_joints, 4, seed)
-    values = told_values(ExactForm(arm).recursion, states)
-    for link in range(arm.n_joints):
-        omega, velocity = (
-            np.array([values[Quantity(kind, link, axis)] for axis in "xyz"]) for kind in ("omega", "omegad")
-        )
-        for b, point in enumerate(np.eye(3)):
-            made = np.cross(velocity.T, point) + np.cross(omega.T, np.cross(omega.T, point))
-            stated = [values[Quantity("A", link, "xyz"[a] + "xyz"[b])] for a in range(3)]
+        for b, point in zip("xyz", np.eye(3), strict=True):
+            made = np.cross(slope.T, point) + np.cross(own.T, np.cross(own.T, point))
+            stated = [values[Quantity("A", link, a + b)] for a in "xyz"]
             # Two products and a sum each: a few eps of the squares of the velocities.
             assert np.allclose(np.transpose(stated), made, rtol=0.0, atol=1e-13 * (1.0 + np.abs(made).max()))
 

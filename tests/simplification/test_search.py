@@ -87,14 +87,14 @@ def test_no_cheaper_selection_exists(candidates):
 @examples(20)
 @given(candidate_sets())
 def test_a_refit_costs_no_more_and_holds_the_budget(candidates):
-    def count(kept: np.ndarray, scale: np.ndarray) -> int:
-        return cost_of(candidates, kept)
-
-    (plain, _), (refitted, _) = search(candidates, count), search(candidates, count, refit=True)
-    costs = [cost_of(candidates, kept) for kept, _ in refitted.values()]
+    plain, refitted = (
+        [*search(candidates, lambda kept, _: cost_of(candidates, kept), refit=refit)[0].values()]
+        for refit in (False, True)
+    )
+    costs = [cost_of(candidates, kept) for kept, _ in refitted]
     assert costs == sorted(costs, reverse=True)
-    assert costs[-1] <= cost_of(candidates, [*plain.values()][-1][0])
-    assert largest_error(candidates, *[*refitted.values()][-1]) <= 1.0 + 1e-9
+    assert costs[-1] <= cost_of(candidates, plain[-1][0])
+    assert largest_error(candidates, *refitted[-1]) <= 1.0 + 1e-9
 
 
 @examples(30)
@@ -122,19 +122,15 @@ def test_no_other_factors_have_a_smaller_largest_error(candidates, seed):
 
 
 @pytest.fixture(scope="module")
-def along(puma, pick_and_place) -> ExactDynamics:
-    return ExactDynamics.of(puma, pick_and_place, drives=False)
-
-
-@pytest.fixture(scope="module")
 def in_box(puma) -> ExactDynamics:
     return ExactDynamics.of(puma, states_in_box(puma, 100), drives=True)
 
 
 @pytest.mark.slow
-def test_beyond_greedy_and_refit_gain_on_the_puma(along):
+def test_beyond_greedy_and_refit_gain_on_the_puma(puma, pick_and_place):
     """What each step gains is told with the model, in the order the steps are made."""
-    model = simplify_exact(along, Budget(), SearchOptions(TERM, refit=True))
+    exact = ExactDynamics.of(puma, pick_and_place, drives=False)
+    model = simplify_exact(exact, Budget(), SearchOptions(TERM, refit=True))
     names, counts = zip(*model.accuracy.steps, strict=True)
     assert names[:2] == ("elimination", "integer program")
     assert names[-2:] == ("refit", "shared coefficients")

@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from few_tries import few_tries
-from gd_analyze.errors import ModelError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import load_model, save_model
 from several_motions import swung
-from simplification.changed_files import refused
 from strategies import arms_with_states, examples, random_states
 
 # Allowed errors and shares of them are quotients, rounded once or twice.
@@ -104,33 +102,6 @@ def test_it_comes_back_from_its_file(two_link, tmp_path):
     assert (along.fitted_on["trajectory"], along.motions) == ("fast", ())
     np.testing.assert_array_equal(along.allowed, read.motions[1].allowed)
     assert read.along("of another") is read
-
-
-CHANGES = {
-    "an error above what is allowed": (
-        lambda d: d["motions"][0]["errors"][0].__setitem__("largest_error", 1e3),
-        "largest_error along slow of joint 1",
-    ),
-    "another allowed error": (
-        lambda d: d["motions"][1]["errors"][1].__setitem__("allowed_error", 1e3),
-        "allowed_error along fast of joint 2",
-    ),
-    "a peak above that of all": (
-        lambda d: d["motions"][0]["errors"][0].update(peak_torque=1e4, allowed_error=2000.0),
-        "peak_torque along slow of joint 1",
-    ),
-    "a joint less": (lambda d: d["motions"][0]["errors"].pop(), "joints of errors"),
-    "a motion less": (lambda d: d["motions"].pop(), "set_points of motions"),
-    "none of them": (lambda d: d.pop("motions"), "motions"),
-}
-
-
-@pytest.mark.parametrize("name", CHANGES)
-def test_a_model_file_that_contradicts_itself(two_link, tmp_path, name):
-    change, where = CHANGES[name]
-    model = gd.simplify(two_link, [SLOW, FAST], "20%")
-    error: ModelError = refused(model, tmp_path / "model.json", change)
-    assert where in error.details["where"]
 
 
 def test_a_trade_off_is_within_every_budget(two_link):

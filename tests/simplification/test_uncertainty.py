@@ -25,14 +25,8 @@ def torque(arm: RobotArm, states) -> FloatArray:
     return newton_euler_link.torque(arm, states.q.T, states.qd.T, states.qdd.T).T
 
 
-def stated(arm: RobotArm, link: int, uncertainty: LinkUncertainty | None) -> RobotArm:
-    """The arm with an uncertainty of one link (from 0); those of the others stay."""
-    links = list(arm.links)
-    links[link] = dataclasses.replace(links[link], uncertainty=uncertainty)
-    return dataclasses.replace(arm, links=tuple(links))
-
-
 def with_link(arm: RobotArm, link: int, **changes) -> RobotArm:
+    """The arm with another link (from 0)."""
     links = list(arm.links)
     links[link] = dataclasses.replace(links[link], **changes)
     return dataclasses.replace(arm, links=tuple(links))
@@ -66,9 +60,7 @@ def parameters(uncertainty: LinkUncertainty) -> list[tuple[float, FloatArray, Fl
 def small(rng: np.random.Generator, about: str) -> LinkUncertainty:
     """So small that a moved link of `strategies.arms` is still a possible one."""
     inertia = rng.uniform(0, 1e-3, (3, 3))
-    return LinkUncertainty(
-        rng.uniform(0, 1e-3), rng.uniform(0, 1e-3, 3), np.triu(inertia) + np.triu(inertia, 1).T, about
-    )
+    return LinkUncertainty(rng.uniform(0, 1e-3), rng.uniform(0, 1e-3, 3), inertia + inertia.T, about)
 
 
 @examples(30)
@@ -85,7 +77,7 @@ def test_it_is_the_root_of_the_squares_of_what_each_parameter_does(case, about, 
     uncertain = arm
     for s, link in enumerate(arm.links):
         uncertainty = small(rng, about)
-        uncertain = stated(uncertain, s, uncertainty)
+        uncertain = with_link(uncertain, s, uncertainty=uncertainty)
         for change in parameters(uncertainty):
             there, back = (
                 torque(with_link(arm, s, **moved(link, about, *(sign * part for part in change))), states)
@@ -99,7 +91,7 @@ def test_it_is_the_root_of_the_squares_of_what_each_parameter_does(case, about, 
     assert np.abs(found - np.sqrt(squares)).max() <= 2 * bound * np.sqrt(10 * arm.n_joints)
 
 
-def pendulum(uncertainty: LinkUncertainty | None, drives: tuple[Drive, ...] = ()) -> RobotArm:
+def pendulum(uncertainty: LinkUncertainty) -> RobotArm:
     """A rod of 2 kg, hanging in a vertical plane, com at 0.4 m of 1 m from the joint."""
     link = Link(
         "rod",
@@ -109,7 +101,7 @@ def pendulum(uncertainty: LinkUncertainty | None, drives: tuple[Drive, ...] = ()
         Placement(np.eye(3), np.array([1.0, 0.0, 0.0])),
         uncertainty=uncertainty,
     )
-    return RobotArm("pendulum", (Joint("1"),), (link,), np.array([0.0, -9.8062, 0.0]), drives=drives)
+    return RobotArm("pendulum", (Joint("1"),), (link,), np.array([0.0, -9.8062, 0.0]))
 
 
 ANGLE, RATE, ACCELERATION = (np.array([[0.3], [-2.0], [1.1]]) for _ in range(3))
@@ -121,12 +113,7 @@ STATES = States(ANGLE, RATE, ACCELERATION)
     [
         # tau = (I + m (x^2 + y^2)) qdd + m g (x cos q - y sin q); from the joint, com is at x = 0.4 m, y = 0.
         (LinkUncertainty(mass=0.1), 0.1 * (0.16 * ACCELERATION + 9.8062 * 0.4 * np.cos(ANGLE))),
-        (
-            LinkUncertainty(com=np.array([0.01, 0.0, 0.0])),
-            0.01 * 2.0 * (2 * 0.4 * ACCELERATION + 9.8062 * np.cos(ANGLE)),
-        ),
         (LinkUncertainty(com=np.array([0.0, 0.01, 0.0])), 0.01 * 2.0 * 9.8062 * np.sin(ANGLE)),
-        (LinkUncertainty(com=np.array([0.0, 0.0, 0.01])), 0.0 * ANGLE),
         (LinkUncertainty(inertia=np.diag([0.01, 0.02, 0.03])), 0.03 * ACCELERATION),
         # About the frame's origin I_o = I + m 0.6^2 stays, so that I + m x^2 = I_o + m (0.4^2 - 0.6^2).
         (
@@ -162,7 +149,8 @@ def test_nothing_stated_is_not_zero_stated(two_link, swing):
     states = states_of(swing)
     assert torque_uncertainty(two_link, states) is None
     assert torque_uncertainty(two_link, states, drives=True) is None
-    known = stated(two_link, 1, LinkUncertainty(0.0, np.zeros(3), np.zeros((3, 3))))
+    nothing = LinkUncertainty(0.0, np.zeros(3), np.zeros((3, 3)))
+    known = with_link(two_link, 1, uncertainty=nothing)
     assert not torque_uncertainty(known, states).any()
     assert torque_uncertainty(known, states).shape == swing.q.shape
     known = dataclasses.replace(two_link, drives=(Drive(1.0, 0.0), Drive(1.0)))
