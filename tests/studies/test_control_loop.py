@@ -31,10 +31,10 @@ from gd_analyze.studies.control_law import (
     WITHOUT_H,
     Bank,
     Gains,
+    Reference,
     World,
 )
-from gd_analyze.studies.control_loop import Loop, follow
-from gd_analyze.studies.control_plant import Dynamics, Reference
+from gd_analyze.studies.control_loop import Dynamics, Loop, follow
 
 
 def world_of(model, motion, gains, **more) -> World:

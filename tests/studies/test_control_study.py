@@ -14,6 +14,7 @@ from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
+from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import (
     CONTINUOUS,
     CONTROLLERS,
@@ -26,8 +27,8 @@ from gd_analyze.studies.control_law import (
     PD_SIMPLIFIED,
     SIMPLIFIED,
     WITHOUT_H,
+    Reference,
 )
-from gd_analyze.studies.control_plant import Reference, followable
 from gd_analyze.studies.control_result import control_result, good_enough
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.results.provenance import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
@@ -31,9 +32,12 @@ from gd_analyze.studies.control_bounds import (
     fixed_excess,
     mean_diagonal,
 )
-from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, World
+from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
-from gd_analyze.studies.control_plant import Reference, followable
+
+# The polynomials' accelerations go with those given where they are at most so many times as large, and where
+# they are below so many rad/s^2 (m/s^2).
+_LARGER, _SMALL = 3.0, 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,3 +256,42 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
         limits=limits,
         friction=settings.friction,
     )
+
+
+def followable(motion: Trajectory) -> Trajectory:
+    """Take a trajectory to be followed; derivatives that contradict its positions are derived anew.
+
+    A `TrajectoryError` refuses gaps or a single set point: nothing says then what to follow.
+    """
+    if motion.gaps:
+        at = motion.gaps[0]
+        raise TrajectoryError(
+            "a motion with gaps cannot be followed",
+            where=f"trajectory {motion.name}, between {motion.time[at - 1]:g} and {motion.time[at]:g} s",
+            expected="one motion without a break",
+            found=f"{len(motion.gaps)} gap{'s' * (len(motion.gaps) > 1)}",
+            next_step="give one of its parts as a trajectory of its own",
+        )
+    if motion.n_set_points < 2:
+        raise TrajectoryError(
+            "there is no motion to follow",
+            where=f"trajectory {motion.name}",
+            expected="two set points or more",
+            found="1 set point",
+        )
+    between = Reference.of(motion)
+    middles = between.time[:-1] + np.diff(between.time) * np.array([[0.25], [0.5], [0.75]])
+    largest = np.abs(between.at(middles)[2]).max(axis=(1, 2))
+    wild = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
+    if not wild.any() or motion.n_set_points < FEWEST_SET_POINTS:
+        return motion
+    qd, qdd, _ = completed(motion.time, motion.q, None, None)
+    joint = int(largest.argmax())
+    warnings.warn(
+        f"velocities and accelerations of {motion.name} disagree with its positions: these need up to "
+        f"{largest[joint]:.3g} rad/s^2 (m/s^2) of joint {joint + 1}, the motion states "
+        f"{np.abs(motion.qdd[:, joint]).max():.3g}; a quintic spline through the positions is followed",
+        GdAnalyzeWarning,
+        stacklevel=2,
+    )
+    return replace(motion, qd=qd, qdd=qdd)

@@ -24,8 +24,8 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, World
-from gd_analyze.studies.control_plant import INSTANTS, Dynamics, Reference
+from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Reference, World
+from gd_analyze.studies.control_loop import Dynamics
 
 # Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
 _FARTHEST, _EFFORT = 10.0, 25_000
@@ -86,7 +86,7 @@ def fixed_excess(world: World) -> float:
 
 def mean_diagonal(exact: Program, reference: Reference) -> FloatArray:
     """Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,)."""
-    q, _, _ = reference.at(np.linspace(0.0, reference.duration, INSTANTS))
+    q, _, _ = reference.at(reference.instants)
     return np.asarray(np.einsum("kii->i", _inertia(exact, q)) / q.shape[1])
 
 

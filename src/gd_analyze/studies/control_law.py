@@ -1,4 +1,4 @@
-"""Control laws: settings, gains, tolerance, and the torque that every controller asks for.
+"""Control laws: settings, gains, tolerance, the motion wanted, and the torque that every controller asks for.
 
 All laws are u = M (K_d e' + K_p e) + b, with the error e = q_d - q of positions:
 
@@ -21,20 +21,23 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import UsageError
+from gd_analyze.motions.between import Between
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact_form import ExactForm
-from gd_analyze.studies.control_plant import Reference
 from gd_analyze.text import LARGEST, UNSIGNED
 
 CONTINUOUS = math.inf
 """The rate of a loop without a sample period."""
 
 _MOST = 8  # rates, and speeds
+_INSTANTS = 500  # at which a whole motion is looked at
 _UNITS = {
     "deg": ("revolute", math.pi / 180),
     "mrad": ("revolute", 1e-3),
@@ -277,6 +280,45 @@ CONTROLLERS = (
     *(EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, GRAVITY_ONLY, NOTHING),
     *(PD_EXACT, PD_SIMPLIFIED, PD_ALONE),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Polynomials of fifth degree through q, qd and qdd of set points: twice differentiable."""
+
+    time: FloatArray  # of the set points, s, from 0, (N,)
+    coefficients: FloatArray  # of powers of the share of an interval, (N - 1, 6, n)
+
+    @classmethod
+    def of(cls, motion: Trajectory) -> Reference:
+        """Lay it through a trajectory that can be followed, see `control.followable`."""
+        between = Between.of(motion, np.zeros((2, motion.n_joints)), slice(None))
+        return cls(motion.time - motion.time[0], between.coefficients[:, :, 0, 0])
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts as planned, s."""
+        return float(self.time[-1])
+
+    def at(self, time: FloatArray, speed: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
+        """Give q, qd and qdd, joints first, shape (n, ...), at instants s of the motion run at some speed."""
+        planned = np.clip(time * speed, 0.0, self.duration)
+        k = np.clip(np.searchsorted(self.time, planned, side="right") - 1, 0, len(self.coefficients) - 1)
+        width = np.diff(self.time)[k]
+        s = (planned - self.time[k]) / width
+        c = np.moveaxis(self.coefficients[k], (-2, -1), (0, 1))
+        derivatives = [polyval(s, polyder(c, order), tensor=False) for order in range(3)]
+        return tuple(x * (speed / width) ** order for order, x in enumerate(derivatives))
+
+    @property
+    def instants(self) -> FloatArray:
+        """Evenly spaced ones, s, of the motion as planned."""
+        return np.linspace(0.0, self.duration, _INSTANTS)
+
+    def sampled(self, speed: float = 1.0) -> tuple[FloatArray, ...]:
+        """Give q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""
+        every = np.unique(np.concatenate([self.instants, self.time]))
+        return self.at(every / speed, speed)
 
 
 @dataclass(frozen=True, eq=False)

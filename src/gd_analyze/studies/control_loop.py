@@ -17,8 +17,8 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
 from gd_analyze.errors import UsageError
+from gd_analyze.operations.program import Batch, Program
 from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, World
-from gd_analyze.studies.control_plant import Dynamics
 
 # s: some hundredth of what a loop of a bandwidth of 5 Hz takes to settle.
 _LONGEST_STEP = 2e-3
@@ -26,6 +26,30 @@ _LONGEST_STEP = 2e-3
 _MOST_STEPS, _KEPT, _AHEAD = 300_000, 6_000, 128
 # Tracking error at which a loop counts as lost: a turn, or so many metres.
 _LOST = 2.0 * math.pi
+
+
+class Dynamics:
+    """D and h + c of m states from a program of the torque D qdd + h + c of n joints.
+
+    Torque without acceleration is h + c, and what one of each joint adds is a column of D.
+    """
+
+    def __init__(self, program: Program, n_joints: int, count: int) -> None:
+        self._shape = shape = (n_joints + 1, count)
+        self._batch = Batch(program, shape[0] * count)
+        self._q, self._qd = (self._batch.rows(name, n_joints, *shape) for name in ("q", "qd"))
+        for i, row in self._batch.rows("qdd", n_joints, *shape):
+            row[:] = 0.0
+            row[i + 1] = 1.0
+
+    def at(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give D, shape (m, n, n), and h + c, shape (n, m), at states (n, m)."""
+        for rows, values in ((self._q, q), (self._qd, qd)):
+            for i, row in rows:
+                row[:] = values[i]
+        torque = self._batch.run().reshape(len(q), *self._shape)
+        rest = torque[:, 0]
+        return np.moveaxis(torque[:, 1:] - rest[:, None], -1, 0), rest
 
 
 class Loop(NamedTuple):
