@@ -123,10 +123,8 @@ def compare(
         progress(len(costs))
         exact = ExactForm(arm).operations
         grown = growth(progress)
-    every_warning = tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)]))
-    return Comparison(
-        arm, trajectory, compared_at, costs, exact, grown, seconds, agreed, every_warning, source
-    )
+    said = tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)]))
+    return Comparison(arm, trajectory, compared_at, costs, exact, grown, seconds, agreed, said, source)
 
 
 def names_of(arm: RobotArm, trajectory: Trajectory | None) -> tuple[str, str]:
@@ -151,11 +149,9 @@ class Agreement:
     @property
     def holds(self) -> bool:
         """Whether round-off explains every difference."""
-        return self.largest <= self.bounds["torque"] and all(
-            row[quantity] <= bound
-            for row in self.from_pinocchio.values()
-            for quantity, bound in self.bounds.items()
-        )
+        rows, bounds = self.from_pinocchio.values(), self.bounds.items()
+        beside_pinocchio = all(row[quantity] <= bound for row in rows for quantity, bound in bounds)
+        return beside_pinocchio and self.largest <= self.bounds["torque"]
 
 
 def agreement(arm: RobotArm, states: States, *, methods: Mapping[str, Method] = METHODS) -> Agreement:
@@ -273,12 +269,8 @@ def _facts(found: Comparison) -> Iterator[Fact]:
 
 def _names(names: Iterable[str]) -> list[Column]:
     """Columns that begin a table of formulations."""
-    return [
-        Column("name", "", tuple(names)),
-        Column(
-            "", "formulation", [_NAMES.get(name, "explained by round-off") for name in names], shown="text"
-        ),
-    ]
+    shown = [_NAMES.get(name, "explained by round-off") for name in names]
+    return [Column("name", "", tuple(names)), Column("", "formulation", shown, shown="text")]
 
 
 def _methods_table(found: Comparison, unit: str) -> Table:
@@ -289,15 +281,12 @@ def _methods_table(found: Comparison, unit: str) -> Table:
         "folded": [found.costs[name].folded for name in METHODS],
         "text": [None if stated is None else stated.at(n) for stated in texts],
     }
-    columns = _names(agreed.names)
+    columns, seconds = _names(agreed.names), [found.seconds[name] for name in agreed.names]
     for which, label in _COUNTED.items():
         every = [*counts[which], None]
         pairs = [x and f"{x.multiplications} + {x.additions}" for x in every]
-        columns += [
-            Column(which, "", [x and asdict(x) for x in every]),
-            Column("", label, pairs, meaning="multiplications + additions"),
-        ]
-    seconds = [found.seconds[name] for name in agreed.names]
+        columns.append(Column(which, "", [x and asdict(x) for x in every]))
+        columns.append(Column("", label, pairs, meaning="multiplications + additions"))
     columns += [
         Column("seconds", "", seconds),
         Column("", "time", [f"{1e6 * x:.2f}" for x in seconds], "µs"),
@@ -308,16 +297,12 @@ def _methods_table(found: Comparison, unit: str) -> Table:
 
 
 def _forms_table() -> Table:
-    methods = METHODS.values()
     name, short = _names(METHODS)
-    columns = (
-        name,
-        Column("title", "", [method.title for method in methods]),
-        short,
-        Column("kinematics", "kinematics", [method.kinematics for method in methods], shown="text"),
-        Column("form", "equations", [method.form for method in methods], shown="text"),
-        Column("source", "", [method.source for method in methods]),
+    title, kinematics, form, source = (
+        Column(key, label, [getattr(method, key) for method in METHODS.values()], shown="text")
+        for key, label in (("title", ""), ("kinematics",) * 2, ("form", "equations"), ("source", ""))
     )
+    columns = (name, title, short, kinematics, form, source)
     return Table("forms", "Kinematics and form of the equations", columns)
 
 
@@ -326,8 +311,8 @@ def _growth_table(grown: Growth) -> Table:
     columns = [*_names(METHODS), Column("order", "order", orders, shown="text")]
     for which, label in _COUNTED.items():
         slopes = [grown.slope(name, which) for name in METHODS]
-        texts = [slope and f"{slope:.2f}" for slope in slopes]
-        columns += [Column(f"exponent_{which}", "", slopes), Column("", label, texts)]
+        columns.append(Column(f"exponent_{which}", "", slopes))
+        columns.append(Column("", label, [slope and f"{slope:.2f}" for slope in slopes]))
     title = f"Growth: slope of log(operations) over log(n), n = 6 to {SIZES[-1]}, on a generic chain"
     return Table("growth", title, tuple(columns))
 

@@ -93,17 +93,13 @@ def text_costs() -> TextCosts:
     """Read the shipped reference."""
 
     def cost(entry: Mapping[str, Any], name: str) -> TextCost:
-        multiplications, additions = (
-            Polynomial(tuple(Fraction(c) for c in entry[key])) for key in ("multiplications", "additions")
-        )
-        return TextCost(name, entry["table"], multiplications, additions, entry.get("remark", ""))
+        counts = (Polynomial(tuple(map(Fraction, entry[key]))) for key in ("multiplications", "additions"))
+        return TextCost(name, entry["table"], *counts, entry.get("remark", ""))
 
     with (data_folder("references") / "fgl87_costs.toml").open("rb") as file:
         data = tomllib.load(file)
-    totals, rows = (
-        tuple(cost(entry, entry[key]) for entry in data[part])
-        for part, key in (("totals", "method"), ("rows", "row"))
-    )
+    totals = tuple(cost(entry, entry["method"]) for entry in data["totals"])
+    rows = tuple(cost(entry, entry["row"]) for entry in data["rows"])
     return TextCosts(data["source"], data["remark"], totals, rows, data["differences"])
 
 
@@ -119,21 +115,15 @@ def generic_chain(n: int) -> RobotArm:
     random = np.random.default_rng(1987)
     joints, links = [], []
     for i in range(n):
-        before, behind = standard_placements(
-            "revolute", DHRow(0.0, 0.2 + 0.01 * i, 0.3 + 0.01 * i, (-1) ** i * math.pi / 2)
-        )
+        row = DHRow(0.0, 0.2 + 0.01 * i, 0.3 + 0.01 * i, (-1) ** i * math.pi / 2)
+        before, behind = standard_placements("revolute", row)
         root = random.normal(scale=0.1, size=(3, 3))
         second = root @ root.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
         joints.append(Joint(str(i + 1), placement=before))
         links.append(Link(str(i + 1), 1.0 + 0.1 * i, random.uniform(-0.1, 0.1, 3), inertia, behind))
-    return RobotArm(
-        f"chain{n}",
-        tuple(joints),
-        tuple(links),
-        gravity=np.array([1.0, 2.0, -9.5]),
-        title=f"Generic chain of {n} joints",
-    )
+    gravity, title = np.array([1.0, 2.0, -9.5]), f"Generic chain of {n} joints"
+    return RobotArm(f"chain{n}", tuple(joints), tuple(links), gravity=gravity, title=title)
 
 
 class Cost(NamedTuple):
@@ -159,11 +149,8 @@ class Growth:
     def slope(self, method: str, which: Counted) -> float | None:
         """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
         counts = zip(SIZES, self.counts(method, which), strict=False)
-        large = [(n, count.total) for n, count in counts if n >= _ASYMPTOTIC]
-        if not large:
-            return None
-        log_sizes, log_totals = np.log(large).T
-        return float(np.polyfit(log_sizes, log_totals, 1)[0])
+        large = np.log([(n, count.total) for n, count in counts if n >= _ASYMPTOTIC])
+        return float(np.polyfit(*large.T, 1)[0]) if len(large) else None
 
     @cached_property
     def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:
@@ -171,13 +158,14 @@ class Growth:
         found, sizes = {}, SIZES[_REGULAR - 1 :]
         for name, costs in self.costs.items():
             regular = [cost.executed for cost in costs[_REGULAR - 1 :]]
-            multiplications = exact_polynomial(sizes, [count.multiplications for count in regular])
-            additions = exact_polynomial(sizes, [count.additions for count in regular])
+            columns = zip(*((count.multiplications, count.additions) for count in regular), strict=True)
+            multiplications, additions = (exact_polynomial(sizes, column) for column in columns)
             if multiplications is not None and additions is not None:
                 found[name] = (multiplications, additions)
         return found
 
 
+@cache
 def count_cost(method: Method, arm: RobotArm) -> Cost:
     """Count one method's torque of an arm, whose numbers are constants; the state is not."""
     n = arm.n_joints
@@ -195,30 +183,21 @@ def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
     for name in METHODS:
         costs[name] = ()
         for n in SIZES:
-            costs[name] += (_count_chain(name, n),)
+            costs[name] += (count_cost(METHODS[name], generic_chain(n)),)
             progress(1)
     return Growth(costs)
-
-
-@cache
-def _count_chain(method: str, n: int) -> Cost:
-    return count_cost(METHODS[method], generic_chain(n))
 
 
 def explanation(method: str, grown: Growth) -> str:
     """Set a method's count beside FGL87's, and say why they differ."""
     cost = grown.costs[method][SIZES.index(N_JOINTS)]
     executed, folded = cost.executed.total, cost.folded.total
-    stated = text_costs().of(method)
+    stated, why = text_costs().of(method), text_costs().differences[method]
     if stated is None:
-        counted = (
-            f"Not counted in the founding text; at n = {N_JOINTS} ours carries out {executed} operations, "
-            f"folded {folded}."
-        )
-    else:
-        total = stated.at(N_JOINTS).total
-        counted = (
-            f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
-            f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %)."
-        )
-    return f"{counted} {text_costs().differences[method]}"
+        ours = f"at n = {N_JOINTS} ours carries out {executed} operations, folded {folded}"
+        return f"Not counted in the founding text; {ours}. {why}"
+    total = stated.at(N_JOINTS).total
+    return (
+        f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
+        f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %). {why}"
+    )

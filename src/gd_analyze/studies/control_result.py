@@ -62,29 +62,22 @@ _FARTHEST, _DECADES = 1.0, 5
 
 def good_enough(study: ControlStudy) -> Controller | None:
     """Simplified controller that keeps every joint within the tolerance."""
-    has_feedback = {SIMPLIFIED: study.feedback.is_enough, FIXED_GAINS: True}
-    kept = (c for c, enough in has_feedback.items() if enough and _usual(study, c).within(study.tolerance))
-    return next(kept, None)
+    laws = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
+    return next((law for law in laws if _usual(study, law).within(study.tolerance)), None)
 
 
 def control_result(study: ControlStudy) -> Result:
     """Facts, tables and drawings of a study."""
     settings, arm = study.settings, study.arm
     carrying = "" if arm.name == study.model.arm.name else " (the payload unknown to every controller)"
-    by_speed = f"Largest tracking error of any joint by speed of the motion, {_rate(study)}"
+    rates = [_worst(study, _rate_label(rate), rate, settings.usual_speed) for rate in settings.rates]
+    speeds = [_worst(study, f"{speed:g}×", settings.usual_rate, speed) for speed in settings.speeds]
+    worst = "Largest tracking error of any joint by"
     tracking = (
         _by_joint(study, "peak", "Largest tracking error", "peak_error"),
         _by_joint(study, "rms", "RMS tracking error", "rms_error"),
-        _by_controller(
-            "by_rate",
-            "Largest tracking error of any joint by loop rate",
-            [_worst(study, _rate_label(rate), rate, settings.usual_speed) for rate in settings.rates],
-        ),
-        _by_controller(
-            "by_speed",
-            by_speed,
-            [_worst(study, f"{speed:g}×", settings.usual_rate, speed) for speed in settings.speeds],
-        ),
+        _by_controller("by_rate", f"{worst} loop rate", rates),
+        _by_controller("by_speed", f"{worst} speed of the motion, {_rate(study)}", speeds),
     )
     drawings = (
         Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
@@ -141,7 +134,7 @@ def _rate_label(rate: float) -> str:
 
 def _here(study: ControlStudy) -> str:
     speed = study.settings.usual_speed
-    return _rate(study) + ("" if speed == 1.0 else f", at {speed:g} times the speed")
+    return _rate(study) + f", at {speed:g} times the speed" * (speed != 1.0)
 
 
 def _unit(study: ControlStudy, joint: int) -> str:
@@ -228,7 +221,6 @@ def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
     settings, motion, law = study.settings, study.motion, good_enough(study)
     residuals = [abs(loop.energy_residual) for loop in study.loops if loop.lost_at is None]
     reached = {c.title: study.tracks_up_to(c, settings.usual_rate) for c in CONTROLLERS}
-    fastest = max(settings.speeds)
     values: dict[str, Any] = {
         "arm": study.model.arm.name,
         "moved": study.arm.name,
@@ -249,42 +241,40 @@ def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
         "fixed_excess": study.fixed_excess,
         "energy_residual": max(residuals, default=0.0),
         "tracks_up_to": {
-            title: {"speed": speed and min(speed, fastest), "at_every_speed": speed == math.inf}
+            title: {"speed": speed and min(speed, max(settings.speeds)), "at_every_speed": speed == math.inf}
             for title, speed in reached.items()
         },
-        "joints": _joints(study),
-        "loops": [_loop(study, loop) for loop in study.loops],
+        "joints": [
+            {
+                "joint": i + 1,
+                "joint_name": joint.name,
+                "unit": joint.unit,
+                "effort_unit": joint.effort_unit,
+                "tolerance": study.tolerance[i],
+                "inertia": study.diagonal[i],
+                "stiffness": settings.gains.stiffness * study.diagonal[i],
+                "torque_limit": study.limits[i],
+                "error_at_rest": {c.title: error[i] for c, error in study.at_rest.items()},
+                "certified": [
+                    {"speed": speed, "torque_error": bound.torque_error[i], "error": bound.error[i]}
+                    for speed, bound in study.certified.items()
+                ],
+            }
+            for i, joint in enumerate(study.arm.joints)
+        ],
+        "loops": [
+            {x.name: getattr(loop, x.name) for x in fields(loop) if x.name not in ("end", "time", "error")}
+            | {
+                "controller": loop.controller.title,
+                "law": loop.controller.law,
+                "knows": loop.controller.knows,
+            }
+            | {"expected": study.expected[loop.controller, loop.speed]}
+            for loop in study.loops
+        ],
     }
     for key, value in values.items():
         yield Fact(key, "", value)
-
-
-def _joints(study: ControlStudy) -> list[dict[str, Any]]:
-    return [
-        {
-            "joint": i + 1,
-            "joint_name": joint.name,
-            "unit": joint.unit,
-            "effort_unit": joint.effort_unit,
-            "tolerance": study.tolerance[i],
-            "inertia": study.diagonal[i],
-            "stiffness": study.settings.gains.stiffness * study.diagonal[i],
-            "torque_limit": study.limits[i],
-            "error_at_rest": {c.title: error[i] for c, error in study.at_rest.items()},
-            "certified": [
-                {"speed": speed, "torque_error": bound.torque_error[i], "error": bound.error[i]}
-                for speed, bound in study.certified.items()
-            ],
-        }
-        for i, joint in enumerate(study.arm.joints)
-    ]
-
-
-def _loop(study: ControlStudy, loop: TrackedLoop) -> dict[str, Any]:
-    law, knows, title = loop.controller
-    values = {x.name: getattr(loop, x.name) for x in fields(loop) if x.name not in ("end", "time", "error")}
-    expected = study.expected[loop.controller, loop.speed]
-    return values | {"controller": title, "law": law, "knows": knows, "expected": expected}
 
 
 def _by_controller(key: str, title: str, columns: Sequence[Column]) -> Table:
@@ -318,13 +308,12 @@ def _torque_table(study: ControlStudy) -> Table:
     loops = [_usual(study, controller) for controller in (EXACT, SIMPLIFIED, WITHOUT_H)]
     units = [joint.effort_unit for joint in study.arm.joints]
     limits = [limit if math.isfinite(limit) else None for limit in study.limits.tolist()]
-    saturated = np.max([loop.saturated for loop in loops], axis=0)
     columns = (
         joint_columns(study.arm.joints)[-1],
         Column("", "limit", limits, units),
         *(Column("", f"peak, {loop.controller.title}", loop.peak_torque, units) for loop in loops),
         *(Column("", f"RMS, {loop.controller.title}", loop.rms_torque, units) for loop in loops[:2]),
-        Column("", "time at limit", saturated, shown="percent"),
+        Column("", "time at limit", np.max([loop.saturated for loop in loops], axis=0), shown="percent"),
     )
     return Table("torque", f"Torque of computed torque {_here(study)}", columns)
 
@@ -365,25 +354,22 @@ def error_figure(study: ControlStudy) -> Figure:
         "computed torque with a model": [_usual(study, c) for c in CONTROLLERS[:4]],
         "without a model's D, and PD": [_usual(study, c) for c in CONTROLLERS[4:]],
     }
-    rows = tuple(
-        tuple(_error_panel(study, i, f"{i + 1} {joint.name}: {title}", x) for title, x in groups.items())
-        for i, joint in enumerate(study.arm.joints)
-    )
+
+    def panel(i: int, title: str, loops: Sequence[TrackedLoop]) -> Panel:
+        errors = [1e3 * loop.error[:, i] for loop in loops]
+        items = []
+        for loop, error in zip(loops, errors, strict=True):
+            colour, dashes = _LOOKS[loop.controller]
+            items.append(Curve(loop.time, error, colour, dashes=dashes, label=loop.controller.title))
+        time = max((loop.time for loop in loops), key=lambda times: float(times[-1]))
+        y = value_axis(_unit(study, i), *errors, floor=1e-12)
+        heading = f"{i + 1} {study.arm.joints[i].name}: {title}"
+        return Panel(f"joint-{i + 1}", heading, time_axis(time), y, tuple(items))
+
+    rows = tuple(tuple(panel(i, *group) for group in groups.items()) for i in range(study.arm.n_joints))
     legend = tuple(Key(c.title, colour, dashes=dashes) for c, (colour, dashes) in _LOOKS.items())
     height = min(max(620.0 / len(rows), 80.0), 130.0)
     return Figure("Tracking error of every joint over time", rows, WIDTH / 2, height, legend)
-
-
-def _error_panel(study: ControlStudy, joint: int, title: str, loops: Sequence[TrackedLoop]) -> Panel:
-    # Of a loop that was lost what is drawn ends where the motion was lost.
-    errors = [1e3 * loop.error[:, joint] for loop in loops]
-    items = []
-    for loop, error in zip(loops, errors, strict=True):
-        colour, dashes = _LOOKS[loop.controller]
-        items.append(Curve(loop.time, error, colour, dashes=dashes, label=loop.controller.title))
-    time = max((loop.time for loop in loops), key=lambda times: float(times[-1]))
-    y = value_axis(_unit(study, joint), *errors, floor=1e-12)
-    return Panel(f"joint-{joint + 1}", title, time_axis(time), y, tuple(items))
 
 
 def speed_figure(study: ControlStudy) -> Figure:

@@ -134,10 +134,8 @@ class Progress(Protocol):
         """Note that some steps are done."""
 
 
-class _Silent:
-    def __call__(self, label: str, total: int | None = None) -> None: ...
-
-    def advance(self, steps: int) -> None: ...
+class _Silent(Progress):
+    """Tells nobody."""
 
 
 def analyze(
@@ -190,7 +188,7 @@ def analyze(
     True
     """
     names = [entry.name for entry in fields(Settings)]
-    for name in sorted(set(options) - set(names)):
+    for name in sorted(options.keys() - names):
         near = difflib.get_close_matches(name, names, n=1)
         raise UsageError(
             f"there is no option {name!r}",
@@ -268,7 +266,14 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
-        measured = _measured_torque(arm, trajectory, dataset, how)
+        measured = None
+        if trajectory.recording is not None and trajectory.recording.torque is not None:
+            comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
+            measured = motion_tables.measured_torque_table(
+                comparison, trajectory, fit_friction=how.fit_friction
+            )
+            if not is_described(measured):
+                warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
@@ -338,19 +343,6 @@ def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
-def _measured_torque(
-    arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, how: Settings
-) -> xr.Dataset | None:
-    """Compare measured torque with the exact one, and warn where they contradict each other."""
-    if trajectory.recording is None or trajectory.recording.torque is None:
-        return None
-    comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
-    table = motion_tables.measured_torque_table(comparison, trajectory, fit_friction=how.fit_friction)
-    if not is_described(table):
-        warnings.warn(torque_warning(table, arm.name), GdAnalyzeWarning, stacklevel=3)
-    return table
-
-
 def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:
     """Efforts of the certificates in a box and along a motion; None for a model of too many terms for any."""
     if not many:
@@ -389,16 +381,14 @@ def _tube(
     efforts: tuple[int, int] | None,
 ) -> xr.Dataset:
     """Bound a model's errors around the motion, where its equations are few enough to be written out."""
-    arm = exact.arm
-    certificate = None
+    arm, certificate = exact.arm, None
     try:
         tube = Tube.along(arm, motion, margin)
         if efforts is None:
-            exact_one = "the exact torque is given, so that there is no error but round-off to bound"
-            long_one = (
-                f"{arm.name} has more equations than are written out here; `gd-analyze certify` does it"
-            )
-            tube = replace(tube, note=f"Not certified: {long_one if model.saves else exact_one}.")
+            why = "the exact torque is given, so that there is no error but round-off to bound"
+            if model.saves:
+                why = f"{arm.name} has more equations than are written out here; `gd-analyze certify` does it"
+            tube = replace(tube, note=f"Not certified: {why}.")
         else:
             certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
     except TrajectoryError as error:

@@ -111,8 +111,7 @@ def symbolic_result(robot: str) -> Result:
 
 def same(one: ClosedForms, other: ClosedForms) -> bool:
     """Whether D, h and c are equal, whatever their form."""
-    pairs = zip(one, other, strict=True)
-    return all(_sympy().simplify(a - b).is_zero_matrix for a, b in pairs)
+    return all(_sympy().simplify(a - b).is_zero_matrix for a, b in zip(one, other, strict=True))
 
 
 @dataclass(frozen=True)
@@ -133,11 +132,10 @@ class _Angle:
         return _sympy().sin(self.symbol)
 
 
-class _SymbolicArm:
+class _SymbolicArm(SimpleNamespace):
     """Fields, and the identity by which kinematics are cached."""
 
-    def __init__(self, **fields: Any) -> None:
-        self.__dict__.update(fields)
+    __hash__ = object.__hash__
 
 
 def _symbolic_arm(s: dict[str, Any]) -> Any:
@@ -169,8 +167,6 @@ def _sympy() -> Any:
     try:
         import sympy
     except ImportError:
-        raise UsageError(
-            "this needs SymPy, which is not installed",
-            next_step="pip install 'gd-analyze[symbolic]'",
-        ) from None
+        what, fix = "this needs SymPy, which is not installed", "pip install 'gd-analyze[symbolic]'"
+        raise UsageError(what, next_step=fix) from None
     return sympy

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -62,19 +62,13 @@ def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[Bo
             most, unit = int(excess.argmax()), joint.unit + per
             value, instant = float(values[most]), float(time[most])
             farthest = Violation(i + 1, joint.name, quantity, value, limit, instant, unit)
-            at, longest = np.flatnonzero(beyond), _longest(beyond, time, trajectory.stretches)
-            first, begin, end = (float(time[k]) for k in (at[0], *longest))
-            found.append(BoxExit(farthest, len(at), first, begin, end))
+            runs: list[tuple[float, float]] = []
+            for stretch in trajectory.stretches:
+                edges = np.flatnonzero(np.diff(beyond[stretch], prepend=False, append=False)) + stretch.start
+                runs += [(float(time[a]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]
+            longest = max(runs, key=lambda run: run[1] - run[0])
+            found.append(BoxExit(farthest, int(beyond.sum()), runs[0][0], *longest))
     return tuple(found), outside
-
-
-def _longest(beyond: Array, time: FloatArray, stretches: Sequence[slice]) -> tuple[int, int]:
-    """First and last set point of the longest run; the first one where several last as long."""
-    runs = []
-    for stretch in stretches:
-        edges = np.flatnonzero(np.diff(beyond[stretch], prepend=False, append=False)) + stretch.start
-        runs += [(first, end - 1) for first, end in edges.reshape(-1, 2).tolist()]
-    return max(runs, key=lambda run: time[run[1]] - time[run[0]])
 
 
 class BesideMeasured(NamedTuple):
@@ -260,13 +254,15 @@ def validate(
     for one in given:
         require_joints(one, arm)
     tried = [(one, evaluate(model, one)) for one in given]
-    peaks = np.max([evaluation.errors.peak_torque for _, evaluation in tried], axis=0)
-    found = []
+    peaks, found = np.max([evaluation.errors.peak_torque for _, evaluation in tried], axis=0), []
     for one, evaluation in tried:
         accuracy, measured = model.accuracy.along(one.fingerprint), None
         most = accuracy.allowed if asked == "promise" else None
         if isinstance(asked, Budget):
-            most = _most(evaluation, asked, peaks)
+            # A share of a torque that a joint does not need along this motion would be one of nothing.
+            exact, needs = evaluation.dynamics, evaluation.errors.peak_torque > 0.0
+            over_all = ReferenceTorques(arm, peaks, exact.uncertainty)
+            most = np.where(needs, exact.allowed(asked), allowed_by(asked, over_all))
         if one.recording is not None and one.recording.torque is not None:
             torques = evaluation.dynamics.torque, evaluation.torque
             measured = BesideMeasured(*(compared(arm, one, torque) for torque in torques))
@@ -291,13 +287,3 @@ def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | L
         return "promise"
     budget = Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)
     return budget.require_per_joint("a verdict on every joint")
-
-
-def _most(one: Evaluation, asked: Budget, peaks: FloatArray) -> FloatArray:
-    """Limit of each joint's error along a motion, N m (N), shape (n,), given `peaks` over all motions.
-
-    A share of a torque that a joint does not need along this motion would be one of nothing.
-    """
-    exact, needs = one.dynamics, one.errors.peak_torque > 0.0
-    over_all = ReferenceTorques(exact.arm, peaks, exact.uncertainty)
-    return np.where(needs, exact.allowed(asked), allowed_by(asked, over_all))
