@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import sys
 from fractions import Fraction
@@ -42,13 +43,11 @@ def test_what_is_counted_is_the_torque(drawn):
     arm, states = drawn
     n = arm.n_joints
     q, qd, qdd = states.last
-    inputs = {
-        f"{name}{i + 1}": values[i] for name, values in (("q", q), ("qd", qd), ("qdd", qdd)) for i in range(n)
-    }
+    states = {"q": q, "qd": qd, "qdd": qdd}
+    inputs = {f"{name}{i + 1}": row for name, rows in states.items() for i, row in enumerate(rows)}
     for method in METHODS.values():
         trace = Trace()
-        symbols = (trace.inputs(name, n) for name in ("q", "qd", "qdd"))
-        traced = method.torque(arm, *symbols)
+        traced = method.torque(arm, *(trace.inputs(name, n) for name in states))
         program = Program.of(trace, list(traced[:, 0]))
         assert count_cost(method, arm).folded == program.count
         wanted = method.torque(arm, q, qd, qdd)
@@ -69,13 +68,6 @@ def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
             assert additions(n) == cost.executed.additions
         pairs = zip(dataclasses.astuple(cost.folded), dataclasses.astuple(cost.executed), strict=True)
         assert all(folded <= executed for folded, executed in pairs)
-
-
-def test_recursions_win_in_the_end(grown):
-    last = {name: costs[-1].executed.total for name, costs in grown.costs.items()}
-    assert last["newton_euler_link"] < last["newton_euler_base"] < last["recursive_lagrangian"]
-    assert last["recursive_lagrangian"] < last["composite_moments"]
-    assert last["composite_moments"] < last["generalized_dalembert"] < last["lagrange_euler"]
 
 
 @examples(10)
@@ -99,8 +91,8 @@ def test_a_wrong_formulation_is_noticed(two_link):
         given = right.dynamics(*words)
         return dataclasses.replace(given, inertia=given.inertia * (1 + 1e-9))
 
-    for quantity, wrong in {"torque": wrong_torque, "dynamics": wrong_dynamics}.items():
-        methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **{quantity: wrong})}
+    for wrong in ({"torque": wrong_torque}, {"dynamics": wrong_dynamics}):
+        methods = METHODS | {"newton_euler_link": dataclasses.replace(right, **wrong)}
         found = agreement(two_link, states_in_box(two_link, 20), methods=methods)
         assert not found.holds
         worst = max(found.from_pinocchio, key=lambda name: max(found.from_pinocchio[name].values()))
@@ -118,7 +110,6 @@ def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
         assert (row["text"] and row["text"]["multiplications"]) == (stated and stated.multiplications(2))
     assert told["agrees"]
     assert told["notices"] == ["odd"]
-    assert len(told["agreement"]["torque_differences"]) == len(METHODS) + 1
     arm = dataclasses.replace(swing_comparison.arm, title="<script>alert(1)</script>")
     hostile = dataclasses.replace(swing_comparison, arm=arm, warnings=("<b>",))
     assert "<script>alert" not in page_of(comparison_result(hostile))
@@ -149,11 +140,10 @@ def test_counts_the_text_prints_and_rows_that_add_up():
         assert cost.name in METHODS
         assert all(cost.at(n).total > 0 for n in range(1, 13))
     rows = {row.name: row for row in text_costs().rows if row.table == "3.1"}
-    for n in range(1, 13):
+    for n, (name, times) in itertools.product(range(1, 13), (("jk", 0), ("jkm", 1))):
         # A trace is four products of 4x4 matrices.
-        for name, each in (("Tr(U_jk J_j U_ji^T)", 1), ("Tr(U_jkm J_j U_ji^T)", n)):
-            row, traces = rows[name], each * n * (n + 1) * (n + 2) // 6
-            assert (row.multiplications(n), row.additions(n)) == (256 * traces, (4 * 48 + 3) * traces)
+        row, traces = rows[f"Tr(U_{name} J_j U_ji^T)"], n**times * n * (n + 1) * (n + 2) // 6
+        assert (row.multiplications(n), row.additions(n)) == (256 * traces, (4 * 48 + 3) * traces)
 
 
 @examples(30)
@@ -196,9 +186,7 @@ def test_the_text_is_the_built_in_arm(two_link):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.abs(expected).max())
 
 
-def test_symbols_need_sympy_and_a_method_there_is(monkeypatch):
-    with pytest.raises(UsageError, match="kane"):
-        two_link_closed_forms("kane")
+def test_symbols_need_sympy(monkeypatch):
     monkeypatch.setitem(sys.modules, "sympy", None)
     with pytest.raises(UsageError, match=r"gd-analyze\[symbolic\]"):
         text_closed_forms()

@@ -16,24 +16,9 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
-from gd_analyze.studies.control_law import (
-    CONTINUOUS,
-    CONTROLLERS,
-    EXACT,
-    FIXED_GAINS,
-    GRAVITY_ONLY,
-    NOTHING,
-    PD_ALONE,
-    PD_EXACT,
-    PD_SIMPLIFIED,
-    SIMPLIFIED,
-    WITHOUT_H,
-    Bank,
-    Gains,
-    Reference,
-    World,
-)
+from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
 from gd_analyze.studies.control_loop import Dynamics, Loop, follow
 
 
@@ -66,9 +51,7 @@ def test_the_plant_is_the_simulation(puma, rng):
     torque = rng.normal(size=(40, 6)) * [50.0, 80.0, 40.0, 5.0, 5.0, 5.0]
     inertia, rest = Dynamics(ExactForm(puma, True).program, 6, 40).at(states.q.T, states.qd.T)
     found = np.linalg.solve(inertia, (torque - rest.T)[..., None])[..., 0]
-    expected = joint_accelerations(
-        puma, states.q, states.qd, torque, drivetrain=Drivetrain(inertia=True, friction=False)
-    )
+    expected = joint_accelerations(puma, states.q, states.qd, torque, drivetrain=Drivetrain(inertia=True))
     # Torques of 1e2 N m to 1e-14, over the smallest inertia, 0.2 kg m^2; D's condition is below 100.
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 
@@ -85,7 +68,7 @@ def test_the_exact_model_errs_by_the_integrator_and_by_the_period(swing_world):
 
 
 def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_link, swing):
-    (loop,) = follow(swing_world, [Loop(PD_EXACT, CONTINUOUS, 3.0)])
+    (loop,) = follow(swing_world, [Loop(laws.PD_EXACT, CONTINUOUS, 3.0)])
     reference, diagonal = Reference.of(swing), swing_world.diagonal
 
     def torque(t, q, qd):
@@ -104,7 +87,7 @@ def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_l
 def test_energy_is_accounted_for(pick_and_place, puma_study, friction):
     """Work of the torque is energy gained and what friction took, both read off other code."""
     world = world_of(puma_study.model, pick_and_place, Gains(20.0, 0.7), friction=friction)
-    for loop in follow(world, [Loop(c, 200.0, 2.0) for c in (EXACT, SIMPLIFIED, PD_EXACT)]):
+    for loop in follow(world, [Loop(c, 200.0, 2.0) for c in (EXACT, laws.SIMPLIFIED, laws.PD_EXACT)]):
         # Some 10 J go to and fro. Without friction the integrator leaves 1e-6 of it; Coulomb friction goes
         # through zero within 0.01 rad/s, which some steps are too long for.
         assert abs(loop.energy_residual) < (1e-2 if friction else 1e-5)
@@ -113,10 +96,11 @@ def test_energy_is_accounted_for(pick_and_place, puma_study, friction):
 
 def test_a_torque_limit_holds(swing_world):
     limits = np.array([10.0, 2.0])
-    loops = [Loop(c, rate, 1.0) for c in (EXACT, PD_EXACT) for rate in (CONTINUOUS, 200.0)]
-    for free, held in zip(
-        follow(swing_world, loops), follow(replace(swing_world, limits=limits), loops), strict=True
-    ):
+    loops = [Loop(c, rate, 1.0) for c in (EXACT, laws.PD_EXACT) for rate in (CONTINUOUS, 200.0)]
+    unlimited, limited = (
+        follow(world, loops) for world in (swing_world, replace(swing_world, limits=limits))
+    )
+    for free, held in zip(unlimited, limited, strict=True):
         assert (free.peak_torque > limits).any()
         assert (free.saturated == 0.0).all()
         assert (held.peak_torque <= limits).all()
@@ -126,13 +110,9 @@ def test_a_torque_limit_holds(swing_world):
 
 def test_the_error_grows_with_the_models_and_with_a_payload_nobody_knows_of(swing_world, two_link):
     """Of a model whose torque is (1 + x) times the exact one: in proportion to a small x."""
-    peaks = [
-        worst(
-            replace(swing_world, simplified=scaled(swing_world.exact, 1.0 + x)),
-            Loop(SIMPLIFIED, CONTINUOUS, 1.0),
-        )
-        for x in (0.01, 0.02, 0.04)
-    ]
+    models = [scaled(swing_world.exact, 1.0 + x) for x in (0.01, 0.02, 0.04)]
+    simplified = Loop(laws.SIMPLIFIED, CONTINUOUS, 1.0)
+    peaks = [worst(replace(swing_world, simplified=model), simplified) for model in models]
     # e'' + K_d e' + K_p e = - x / (1 + x) D^-1 tau: to a few percent at these x.
     assert (peaks[1] / peaks[0], peaks[2] / peaks[1]) == pytest.approx((2.0, 2.0), rel=0.06)
     loaded = replace(swing_world, plant=ExactForm(with_payload(two_link, 0.5, [0.0, 0.0, 0.0])))
@@ -156,7 +136,7 @@ def test_a_loop_is_the_same_alone_and_in_any_company(swing_world):
 def test_a_loop_that_loses_the_motion_ends_there(swing_world):
     """Feedback of the wrong sign, beside one that tracks."""
     world = replace(swing_world, simplified=scaled(swing_world.exact, -1.0))
-    lost, kept = follow(world, [Loop(SIMPLIFIED, 200.0, 1.0), Loop(EXACT, 200.0, 1.0)])
+    lost, kept = follow(world, [Loop(laws.SIMPLIFIED, 200.0, 1.0), Loop(EXACT, 200.0, 1.0)])
     assert 0.0 < lost.lost_at < 1.5
     assert np.isfinite(lost.end).all()
     assert np.isinf(lost.peak_error).all()
@@ -178,14 +158,14 @@ def test_controllers_without_an_error_ask_for_what_they_know(swing_world, swing_
     exact, constant = found["torque"].ravel(), swing_world.diagonal * swing.qdd[k]
     expected = {
         EXACT: exact,
-        SIMPLIFIED: swing_model.torque(*state),
-        FIXED_GAINS: swing_model.torque(*state),
-        WITHOUT_H: exact - h,
-        GRAVITY_ONLY: c + constant,
-        NOTHING: constant,
-        PD_EXACT: c,
-        PD_SIMPLIFIED: swing_model.gravity_loading(swing.q[k]),
-        PD_ALONE: np.zeros(2),
+        laws.SIMPLIFIED: swing_model.torque(*state),
+        laws.FIXED_GAINS: swing_model.torque(*state),
+        laws.WITHOUT_H: exact - h,
+        laws.GRAVITY_ONLY: c + constant,
+        laws.NOTHING: constant,
+        laws.PD_EXACT: c,
+        laws.PD_SIMPLIFIED: swing_model.gravity_loading(swing.q[k]),
+        laws.PD_ALONE: np.zeros(2),
     }
     for controller in CONTROLLERS:
         # Some tens of operations on torques of 1e2.
