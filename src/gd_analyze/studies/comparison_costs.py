@@ -93,8 +93,8 @@ def text_costs() -> TextCosts:
     """Read the shipped reference."""
 
     def cost(entry: Mapping[str, Any], name: str) -> TextCost:
-        counts = (Polynomial(tuple(map(Fraction, entry[key]))) for key in ("multiplications", "additions"))
-        return TextCost(name, entry["table"], *counts, entry.get("remark", ""))
+        products, sums = (Polynomial(tuple(map(Fraction, entry[key]))) for key in TextCost._fields[2:4])
+        return TextCost(name, entry["table"], products, sums, entry.get("remark", ""))
 
     with (data_folder("references") / "fgl87_costs.toml").open("rb") as file:
         data = tomllib.load(file)
@@ -150,7 +150,7 @@ class Growth:
         """Slope of log(operations) over log(n) from six joints on; None where less than two are counted."""
         counts = zip(SIZES, self.counts(method, which), strict=False)
         large = np.log([(n, count.total) for n, count in counts if n >= _ASYMPTOTIC])
-        return float(np.polyfit(*large.T, 1)[0]) if len(large) else None
+        return float(np.polyfit(large[:, 0], large[:, 1], 1)[0]) if len(large) else None
 
     @cached_property
     def polynomials(self) -> dict[str, tuple[Polynomial, Polynomial]]:

@@ -134,8 +134,10 @@ class Progress(Protocol):
         """Note that some steps are done."""
 
 
-class _Silent(Progress):
-    """Tells nobody."""
+class _Silent:
+    def __call__(self, label: str, total: int | None = None) -> None: ...
+
+    def advance(self, steps: int) -> None: ...
 
 
 def analyze(

@@ -132,10 +132,11 @@ class _Angle:
         return _sympy().sin(self.symbol)
 
 
-class _SymbolicArm(SimpleNamespace):
+class _SymbolicArm:
     """Fields, and the identity by which kinematics are cached."""
 
-    __hash__ = object.__hash__
+    def __init__(self, **fields: Any) -> None:
+        self.__dict__.update(fields)
 
 
 def _symbolic_arm(s: dict[str, Any]) -> Any:
