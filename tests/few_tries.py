@@ -23,7 +23,7 @@ def few_tries() -> Iterator[None]:
     torques and saves operations is tested with the operations, and of exact programs with the levels.
     """
     with pytest.MonkeyPatch.context() as patch, without_cache():
-        for name in ("_TRIES", "_REARRANGEMENTS"):
+        for name in ("TRIES", "REARRANGEMENTS"):
             patch.setattr(sharing, name, _TRIES)
         kept_programs.cache_clear()
         yield

@@ -15,7 +15,7 @@ from gd_analyze.harmonics.expansion import Expansion, expanded, velocity_factors
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.effort import COUNTING, ROUGH
+from gd_analyze.simplification.effort import COUNTING, ROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.levels import LEVELS
@@ -24,10 +24,8 @@ from strategies import arms, examples, random_states
 
 def torque_of(expansion: Expansion, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     """Value of what was written out, shape (N, n)."""
-    factors = []
-    for kind, joints in velocity_factors(q.shape[1]):
-        source = qdd if kind == "qdd" else qd
-        factors.append(np.prod(source[:, list(joints)], axis=1))
+    sources = {"1": qd, "qd": qd, "qdd": qdd}
+    factors = [np.prod(sources[kind][:, list(js)], axis=1) for kind, js in velocity_factors(q.shape[1])]
     return np.stack([(row(q.T) * factors).sum(axis=0) for row in expansion.rows], axis=1)
 
 
@@ -47,12 +45,7 @@ def test_it_is_what_the_program_computes(arm, seed, level, effort):
     program = level.write(form, level.terms(form), effort)
     expansion = expanded(program, slides(arm))
     states = random_states(arm.n_joints, 40, seed)
-    inputs = {
-        f"{name}{j + 1}": array[:, j]
-        for name, array in zip(("q", "qd", "qdd"), states.arrays, strict=True)
-        for j in range(arm.n_joints)
-    }
-    apart = np.abs(torque_of(expansion, *states.arrays) - program.run(inputs).T).max(axis=0)
+    apart = np.abs(torque_of(expansion, *states.arrays) - program.run(inputs_of(states)).T).max(axis=0)
     # The sum of harmonics itself is rounded, too: once per harmonic and some, which the bound for all
     # states of the program's own magnitudes covers many times over.
     limits = (np.abs(x).max(axis=0) for x in states.arrays)
@@ -104,9 +97,8 @@ def test_a_sum_of_angles_is_one_harmonic():
 
 
 def test_what_is_zero_everywhere_is_nothing():
-    nothing = expanded(
-        of(lambda q, qd, qdd: np.sin(q[0]) * np.sin(q[0]) + np.cos(q[0]) * np.cos(q[0]) - 1.0), SLIDING
-    )
+    one = of(lambda q, qd, qdd: np.sin(q[0]) * np.sin(q[0]) + np.cos(q[0]) * np.cos(q[0]) - 1.0)
+    nothing = expanded(one, SLIDING)
     assert np.abs(nothing.rows[0].coefficients).max(initial=0.0) == 0.0
 
 

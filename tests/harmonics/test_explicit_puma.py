@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 from explicit_puma import (
     CONTRADICTED,
     ELEMENTS,
@@ -19,10 +18,8 @@ from explicit_puma import (
     table,
 )
 
-from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import builtin_arms, load_arm
 from gd_analyze.text import number
@@ -158,35 +155,3 @@ def test_every_number_of_the_links_is_the_tables(tmp_path):
     expected, _ = identified(arm_of_1986())
     for name in NAMES:
         assert abs(found[name] - expected[name]) <= 2 * moved, name
-
-
-def values_off(arm: RobotArm, states: States) -> dict[str, float]:
-    """D and c of an arm against the elements built from the printed constants, over what digits permit."""
-    # Not from the harmonics: a state's D and c as any user gets them.
-    ours = decompose_states(arm, states)
-    inertia, gravity = ours["inertia"].sum(axis=1), ours["gravity_loading"]
-    used = {**constants(table(), G), **{n: float(PRINTED[n]) for n in NAMES if n not in CONTRADICTED}}
-    far = allowed(LENGTHS, G)
-    weights = np.array([used[name] for name in NAMES])
-    permitted = np.array([far[name] + half_digit(PRINTED[name]) for name in NAMES])
-    out = {}
-    for element in ELEMENTS:
-        i, *j = (int(digit) - 1 for digit in element[1:])
-        mine = inertia[:, i, j[0]] if j else gravity[:, i]
-        basis = basis_of(element)(np.ascontiguousarray(states.q.T))
-        # A structural zero is one to round-off: some hundred roundings of the largest D or c.
-        room = permitted @ np.abs(basis) + 1e-13 * max(np.abs(inertia).max(), np.abs(gravity).max())
-        out[element] = float((np.abs(mine - weights @ basis) / room).max())
-    return out
-
-
-@pytest.fixture(scope="module")
-def positions(puma) -> States:
-    q = np.random.default_rng(1986).uniform(puma.limits("lower"), puma.limits("upper"), (500, 6))
-    return States(q, np.zeros_like(q), np.zeros_like(q))
-
-
-def test_d_and_c_agree_with_the_printed_explicit_model(puma, positions):
-    """I1 and I3 from the link table: no arm has both the table and the printed two."""
-    off = values_off(puma, positions)
-    assert {element for element, value in off.items() if value > 1.0} == set()

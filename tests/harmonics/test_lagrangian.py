@@ -46,11 +46,9 @@ def allowances(harmonics: Harmonics, states: States) -> dict[str, float]:
     """How far D qdd, h and c may be off.
 
     The harmonics themselves are as exact as `tolerances` argues. Writing them out leaves products below the
-    noise
-    away: at most 2^(runs - 1) per harmonic, a cosine or sine of every run but for its sign, none of them
-    above 1.
-    An element in absolute velocities is a sum of r^2 others, r the longest run, and one in the joints'
-    velocities of r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
+    noise away: at most 2^(runs - 1) per harmonic, a cosine or sine of every run but for its sign, none of
+    them above 1. An element in absolute velocities is a sum of r^2 others, r the longest run, and one in the
+    joints' velocities of r^2 of those; h_ijk is half of three slopes, each at most twice as steep.
     """
     n, known = harmonics.arm.n_joints, tolerances(harmonics)
     run, products = max(map(len, harmonics.velocities.runs)), 2 ** (len(harmonics.velocities.runs) - 1)
@@ -89,23 +87,11 @@ def test_built_in_arms(name):
     assert_exact(load_arm(name), 1, 50)
 
 
-@examples(10)
-@given(arms(max_joints=4), st.integers(0, 2**32 - 1))
-def test_arms_of_every_make(arm, seed):
-    assert_exact(arm, seed)
-
-
-@examples(10)
-@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
-def test_arms_with_parallel_axes(arm, seed):
-    assert_exact(arm, seed)
-
-
-@examples(10)
-@given(arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1))
-def test_drives(arm, seed):
-    rng = np.random.default_rng(seed)
-    drives = tuple(Drive(inertia=float(x)) for x in rng.uniform(0.1, 2.0, arm.n_joints))
+@examples(20)
+@given(arms(max_joints=4) | arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1), st.booleans())
+def test_arms_of_every_make_with_parallel_axes_and_drives(arm, seed, driven):
+    inertia = np.random.default_rng(seed).uniform(0.1, 2.0, arm.n_joints)
+    drives = tuple(Drive(inertia=float(x)) for x in inertia) if driven else ()
     assert_exact(dataclasses.replace(arm, drives=drives), seed)
 
 

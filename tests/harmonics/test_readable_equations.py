@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,12 +14,11 @@ from hypothesis import strategies as st
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.equations import Equation, equations
+from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.products import to_terms
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
@@ -118,10 +118,8 @@ def test_effects_and_shares_add_up(puma_harmonics):
 def test_links_are_those_whose_removal_changes_the_term(puma, puma_harmonics):
     """Without mass and inertia of a link exactly the terms that name it change."""
     for s in (1, 2, 5):
-        weightless = dataclasses.replace(
-            puma.links[s], mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))
-        )
-        links = (*puma.links[:s], weightless, *puma.links[s + 1 :])
+        empty = {"mass": 0.0, "com": np.zeros(3), "inertia_com": np.zeros((3, 3))}
+        links = (*puma.links[:s], dataclasses.replace(puma.links[s], **empty), *puma.links[s + 1 :])
         without = {
             (equation.symbol, term.factors): term.coefficient
             for equation in equations(dataclasses.replace(puma, links=links), EVERYTHING)
@@ -133,10 +131,12 @@ def test_links_are_those_whose_removal_changes_the_term(puma, puma_harmonics):
                 assert changed == (s + 1 in term.links), (equation.symbol, term, s)
 
 
-def test_labels(puma_harmonics):
-    def symbols(*labels: str) -> list[str]:
-        return [equation.symbol for equation in equations(puma_harmonics, labels)]
+def symbols_of(harmonics: Harmonics, *labels: str) -> list[str]:
+    return [equation.symbol for equation in equations(harmonics, labels)]
 
+
+def test_labels(puma_harmonics):
+    symbols = partial(symbols_of, puma_harmonics)
     assert symbols("D21") == symbols("D12") == ["D12"]
     assert symbols("D54") == ["D45"], "zero, but asked for"
     assert symbols("h131") == ["h113"]
@@ -160,10 +160,7 @@ def test_labels_that_name_nothing(puma_harmonics, label):
 
 def test_commas_part_indices_of_two_digits(rng):
     harmonics = harmonics_of(arm_of(["slides"] * 8 + ["askew", "same"], rng))
-
-    def symbols(*labels: str) -> list[str]:
-        return [equation.symbol for equation in equations(harmonics, labels)]
-
+    symbols = partial(symbols_of, harmonics)
     assert symbols("D9,10") == ["D9,10"]
     assert symbols("D10,9") == ["D9,10"]
     assert symbols("D12") == symbols("D1,2") == symbols("D2,1") == ["D12"]
@@ -183,34 +180,23 @@ def test_units(stanford_harmonics):
     assert (units["h112"], units["h113"], units["h311"]) == ("kg m^2", "kg m", "kg m")
 
 
-ANY_ARM = st.one_of(arms(max_joints=4), arms_with_runs(max_joints=5))
-
-
 @examples(15)
-@given(ANY_ARM, st.data())
+@given(arms(max_joints=4) | arms_with_runs(max_joints=5), st.data())
 def test_single_elements_are_those_of_the_whole(arm, data):
     i, j, k = (data.draw(st.integers(1, arm.n_joints)) for _ in range(3))
     harmonics = harmonics_of(arm)
     for label in (f"D{i}{j}", f"h{i}{j}{k}", f"c{i}"):
-        assert_same(harmonics, equations(arm, [label]), equations(harmonics, [label]))
-
-
-def assert_same(harmonics: Harmonics, found: tuple[Equation, ...], whole: tuple[Equation, ...]) -> None:
-    # On a grid of another size numbers are rounded in another order, by far less than what counts as noise.
-    for one, other in zip(found, whole, strict=True):
+        (one,), (other,) = equations(arm, [label]), equations(harmonics, [label])
         assert one.symbol == other.symbol
         weights = {term.factors: term.coefficient for term in other.terms}
         assert {term.factors for term in one.terms} == {*weights}
+        # On a grid of another size numbers are rounded in another order, by far less than counts as noise.
         apart = [abs(term.coefficient - weights[term.factors]) for term in one.terms]
         assert max(apart, default=0.0) <= max(harmonics.noise)
 
 
-def general(n: int) -> RobotArm:
-    return arm_of(["askew"] * n, np.random.default_rng(n))
-
-
-def test_outer_elements_of_an_arm_whose_whole_takes_too_much_memory():
-    arm = general(12)
+def test_outer_elements_of_an_arm_whose_whole_takes_too_much_memory(rng):
+    arm = arm_of(["askew"] * 12, rng)
     with pytest.raises(ArmError, match=r"take too much memory") as raised:
         equations(arm, ["D12"])
     # D44 depends on eight angles, 5^8 positions, and D33 on nine: 2 n^2 numbers at each are 0.9 and 4.5 GB.

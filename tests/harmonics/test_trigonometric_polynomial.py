@@ -63,18 +63,17 @@ def test_sums_and_stacks_are_those_of_the_values(arm, seed):
     values = [part(q) for part in parts]
     # Sums of some forty harmonics, angles of up to 2 pi n.
     allowed = 100 * 8 * arm.n_joints * EPS * sum(map(size, parts))
-    np.testing.assert_allclose(TrigonometricPolynomial.summed(parts)(q), sum(values), rtol=0, atol=allowed)
-    np.testing.assert_allclose((parts[0] + parts[1])(q), values[0] + values[1], rtol=0, atol=allowed)
-    np.testing.assert_allclose(
-        TrigonometricPolynomial.stacked(parts)(q), np.vstack(values), rtol=0, atol=allowed
-    )
-    np.testing.assert_allclose(parts[0].total()(q)[0], values[0].sum(axis=0), rtol=0, atol=allowed)
-    np.testing.assert_allclose((3.0 * parts[0])(q), 3 * values[0], rtol=0, atol=3 * allowed)
-    each = np.array([2.0, -1.0])
-    np.testing.assert_allclose((each * parts[0])(q), each[:, None] * values[0], rtol=0, atol=2 * allowed)
-    added = parts[0].added([1, 1], 3)(q)
-    np.testing.assert_allclose(added[1], values[0].sum(axis=0), rtol=0, atol=allowed)
-    assert not added[[0, 2]].any()
+    each, first = np.array([2.0, -1.0]), values[0]
+    for found, expected in (
+        (TrigonometricPolynomial.summed(parts), sum(values)),
+        (parts[0] + parts[1], first + values[1]),
+        (TrigonometricPolynomial.stacked(parts), np.vstack(values)),
+        (parts[0].total(), first.sum(axis=0, keepdims=True)),
+        (3.0 * parts[0], 3 * first),
+        (each * parts[0], each[:, None] * first),
+        (parts[0].added([1, 1], 3), np.array([0 * first[0], first.sum(axis=0), 0 * first[0]])),
+    ):
+        np.testing.assert_allclose(found(q), expected, rtol=0, atol=3 * allowed)
 
 
 @examples(20)

@@ -11,12 +11,8 @@ from hypothesis import strategies as st
 from random_programs import evaluated, program_of, trees
 
 from gd_analyze.arrays import cross, dot
-from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program, read_back, written
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.element import parts_of, trace_parts
 from strategies import examples
 
 
@@ -115,14 +111,3 @@ def test_chunks_of_a_run_leave_no_seam(trace, count, rng):
     values = rng.normal(size=(2, count))
     found = Program.of(trace, [x * y + x, 4.0]).run({"x1": values[0], "x2": values[1]})
     np.testing.assert_array_equal(found, [values[0] * values[1] + values[0], np.full(count, 4.0)])
-
-
-def test_traced_formulation_computes_the_torque(puma, rng):
-    """The whole formulation, run on expressions, against the same code run on numbers."""
-    traced = trace_parts(puma)
-    program = Program.of(traced.trace, list(traced.torque(parts_of(6), None)))
-    q, qd, qdd = rng.uniform(-3, 3, (3, 100, 6))
-    inputs = {f"{name}{i + 1}": x[:, i] for name, x in (("q", q), ("qd", qd), ("qdd", qdd)) for i in range(6)}
-    expected = decompose_states(puma, States(q, qd, qdd), drives=False)["torque"]
-    # Folded and unfolded arithmetic sum in another order: two correct programs.
-    assert np.abs(program.run(inputs).T - expected).max() <= round_off_bounds(puma, q, qd, qdd)["torque"]

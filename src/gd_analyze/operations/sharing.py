@@ -20,9 +20,9 @@ Polynomial = Mapping[Any, float]
 Circles = Mapping[Hashable, Hashable]
 
 # Rearrangements to try at most, and where few terms join sums rearranged before: in any case, and per term.
-_TRIES, _TRIES_ANYHOW, _TRIES_EACH = 500, 10, 3
+TRIES, _TRIES_ANYHOW, _TRIES_EACH = 500, 10, 3
 # Rearrangements of a program to try, and that number times operations, as those of a long one take longer.
-_REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
+REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
@@ -111,7 +111,7 @@ def shared_sums(
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
     yield growing.found()
-    rearrange(growing.sums, min(_TRIES, rearranging // max(growing.sums.operations, 1)), growing.circles)
+    rearrange(growing.sums, min(TRIES, rearranging // max(growing.sums.operations, 1)), growing.circles)
     yield growing.found()
 
 
@@ -121,7 +121,7 @@ def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Ite
     for polynomials in steps:
         count = sum(map(len, polynomials))
         growing.add(polynomials)
-        tries = min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), _TRIES)
+        tries = min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), TRIES)
         rearrange(growing.sums, tries, growing.circles)
         before = count
         yield growing.found()
@@ -162,7 +162,7 @@ class _Growing:
         return _shared(self.sums, tuple(self._numbers), len(self._known))
 
 
-def rewritten(program: Program, tries: int = _REARRANGEMENTS) -> Program:
+def rewritten(program: Program, tries: int = REARRANGEMENTS) -> Program:
     """Rewrite a program with the fewest operations that a second or two of rearranging find.
 
     Sines and cosines, and their arguments, remain as they are; outputs are the same but for round-off.

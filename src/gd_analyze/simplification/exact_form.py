@@ -30,7 +30,7 @@ from gd_analyze.simplification.torque_program import torque_program
 _OUTER_JOINTS = 4
 # Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
 # thousands, and any model of them takes more operations than its recursion.
-_MOST_TERMS = 2000
+MOST_TERMS = 2000
 # Joints up to which identifying the exact form takes a second, and sums of terms may take fewer operations
 # than the recursion: terms grow with the fourth power of the joints, its operations with the first.
 _MOST_JOINTS, _FEW_JOINTS = 8, 4
@@ -127,7 +127,7 @@ def too_many_terms(form: ExactForm) -> str:
     n = form.arm.n_joints
     if n > _MOST_JOINTS:
         return f"{n} joints"
-    return f"more than {_MOST_TERMS} torque terms" if has_more_terms(form, _MOST_TERMS) else ""
+    return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
