@@ -88,15 +88,10 @@ def constants(library, name):
 def test_the_constants_are_the_certificates_and_never_promise_more(library):
     stated = subject("two_link energy").certificate
     box = stated.box
-    pairs = {
-        "error_bound": (stated.certified, 1),
-        "lower": (box.lower, 1),
-        "upper": (box.upper, -1),
-        "velocity": (box.velocity, -1),
-        "acceleration": (box.acceleration, -1),
-    }
-    for name, (true, direction) in pairs.items():
-        found = constants(library, name)
+    promised = {"error_bound": stated.certified, "lower": box.lower, "upper": box.upper}
+    promised |= {"velocity": box.velocity, "acceleration": box.acceleration}
+    for name, true in promised.items():
+        found, direction = constants(library, name), 1 if name in ("error_bound", "lower") else -1
         assert (direction * found >= direction * true).all(), name
         # Rounded once: bounds to six digits, and to single precision.
         np.testing.assert_allclose(found, true, rtol=1e-5 if name == "error_bound" else 2e-7)
@@ -115,16 +110,12 @@ def test_a_state_is_within_up_to_the_edges(library):
 
     nothing = np.zeros(2)
     inside = [(lower, velocity, most), (upper, -velocity, -most), (upper, nothing, nothing)]
+    odd = [np.array([0.0, x]) for x in (math.nan, math.inf, -math.inf)]
+    fast, faster = beyond(velocity, np.inf), beyond(most, np.inf)
     outside = [
-        (beyond(lower, -np.inf), nothing, nothing),
-        (np.array([0.0, beyond(upper, np.inf)[1]]), nothing, nothing),
-        (nothing, beyond(velocity, np.inf), nothing),
-        (nothing, -beyond(velocity, np.inf), nothing),
-        (nothing, nothing, beyond(most, np.inf)),
-        (nothing, nothing, -beyond(most, np.inf)),
-        *((np.array([0.0, x]), nothing, nothing) for x in (math.nan, math.inf, -math.inf)),
-        *((nothing, np.array([x, 0.0]), nothing) for x in (math.nan, math.inf)),
-        (nothing, nothing, np.array([math.nan, 0.0])),
+        *((q, nothing, nothing) for q in (beyond(lower, -np.inf), beyond(upper, np.inf) * [0, 1], *odd)),
+        *((nothing, qd, nothing) for qd in (fast, -fast, *odd)),
+        *((nothing, nothing, qdd) for qdd in (faster, -faster, *odd)),
     ]
     found = [code.two_link_is_within(*((number * 2)(*x) for x in state)) for state in (*inside, *outside)]
     assert found == [1] * len(inside) + [0] * len(outside)

@@ -57,13 +57,6 @@ def test_the_code_is_the_same_whatever_the_names(case, language):
         assert code_of(renamed(plain, NAMES[k:] + NAMES[:k]), language) == expected
 
 
-@examples(8)
-@given(st.lists(st.text(max_size=40), min_size=9, max_size=9), st.sampled_from(CODE))
-def test_so_it_is_with_any_names(names, language):
-    plain = subject("two_link energy")
-    assert code_of(renamed(plain, names), language) == code_of(plain, language)
-
-
 @needs_gcc
 @needs_gpp
 @pytest.mark.parametrize(("language", "compiler"), [("c", "gcc"), ("cpp", "g++")])
@@ -161,10 +154,7 @@ def test_texts_are_as_they_were(two_link):
     """Of languages that few machines run here, and C; `GD_ANALYZE_UPDATE_GOLDEN=1` writes them anew."""
     found = {}
     for name, text in written(proven(round_model(two_link)), LANGUAGES).files.items():
-        assert not re.search(r"20\d\d-\d\d|/home|/tmp|/work", text)
-        assert text.isascii()
-        assert text.endswith("\n")
-        assert all(line == line.rstrip() for line in text.splitlines())
+        assert not re.search(r"20\d\d-\d\d|/home|/tmp|/work|[^\n -~]| \n|[^\n]\Z", text)
         # Our version, and the hash of the file, which holds it.
         text = text.replace(f"gd-analyze {__version__}", "gd-analyze VERSION")
         if Path(name).suffix in (".c", ".h", ".m", ".tex"):
