@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
+import psdm_measure
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from strategies import random_inertia, random_rotation
-
-
-def flipped() -> np.ndarray:
-    return np.diag([1.0, -1.0, -1.0])
 
 
 @st.composite
@@ -36,7 +35,13 @@ def arm_of(turns: list[str], rng: np.random.Generator) -> RobotArm:
     joints, links = [], []
     for i, turn in enumerate(turns):
         kind = "prismatic" if turn.startswith("slides") else "revolute"
-        rotation = flipped() if turn == "opposite" else None if turn in ("askew", "slides") else np.eye(3)
+        rotation = (
+            np.diag([1.0, -1.0, -1.0])
+            if turn == "opposite"
+            else None
+            if turn in ("askew", "slides")
+            else np.eye(3)
+        )
         before = Placement(random_rotation(rng) if rotation is None else rotation, rng.uniform(-0.5, 0.5, 3))
         # About z, or it would not leave the next axis parallel.
         angle = rng.uniform(-np.pi, np.pi)
@@ -51,24 +56,5 @@ def arm_of(turns: list[str], rng: np.random.Generator) -> RobotArm:
 
 def scara() -> RobotArm:
     """Fanuc SR-6iA, Lloyd et al. 2021, Table 1: two turns, a slide, and a roll whose axis is opposite."""
-    flip = flipped()
-    steps = [
-        Placement(np.eye(3), np.array([0.35, 0.0, 0.16])),
-        Placement(flip, np.array([0.3, 0.0, 0.0])),
-        Placement(),
-        Placement(),
-    ]
-    coms = [(0.2096, 0.0, 0.0447), (-0.1662, 0.0, -0.1464), (0.0, 0.0, -0.1751), (0.0041, -0.0124, -0.0168)]
-    moments = [
-        [[0.0104, 0.0, 0.0056], [0.0, 0.1355, 0.0], [0.0056, 0.0, 0.1413]],
-        [[0.0494, 0.0, -0.0129], [0.0, 0.1553, 0.0], [-0.0129, 0.0, 0.1336]],
-        [[0.0069, 0.0, 0.0], [0.0, 0.0069, 0.0], [0.0, 0.0, 0.0]],
-        [[0.0023, 0.0, 0.0], [0.0, 0.0004, 0.0001], [0.0, 0.0001, 0.0025]],
-    ]
-    masses, kinds = (6.25, 9.49, 0.4, 1.1), ("revolute", "revolute", "prismatic", "revolute")
-    links = (
-        Link(str(i), mass, np.array(com), np.array(inertia), step, as_measured=True)
-        for i, (mass, com, inertia, step) in enumerate(zip(masses, coms, moments, steps, strict=True), 1)
-    )
-    joints = (Joint(str(i), kind) for i, kind in enumerate(kinds, 1))
-    return RobotArm("scara", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
+    arm = psdm_measure.arm_of("SCARA")
+    return replace(arm, joints=tuple(Joint(joint.name, joint.kind) for joint in arm.joints))
