@@ -10,7 +10,7 @@ from hypothesis import given
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import decompose
-from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions, torque_by_cause
+from gd_analyze.figures.joints import CONTRIBUTIONS, Contributions, torque_by_cause
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm

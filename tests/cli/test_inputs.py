@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.cli.plan import PROFILE_NAMES
+from gd_analyze.cli.motions import PROFILE_NAMES
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formula
 from gd_analyze.motions.profiles import PROFILES

@@ -14,9 +14,16 @@ from report_cases import made_findings
 from gd_analyze.figures.arm import arm_figure, playable, skeleton, upright_frame, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
 from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Panel, broken, ticks, value_axis
-from gd_analyze.figures.motion import most_accelerated, motion_figure, recording_figure
+from gd_analyze.figures.joints import (
+    Contributions,
+    contributions_figure,
+    error_figure,
+    measured_figure,
+    most_accelerated,
+    motion_figure,
+    recording_figure,
+)
 from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
-from gd_analyze.figures.torques import Contributions, contributions_figure, error_figure, measured_figure
 from gd_analyze.figures.trade_off import reach_figure, trade_off_figure
 from gd_analyze.results.findings import Findings
 

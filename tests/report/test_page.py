@@ -15,8 +15,8 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.budget import BudgetPath, budget_words
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
-from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.report.main_report import main_report
+from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm

@@ -11,11 +11,10 @@ from pdf_reader import read
 from report_cases import HOSTILE, made_findings
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.torques import CONTRIBUTIONS, Contributions
+from gd_analyze.figures.joints import CONTRIBUTIONS, Contributions
 from gd_analyze.report import pdf
-from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.report.main_report import main_report
-from gd_analyze.report.pdf import pdf_of, typeset
+from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.findings import Findings

@@ -1,4 +1,4 @@
-"""The command line: a thin view of the library, one file per verb."""
+"""The command line: a thin view of the library, a command per verb."""
 
 from gd_analyze.cli.entry import main
 

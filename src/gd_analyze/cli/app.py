@@ -10,20 +10,15 @@ from click.shell_completion import CompletionItem, get_completion_class
 
 from gd_analyze import __version__
 from gd_analyze.cli.arms import arms
-from gd_analyze.cli.certify import certify
-from gd_analyze.cli.columns import columns
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
-from gd_analyze.cli.evaluate import evaluate
 from gd_analyze.cli.export import export
 from gd_analyze.cli.main_job import analyze, report
+from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
-from gd_analyze.cli.plan import plan
-from gd_analyze.cli.rank import rank
-from gd_analyze.cli.simplify import simplify
-from gd_analyze.cli.trade_off import trade_off
-from gd_analyze.cli.validate import validate
+from gd_analyze.cli.simplify import rank, simplify, trade_off
+from gd_analyze.cli.trials import certify, evaluate, validate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
 from gd_analyze.simplification.cache import folder

@@ -42,14 +42,11 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     if form is not None and (robot is None or output.as_json):
         raise click.UsageError("--to needs a ROBOT, and goes without --json")
     with output.working():
-        if form is None:
-            result = _catalogue() if robot is None else _inspection(robot)
-        elif robot is not None:
-            text = _toml(robot)
-    if form is None:
-        output.give(result)
+        answer = _catalogue() if robot is None else _toml(robot) if form else _inspection(robot)
+    if isinstance(answer, str):
+        lines(answer)
     else:
-        lines(text)
+        output.give(answer)
 
 
 def _toml(robot: GivenRobot) -> str:

@@ -59,7 +59,6 @@ def compare(
         output.give(symbolic_result(robot.name))
         return
     with output.working() as stage:
-        stage("reading")
         from gd_analyze.studies import comparison
         from gd_analyze.studies.study_files import StudyFolder
 

@@ -139,7 +139,6 @@ def control(
       gd-analyze control model.json my.csv --payload 2,0,0,0.1 --out report
     """
     with output.working() as stage:
-        stage("reading")
         from gd_analyze.robots.payload import carrying, parse_payload
         from gd_analyze.studies.control import names_of
         from gd_analyze.studies.control_result import control_result

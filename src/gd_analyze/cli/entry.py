@@ -30,19 +30,7 @@ _AT_FAULT = (errno.ENAMETOOLONG, errno.EILSEQ)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; leaves with `SystemExit` unless all went well.
-
-    Parameters
-    ----------
-    arguments
-        Words after `gd-analyze`; those the process was started with by default.
-
-    Raises
-    ------
-    SystemExit
-        1 if gd-analyze or the machine failed, 2 if the command or its input is at fault, 130 if
-        interrupted, 143 if terminated.
-    """
+    """Run the command line on words, or those of the process; `SystemExit` unless all went well."""
     if arguments is None:
         _fill_closed_streams()
         _behave_as_a_process()
@@ -86,10 +74,8 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         is_main_job = next((word for word in words if not word.startswith("-")), "") not in app.commands
-        fewer = (
-            "try --no-christoffel, or fewer set points" if is_main_job else "try fewer set points or states"
-        )
-        tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=fewer)))
+        fewer = "--no-christoffel, or fewer set points" if is_main_job else "fewer set points or states"
+        tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=f"try {fewer}")))
     elif isinstance(error, OSError):
         where = None if error.filename is None else str(error.filename)
         explained = GdAnalyzeError("the system refused", where=where, found=error.strerror or str(error))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -79,15 +78,27 @@ def export(
     if single and set(languages) != {"c"}:
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
-        stage("reading")
         from gd_analyze.exporting.export import CLASSES, written
 
         subject = _subject(robot, what, name, drives)
         suffixes = [suffix for word in languages for suffix in CLASSES[word].files]
-        _require_free([out / f"{subject.name}{suffix}" for suffix in suffixes], overwrite)
+        paths = [out / f"{subject.name}{suffix}" for suffix in suffixes]
+        require_outputs(*paths)
+        there = [path for path in paths if path.exists()]
+        if there and not overwrite:
+            raise OutputError(
+                "the file exists",
+                where=", ".join(map(str, there)),
+                next_step="name another folder with --out or another name with --name, or give --overwrite",
+            )
         if subject.model is not None and bound:
             stage("certifying", 100 * subject.n)
-            subject = _bounded(subject, stage.advance)
+            try:
+                certificate = gd.certify(subject.model, progress=stage.advance)
+                subject = replace(subject, certificate=certificate)
+            except ModelError as error:
+                told = f"no bound is written: {error.what}; --no-bound writes none"
+                warnings.warn(told, GdAnalyzeWarning, stacklevel=2)
         stage("writing")
         exported = written(subject, languages, "float" if single else "double")
         exported.save(out)
@@ -113,29 +124,3 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
     if drives:
         raise click.UsageError("--what decomposition is of the links: it goes without --drives")
     return ExportInput.of_decomposition(arm, name)
-
-
-def _require_free(paths: list[Path], overwrite: bool) -> None:
-    require_outputs(*paths)
-    there = [path for path in paths if path.exists()]
-    if there and not overwrite:
-        raise OutputError(
-            "the file exists",
-            where=", ".join(map(str, there)),
-            next_step="name another folder with --out or another name with --name, or give --overwrite",
-        )
-
-
-def _bounded(subject: ExportInput, progress: Callable[[int], None]) -> ExportInput:
-    """The same with what can be proven of the model's error within the arm's limits."""
-    assert subject.model is not None
-    try:
-        certificate = gd.certify(subject.model, progress=progress)
-    except ModelError as error:
-        warnings.warn(
-            f"no bound is written: {error.what}; --no-bound writes none",
-            GdAnalyzeWarning,
-            stacklevel=2,
-        )
-        return subject
-    return replace(subject, certificate=certificate)

@@ -95,12 +95,8 @@ class Given:
     states: int
     seed: int
 
-    def exact(self) -> gd.ExactDynamics:
-        """Read or draw them; warns where no joint needs torque."""
-        return self.exact_along()[0]
-
-    def exact_along(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
-        """Read or draw them, and the motion they are of, if any."""
+    def exact(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
+        """Read or draw them, and the motion they are of, if any; warns where no joint needs torque."""
         from gd_analyze.simplification.exact import warn_without_torque
 
         arm = self.robot.load(self.payload)

@@ -87,7 +87,6 @@ def analyze(
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
     with output.working() as stage:
-        stage("reading")
         from gd_analyze.studies.main_job import default_folder, source_of
         from gd_analyze.studies.study_files import write_findings
 
@@ -126,7 +125,6 @@ def report(
       gd-analyze report analysis.h5 --format html --out elsewhere
     """
     with output.working() as stage:
-        stage("reading")
         from gd_analyze.studies.study_files import write_findings
 
         folder = analysis.parent if out is None else out
@@ -145,8 +143,8 @@ def report(
 def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
     from gd_analyze.result import Section
-    from gd_analyze.results.recursion_parts import recursion_parts
     from gd_analyze.results.run_result import run_result
+    from gd_analyze.results.simplified_result import recursion_parts
 
     result = run_result(findings, top)
     if findings.model.level is gd.LEVELS["recursive"] and output.as_json:

@@ -33,9 +33,10 @@ class Output:
 
     @contextmanager
     def working(self) -> Iterator[Stages]:
-        """Show the stages of the work while it lasts, and its warnings in the end."""
+        """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
         with warnings_collected(self.quiet, self.warnings), stages(self.quiet) as stage:
             click.get_current_context().meta[STAGE] = stage
+            stage("reading")
             yield stage
 
     def warn(self, texts: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""`gd-analyze simplify`: the fewest operations that meet a torque error budget."""
+"""Verbs about what may be dropped: `simplify`, `rank` single terms, and `trade-off` at every level."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from gd_analyze.cli.options import (
     digits_option,
     level_option,
     margin_option,
+    number_option,
     out_option,
     simplify_options,
 )
@@ -82,8 +83,7 @@ def simplify(
         raise click.UsageError("--margin goes with --certified and a trajectory")
     require_outputs(out)
     with output.working() as stage:
-        stage("reading")
-        from gd_analyze.results.provenance import provenance
+        from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import SearchOptions
         from gd_analyze.simplification.simplify import simplify_exact
@@ -92,7 +92,7 @@ def simplify(
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
         allowed = gd.Budget.parse(budget)
         start = time.perf_counter()
-        exact, motion = given.exact_along()
+        exact, motion = given.exact()
         source = provenance(command_line())
         certificate = None
         if certified:
@@ -116,3 +116,63 @@ def simplify(
             stage(f"writing {out.name}")
             gd.save_model(model, out)
     output.give(simplified_result(model, exact.states, certificate, seconds, digits), out)
+
+
+@click.command(short_help="Rank every term of D, h and c by its torque.")
+@given_dynamics
+@level_option(("term", "energy"), "term")
+@number_option("--top", 20, "Terms to print; --json has all.")
+@reporting
+def rank(given: Given, level: str, top: int, output: Output) -> None:
+    r"""Rank single terms by their torque, alone and together with all terms ranked below.
+
+    "Without" is the largest torque error of a model without a term and all terms ranked below it. If you
+    accept that error, all these terms may be dropped together. Velocities and rows are absolute ones, see
+    docs/simplification.md.
+
+    \b
+    Examples:
+      gd-analyze rank puma560 pick-and-place
+      gd-analyze rank puma560 --no-drives --level energy --top 40
+    """
+    with output.working() as stage:
+        from gd_analyze.results.term_results import ranking_result
+
+        exact, _ = given.exact()
+        stage("ranking")
+        result = ranking_result(gd.rank_terms(exact, gd.LEVELS[level]), exact, level, top)
+    output.give(result)
+
+
+@click.command("trade-off", short_help="Operations against torque error, for all levels.")
+@given_dynamics
+@budget_option("The budget that is multiplied, as for `simplify`.")
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="All budgets of a level from one elimination: seconds instead of minutes, more operations.",
+)
+@reporting
+def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
+    r"""Simplify at every level, with and without refit, for a tenth of the budget up to ten times the budget.
+
+    Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
+    Each point of level recursive is refitted.
+
+    `simplify --budget` or `simplify --operations` makes the model of a point.
+
+    \b
+    Examples:
+      gd-analyze trade-off puma560
+      gd-analyze trade-off puma560 pick-and-place --quick
+    """
+    with output.working() as stage:
+        from gd_analyze.results.term_results import trade_off_result
+        from gd_analyze.simplification.trade_off import FACTORS, kinds_for
+
+        allowed = gd.Budget.parse(budget)
+        exact, _ = given.exact()
+        kinds = kinds_for(exact.form)
+        stage("simplifying", len(kinds) * len(FACTORS))
+        points = gd.trade_off(exact, allowed, kinds=kinds, thorough=not quick, progress=stage.advance)
+    output.give(trade_off_result(points, kinds, exact, allowed))

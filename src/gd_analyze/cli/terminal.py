@@ -17,7 +17,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
-    from rich.progress import Progress, ProgressColumn
+    from rich.progress import Progress
 
     from gd_analyze.result import Result
 
@@ -114,37 +114,15 @@ def stages(quiet: bool) -> Iterator[Stages]:
     if quiet or not sys.stderr.isatty():
         yield Stages()
         return
+    from rich import progress
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description:<34}", markup=False),
-        BarColumn(14),
-        TimeElapsedColumn(),
-        left_column(),
-    )
+    words = progress.TextColumn("{task.description:<34}", markup=False)
+    times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
+    columns = progress.SpinnerColumn(), words, progress.BarColumn(14), *times
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
+    with progress.Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)
-
-
-def left_column() -> ProgressColumn:
-    """Say how long it will take yet, where the number of steps is known."""
-    from datetime import timedelta
-
-    from rich.progress import ProgressColumn, Task
-    from rich.text import Text
-
-    class Left(ProgressColumn):
-        max_refresh = 0.5
-
-        def render(self, task: Task) -> Text:
-            left = task.time_remaining
-            known = task.total is not None and left is not None and not task.finished
-            return Text(f"{timedelta(seconds=int(left or 0))} left" if known else "")
-
-    return Left()
 
 
 def _colour() -> bool | None:

@@ -9,12 +9,16 @@ import numpy as np
 
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.arm import arm_figure, views_figure
-from gd_analyze.figures.colours import ON_PAPER
 from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import Area, Figure, Panel, Words
-from gd_analyze.figures.motion import motion_figure
+from gd_analyze.figures.figure import ON_PAPER, Area, Figure, Panel, Words
+from gd_analyze.figures.joints import (
+    contributions_figure,
+    error_figure,
+    measured_figure,
+    measured_joints,
+    motion_figure,
+)
 from gd_analyze.figures.run import Run
-from gd_analyze.figures.torques import contributions_figure, error_figure, measured_figure, measured_joints
 from gd_analyze.figures.trade_off import trade_off_figure
 
 if TYPE_CHECKING:

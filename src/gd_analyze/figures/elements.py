@@ -9,8 +9,8 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.dominance import Element, elements
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
-from gd_analyze.figures.colours import COLOURS
 from gd_analyze.figures.figure import (
+    COLOURS,
     WIDTH,
     Axis,
     Figure,
@@ -51,7 +51,7 @@ def inertia_figure(run: Run) -> Figure:
     for element in elements(n):
         if element.quantity == "inertia" and element.j is not None:
             rows[element.i][element.j] = _panel(run, element, pitch)
-    height = min(1.3 * pitch, 645.0 / n, 130.0)
+    height = min(1.3 * pitch, 580.0 / n, 130.0)  # with heading and note on a page
     return Figure("Inertia matrix by effect", tuple(map(tuple, rows)), pitch, height, _LEGEND)
 
 

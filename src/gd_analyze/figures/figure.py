@@ -1,20 +1,32 @@
 """What a figure shows, as a value: panels with axes, curves, areas and marks, in units of the numbers drawn.
 
-`gd_analyze.figures.svg` draws it for page and paper, `gd_analyze.figures.axes` with matplotlib.
+`gd_analyze.figures.svg` draws it for page and paper, `gd_analyze.figures.axes` with matplotlib. One table of
+colours serves these, the page's style and Typst's templates: translation and rotation have Okabe and Ito's
+blue and vermillion, told apart by all forms of colour vision and lightened on dark paper; forms for letters
+meet a contrast of 4.5 to 1.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.text import prefixed, pretty
+from gd_analyze.robots.parts import Joint
+from gd_analyze.text import joint_name, prefixed, pretty
 
+# Name: colour on light and on dark paper.
+COLOURS: dict[str, list[str]] = json.loads(
+    (Path(__file__).parent / "colours.json").read_text(encoding="utf-8")
+)
+ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 # Width of the type area of a page, pt.
 WIDTH = 493.0
 
@@ -29,7 +41,7 @@ class Curve:
 
     x: FloatArray  # (N,)
     y: FloatArray  # (N,)
-    colour: str = "ink"  # name of `gd_analyze.figures.colours`
+    colour: str = "ink"  # name in `COLOURS`
     width: float = 1.1  # pt; 0 leaves the marks alone
     dashes: tuple[float, ...] = ()
     label: str = ""  # what the line shows; a page reads its values. "" for a line that is no data
@@ -240,10 +252,14 @@ def evenly(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def shortened(name: str, room: float, size: float = 7.0) -> str:
-    """A name as far as it fits into some pt of width."""
-    most = max(int(room / (0.5 * size)), 3)
-    return name if len(name) <= most else f"{name[: most - 1]}…"
+def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
+    """Number and name of a joint, from 0; of a name too long for some pt of width, what tells it apart."""
+    name, most = joints[i].name, max(int(room / (0.5 * size)) - 2, 3)
+    ends = zip(*(joint.name[::-1] for joint in joints), strict=False)
+    alike = sum(1 for _ in takewhile(lambda signs: len(set(signs)) == 1, ends))
+    if len(name) > most and len(joints) > 1 and alike:
+        name = f"{name[:-alike]}…"
+    return joint_name(i + 1, name if len(name) <= most else f"…{name[1 - most :]}")
 
 
 def ends_named(

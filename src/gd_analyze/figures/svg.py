@@ -12,8 +12,7 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.figures.colours import ON_PAPER
-from gd_analyze.figures.figure import Area, Curve, Figure, Key, Panel, Words
+from gd_analyze.figures.figure import ON_PAPER, Area, Curve, Figure, Key, Panel, Words
 
 UNIT = 20
 # A line may leave out points this near to it, pt.

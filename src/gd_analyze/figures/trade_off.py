@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 
-from gd_analyze.figures.colours import OF_LEVEL
 from gd_analyze.figures.figure import (
     WIDTH,
     Axis,
@@ -17,12 +17,21 @@ from gd_analyze.figures.figure import (
     Words,
     decades_axis,
     ends_named,
-    shortened,
+    joint_label,
 )
 from gd_analyze.figures.run import Run
+from gd_analyze.text import LEVEL_NAMES
 
 # Errors below this share of the largest stand at the axis: they would leave no room for the others.
 _DECADES = 4
+# Colour and mark of every level.
+_SERIES: tuple[tuple[str, Any], ...] = (
+    ("series-6", "square"),
+    ("series-3", "circle"),
+    ("series-2", "triangle"),
+    ("series-4", "diamond"),
+)
+_OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(_SERIES)))
 
 
 def trade_off_figure(run: Run) -> Figure:
@@ -43,7 +52,7 @@ def trade_off_figure(run: Run) -> Figure:
     names = [(exact, f"exact: {exact:.0f}", "ink")]
     kinds = zip(table.level.values, table.refit.values, errors, operations, strict=True)
     for level, refit, error, count in kinds:
-        (colour, marker), name = OF_LEVEL[level], kind_name(level, refit)
+        (colour, marker), name = _OF_LEVEL[level], kind_name(level, refit)
         tips = tuple(
             f"{name}\nbudget {budget}\nerror {share:.2g} %\n{number:.0f} operations"
             for budget, share, number in zip(table.budget.values.tolist(), error, count, strict=True)
@@ -98,7 +107,7 @@ def reach_figure(run: Run) -> Figure:
     known = every[np.isfinite(every) & (every > 0)]
     low, high = max(known.min(), 1e-3) / 1.3, min(known.max(), 1e5) * 1.3
     n = arm.n_joints
-    names = tuple(f"{i + 1} {shortened(joint.name, 74.0)}" for i, joint in enumerate(arm.joints))
+    names = tuple(joint_label(arm.joints, i, 80.0) for i in range(n))
     y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
     items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
     right = -60.0

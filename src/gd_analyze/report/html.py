@@ -11,8 +11,7 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from gd_analyze.figures.colours import css_variables
-from gd_analyze.figures.figure import Figure
+from gd_analyze.figures.figure import COLOURS, Figure
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
@@ -62,7 +61,7 @@ style-src 'unsafe-inline'; img-src data:">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="gd-analyze">
 {mark}<title>{escape(title)} · gd-analyze</title>
-<style>{css_variables()}{"".join(map(template, styles))}</style>
+<style>{_colours()}{"".join(map(template, styles))}</style>
 </head>
 <body>
 <a class="skip" href="#answer">Skip to the answer</a>
@@ -80,6 +79,12 @@ style-src 'unsafe-inline'; img-src data:">
 </body>
 </html>
 """
+
+
+def _colours() -> str:
+    """Every colour as a variable that follows the theme."""
+    pairs = (f"--{name}: light-dark({light}, {dark});" for name, (light, dark) in COLOURS.items())
+    return f":root {{ {' '.join(pairs)} }}\n"
 
 
 @cache

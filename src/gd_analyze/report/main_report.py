@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from gd_analyze.figures.arm import arm_figure
-from gd_analyze.figures.torques import contributions_figure
+from gd_analyze.figures.joints import contributions_figure
 from gd_analyze.figures.trade_off import kind_name, trade_off_figure
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections

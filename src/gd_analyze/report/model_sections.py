@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from gd_analyze.figures.elements import LETTERS
-from gd_analyze.figures.motion import motion_unit
+from gd_analyze.figures.joints import motion_unit
 from gd_analyze.figures.trade_off import reach_figure
 from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equations
@@ -19,9 +19,9 @@ from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.motion_result import effect_of
-from gd_analyze.results.recursion_parts import recursion_parts
 from gd_analyze.results.rows import dropped_parts, element_rows, joint_rows, table_of
 from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
+from gd_analyze.results.simplified_result import recursion_parts
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE

@@ -1,29 +1,81 @@
-"""A result as a typeset PDF: its parts as JSON values, its figures as SVG, laid out by Typst."""
+"""A result, or the main report, as a typeset PDF: parts as JSON values, figures as SVG, laid out by Typst."""
 
 from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.colours import ON_PAPER
+from gd_analyze.figures.figure import ON_PAPER
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
+from gd_analyze.report.main_report import MainReport, main_report
+from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import Numbers, flat
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.run_result import margins, tube_bound
 from gd_analyze.text import pretty
 
 TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
+# What a bar of the chart of errors shows of what the budget allows, at most.
+_LONGEST = 3.0
 
 
 def pdf_of(result: Result, created: str) -> bytes:
     """Typeset a result, dated ISO 8601; the same result gives the same bytes."""
     return typeset("result.typ", result_data(result), drawings_of(result.parts), created)
+
+
+def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callable[[], bytes]:
+    """Do all but the typesetting, which leaves the interpreter free for other threads.
+
+    The callable typesets: of the same findings the same bytes.
+    """
+    report = report or main_report(findings)
+    first, numbers = (report.arm, report.contributions), report.numbers
+    data = result_data(report.opening) | {
+        "errors": _errors(findings, report),
+        "first": {part["key"]: part for part in parts_data(first, numbers)},
+        "trade_off": parts_data(report.trade_off or (), numbers),
+        "model": parts_data(model_parts(findings), numbers),
+        "appendices": parts_data(report.appendices, numbers),
+        "small": findings.arm.n_joints < 4,
+    }
+    drawings = drawings_of((*first, *(report.trade_off or ()), *report.appendices))
+    return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
+
+
+def _errors(findings: Findings, report: MainReport) -> dict[str, Any]:
+    """Bars and figures of every joint's error, sampled and proven, against the budget."""
+    accuracy, bound = findings.model.accuracy, tube_bound(findings)
+    used = _used(findings, accuracy.errors.largest)
+    proven = None if bound is None else _used(findings, bound)
+    return {
+        "table": parts_data([report.errors], report.numbers)[0],
+        "used": used,
+        "proven": proven,
+        "longest": max([1.25, *used, *(proven or [])]),
+        "near": "the motion" if bound is None else f"{margins(findings)} of the motion",
+        "budget": accuracy.budget,
+    }
+
+
+def _used(findings: Findings, errors: FloatArray) -> list[float]:
+    """Parts of the allowed errors that errors take; nothing where one is round-off."""
+    allowed = findings.model.accuracy.allowed
+    counts = (errors > findings.round_off) & (allowed > 0.0)
+    used = np.divide(errors, allowed, out=np.zeros_like(allowed), where=counts)
+    return np.minimum(used, _LONGEST).tolist()
 
 
 def result_data(result: Result) -> dict[str, Any]:

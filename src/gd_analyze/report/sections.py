@@ -9,8 +9,13 @@ import numpy as np
 
 from gd_analyze.figures.arm import views_figure
 from gd_analyze.figures.elements import LETTERS, inertia_figure, vector_figure
-from gd_analyze.figures.motion import motion_figure, recording_figure
-from gd_analyze.figures.torques import error_figure, measured_figure, measured_joints
+from gd_analyze.figures.joints import (
+    error_figure,
+    measured_figure,
+    measured_joints,
+    motion_figure,
+    recording_figure,
+)
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.writing import part_symbol, term_formula, torque_legend, torque_symbol
 from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section

@@ -1,14 +1,20 @@
-"""Everything one run of the main job found; files, reports and terminal are views of it."""
+"""Everything one run of the main job found, of which all reports are views, and what it comes from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import datetime
+import platform
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version as installed_version
+from typing import Any
 
 import numpy as np
 
+from gd_analyze import __version__
 from gd_analyze.figures.axes import Plots
 from gd_analyze.figures.run import Run
+from gd_analyze.files import mark_of
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.results.model_facts import headline, joint_errors
 from gd_analyze.simplification.model import SimplifiedModel
@@ -66,3 +72,25 @@ class Findings(Run):
     def is_written_out(self) -> bool:
         """Whether the exact equations are few enough to be ranked and shown term by term."""
         return bool(self.tables["terms"].attrs["written_out"])
+
+
+def provenance(command: str) -> dict[str, str]:
+    """Flat description of where a result comes from, stored with it and shown in every report."""
+    return {
+        "gd_analyze": __version__,
+        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "command": command,
+        "python": platform.python_version(),
+        "numpy": installed_version("numpy"),
+        "pinocchio": installed_version("pin"),
+    }
+
+
+def provenance_of_run(
+    command: str, asked: Sequence[Any], everything: Any, *, repeats: bool
+) -> dict[str, str]:
+    """The same with the mark of a run as "run": of one that `repeats`, time and command do not count."""
+    source = provenance(command)
+    passing = ("created", "command") if repeats else ()
+    lasting = {key: value for key, value in source.items() if key not in passing}
+    return source | {"run": mark_of(asked, [everything, lasting])}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.formulas.languages import equations
+from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States, in_words
-from gd_analyze.result import Column, Fact, Part, Result, Table, columns_of
+from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
 from gd_analyze.results.model_facts import (
     drives_text,
     headline,
@@ -16,10 +17,14 @@ from gd_analyze.results.model_facts import (
     operation_facts,
     worst_error,
 )
-from gd_analyze.results.recursion_parts import recursion_parts
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
+from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
+
+_MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
+# Rows of what is left out that people see.
+_ROWS = 12
 
 
 def simplified_result(
@@ -91,3 +96,71 @@ def _model_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[P
     if model.level is not RECURSIVE:
         return (*facts, written)
     return (*facts, Fact("equations", "", list(written.lines)), *recursion_parts(model, states, digits))
+
+
+def recursion_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[Part, ...]:
+    """Parameters, omissions with their torque at the states, and equations link by link."""
+    plain, reading = Plain(digits), RECURSIVE.reading(model.form, model.terms)
+    meanings = tuple(f"{', '.join(map(plain.symbol, symbols))}: {words}" for symbols, words in MEANINGS)
+    explained = equations("", "Symbols of the equations, in kg, m, s, rad", (), reading.legend, digits=digits)
+    return (
+        *_parameters(model),
+        _left_out(model, states, plain),
+        Section("", explained.title, (), "; ".join((*explained.legend_lines, *meanings)) + "."),
+        *(equations("", passage.heading, passage.formulas, digits=digits) for passage in reading.passages),
+    )
+
+
+def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
+    """Products left of every link's regrouped parameters: for people, and for JSON."""
+    every = link_parameters(model.form, model.terms)
+    acting = [one for one in every if one.places]
+    kinds, links = dict.fromkeys(one.kind for one in acting), dict.fromkeys(one.link for one in acting)
+    cells = {(one.link, one.kind): f"{len(one.kept)}/{one.places}{'*' * one.is_changed}" for one in acting}
+    notes = [words for prefix, words in _MEANINGS if any(kind.startswith(prefix) for kind in kinds)]
+    columns = [Column("", "link", [link + 1 for link in links], shown="count")]
+    for kind in kinds:
+        columns.append(Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text"))
+    matrix = Table(
+        "",
+        "Regrouped parameters of the links: products left, of all",
+        tuple(columns),
+        f"{'; '.join(['* with another number', '· never acts', *notes])}. The inertia that a joint does not "
+        "move is part of the previous link.",
+    )
+    rows: dict[str, list[Any]] = {
+        "link": [one.link + 1 for one in every],
+        "parameter": [one.kind for one in every],
+        "number": [one.number for one in every],
+        "unit": [one.unit for one in every],
+        "state": [one.state for one in every],
+        "products": [one.places for one in every],
+        "kept": [list(one.kept) for one in every],
+    }
+    return matrix, Table("parameters", "", tuple(Column(key, "", values) for key, values in rows.items()))
+
+
+def _left_out(model: SimplifiedModel, states: States, plain: Plain) -> Table:
+    found = omissions(model.form, model.terms, states)
+    worst = [float(one.torque[one.joint]) for one in found]
+    units = [model.arm.joints[one.joint].effort_unit for one in found]
+    instead = [one.changed_by or first_terms(one.instead, plain) or "nothing" for one in found]
+    return Table(
+        "left_out",
+        "Left out, by torque alone at the states",
+        (
+            Column("link", "", [one.quantity.link + 1 for one in found]),
+            Column("in", "in", [plain.symbol(one.quantity.symbol) for one in found], shown="text"),
+            Column("exact", "", [plain.sum(one.exact) for one in found]),
+            Column("", "replaced", [first_terms(one.exact, plain) for one in found], shown="text"),
+            Column("instead", "", [plain.sum(one.instead) for one in found]),
+            Column("", "by", instead, shown="text"),
+            Column("changed_by", "", [one.changed_by for one in found]),
+            Column("", "torque", worst, units),
+            Column("", "of peak", [float(one.share[one.joint]) for one in found], shown="percent"),
+            Column("", "joint", [one.joint + 1 for one in found], shown="count"),
+            Column("torque", "", [one.torque.tolist() for one in found]),
+            Column("share", "", [one.share.tolist() for one in found]),
+        ),
+        top=_ROWS,
+    )

@@ -27,7 +27,7 @@ from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table
-from gd_analyze.results.provenance import provenance_of_run
+from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.limits import box_limits

@@ -15,7 +15,7 @@ from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
-from gd_analyze.results.provenance import provenance_of_run
+from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.evaluation import require_arm

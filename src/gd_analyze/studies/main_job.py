@@ -27,9 +27,8 @@ from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results import motion_tables, run_tables
-from gd_analyze.results.findings import Findings
+from gd_analyze.results.findings import Findings, provenance_of_run
 from gd_analyze.results.motion_result import is_described, torque_warning
-from gd_analyze.results.provenance import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full

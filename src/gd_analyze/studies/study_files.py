@@ -12,9 +12,8 @@ from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
-from gd_analyze.report.main_pdf import prepare_pdf
 from gd_analyze.report.main_report import main_report
-from gd_analyze.report.pdf import pdf_of
+from gd_analyze.report.pdf import pdf_of, prepare_pdf
 from gd_analyze.result import Result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import frame_of

@@ -1,4 +1,4 @@
-"""Torque of every joint over time: by contribution, simplified and exact, and measured."""
+"""Every joint over time: motion, readings, torque by contribution, its error, and what was measured."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from gd_analyze.figures.figure import (
     Panel,
     broken,
     in_columns,
+    joint_label,
     over_time,
-    shortened,
     time_axis,
     value_axis,
 )
 from gd_analyze.figures.run import Run
+from gd_analyze.robots.parts import Joint
+from gd_analyze.schema import UNITS
 from gd_analyze.text import amount, pretty
 
 if TYPE_CHECKING:
@@ -45,6 +47,67 @@ CONTRIBUTIONS = {
 _NEAR = 1.6
 # Height that a first page leaves for the stacked torque, pt.
 _ROOM = 262.0
+# Length of what is drawn large, in periods of the cut-off, and readings at least.
+_PERIODS, _FEWEST = 6.0, 40
+
+
+def motion_figure(run: Run) -> Figure:
+    """Position, velocity and acceleration of every joint; a row per joint."""
+    motion, axis, rows = run.trajectory, time_axis(run.trajectory.time), []
+    for i, joint in enumerate(run.arm.joints):
+        name = joint_label(run.arm.joints, i, 90.0)
+        panels = []
+        for what, letter in (("q", "q"), ("qd", "q̇"), ("qdd", "q̈")):
+            values = degrees(getattr(motion, what)[:, i], joint)
+            y = value_axis(motion_unit(joint, what), values, most=3, zero=what != "q")
+            curve = over_time(motion.time, values, motion.gaps, label=letter)
+            panels.append(Panel(f"{what}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
+        rows.append(tuple(panels))
+    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(372.0 / run.arm.n_joints, 86.0))
+
+
+def recording_figure(run: Run) -> Figure:
+    """Readings and smoothed motion, and their difference near the joint's largest acceleration."""
+    motion, axis, rows = run.trajectory, time_axis(run.trajectory.time), []
+    for i, joint in enumerate(run.arm.joints):
+        near, unit = most_accelerated(run, i), motion_unit(joint, "q")
+        read = degrees(run.tables["recording"].q_read.values[:, i], joint)
+        smooth = degrees(motion.q[:, i], joint)
+        both = (
+            over_time(motion.time, read, motion.gaps, "combined", 2.6, label="readings"),
+            over_time(motion.time, smooth, motion.gaps, "accent", 0.9, label="smoothed"),
+        )
+        name, y = joint_label(run.arm.joints, i, 190.0), value_axis(unit, read, most=3, zero=False)
+        left = Panel(f"reading{i + 1}", name, axis, y, both)
+        time, difference = motion.time[near], (read - smooth)[near]
+        apart = (Curve(time, difference, "combined", 0.7, label="readings − smoothed"),)
+        name, y = f"{i + 1} readings − smoothed", value_axis(unit, difference, most=3)
+        rows.append((left, Panel(f"residue{i + 1}", name, time_axis(time), y, apart)))
+    legend = (Key("readings", "combined"), Key("smoothed", "accent"))
+    height = min(410.0 / run.arm.n_joints, 84.0)
+    return Figure("Readings and smoothed motion", tuple(rows), WIDTH / 2, height, legend)
+
+
+def most_accelerated(run: Run, joint: int) -> np.ndarray:
+    """Set points, from 0, of some periods of the cut-off around a joint's largest acceleration."""
+    motion = run.trajectory
+    fastest = int(np.abs(motion.qdd[:, joint]).argmax())
+    stretch = next(part for part in motion.stretches if part.start <= fastest < part.stop)
+    half, middle = _PERIODS / 2 / float(run.tables["recording"].cutoff[joint]), float(motion.time[fastest])
+    first, last = np.searchsorted(motion.time, (middle - half, middle + half))
+    first, last = min(first, fastest - _FEWEST // 2), max(last, fastest + _FEWEST // 2)
+    return np.arange(max(first, stretch.start), min(last, stretch.stop))
+
+
+def degrees(values: FloatArray, joint: Joint) -> FloatArray:
+    """Angles in degrees; lengths as they are."""
+    return np.degrees(values) if joint.kind == "revolute" else values
+
+
+def motion_unit(joint: Joint, name: str) -> str:
+    """Unit in which "q", "qd" or "qdd" of a joint is shown."""
+    prismatic, revolute = UNITS[{"q": "position", "qd": "velocity", "qdd": "acceleration"}[name]]
+    return revolute.replace("rad", "deg") if joint.kind == "revolute" else prismatic
 
 
 def contributions_figure(run: Run) -> Figure:
@@ -83,8 +146,7 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
     ends = np.array([x.low, x.high])
     items += [Curve(ends, np.full(2, value), "warn", 0.9, (4.0, 2.0)) for value in limits]
     limited = f"limit {pretty(amount(limit, joint.effort_unit))}" if np.isfinite(limit) else ""
-    name = shortened(joint.name, width - 3.0 * len(limited) - 60.0)
-    title = str(i + 1) if joint.name == str(i + 1) else f"{i + 1} {name}"
+    title = joint_label(run.arm.joints, i, width - 3.0 * len(limited) - 42.0)
     return Panel(f"pile{i + 1}", title, x, y, tuple(items), limited)
 
 
@@ -169,7 +231,7 @@ def error_figure(run: Run) -> Figure:
         unit = joint.effort_unit
         torques = value_axis(unit, exact, simplified, floor=noise)
         errors = value_axis(unit, error, proven, -proven, np.array([-allowed, allowed]), floor=noise)
-        name, told = f"{i + 1} {shortened(joint.name, 120.0)}", f"allowed ±{pretty(amount(allowed, unit))}"
+        name, told = joint_label(run.arm.joints, i, 190.0), f"allowed ±{pretty(amount(allowed, unit))}"
         rows.append(
             (
                 Panel(f"torque{i + 1}", name, x, torques, left),
@@ -211,7 +273,7 @@ def measured_figure(run: Run) -> Figure:
             right.append(line(friction, colour="rotation", width=0.9, label="friction and offset"))
         joint = run.arm.joints[i]
         y = [value_axis(joint.effort_unit, *(item.y for item in side)) for side in (left, right)]
-        name = f"{i + 1} {shortened(joint.name, 120.0)}"
+        name = joint_label(run.arm.joints, i, 190.0)
         rows.append(
             (
                 Panel(f"measured{i + 1}", name, x, y[0], tuple(left)),

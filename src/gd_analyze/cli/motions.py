@@ -1,4 +1,4 @@
-"""`gd-analyze plan`: set points from rest to rest, checked against the arm's limits."""
+"""Verbs about motions: `columns`, how a log is understood, and `plan`, set points from rest to rest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import command_line, number_option, out_option, positive_number
+from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
+from gd_analyze.cli.options import TRAJECTORY, command_line, number_option, out_option, positive_number
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
@@ -20,6 +21,45 @@ PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 
 # How the library's arguments are called on the command line.
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
+
+
+@click.command(short_help="Show how the columns of a log are read.")
+@robot_given
+@click.argument("log", type=TRAJECTORY, help="CSV, bag, Parquet or YAML file of a robot's motion.")
+@log_options_listed
+@reporting
+def columns(robot: GivenRobot, log: str, output: Output) -> None:
+    r"""Show role, joint and unit of each column of a log, the reason, and which columns are left out.
+
+    --save-mapping writes this as a small TOML file; --mapping reads similar logs by it.
+
+    \b
+    Examples:
+      gd-analyze columns puma560 log.csv
+      gd-analyze columns my_robot.urdf log.csv --save-mapping ours.toml
+      gd-analyze my_robot.urdf log.csv --mapping ours.toml
+    """
+    with output.working():
+        from gd_analyze.result import Fact, Result, Table, columns_of
+
+        arm = robot.load()
+        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked()[0], progress=progress_shown())
+    labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
+    shown = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
+    output.give(
+        Result(
+            title=f"Columns of {logged.name}",
+            subtitle=arm.title or arm.name,
+            facts=(
+                Fact("log", "", logged.name),
+                Fact("arm", "", arm.name),
+                Fact("measured", "Kind", logged.measured, text="readings" if logged.measured else "plan"),
+                Fact("rows", "Rows", len(logged.time), shown="count"),
+                Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
+            ),
+            parts=(Table("columns", "Columns", tuple(shown)),),
+        )
+    )
 
 
 @click.command(short_help="Plan a trajectory and compare it with the arm's limits.")

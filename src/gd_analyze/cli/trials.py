@@ -1,0 +1,186 @@
+"""Verbs that try a model: `evaluate`, `validate` and `certify`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.options import (
+    DRAWN,
+    TRAJECTORY,
+    OutputPath,
+    margin_option,
+    model_argument,
+    out_option,
+    payload_option,
+    states_options,
+    trajectories_argument,
+    trajectory_argument,
+)
+from gd_analyze.cli.output import Output, reporting, require_outputs
+
+
+@click.command(short_help="Evaluate a simplified model on another motion.")
+@model_argument()
+@trajectory_argument(DRAWN)
+@log_options
+@payload_option
+@states_options
+@out_option("CSV file for exact and simplified torque over time.")
+@reporting
+def evaluate(
+    model: Path,
+    trajectory: str | None,
+    payload: str | None,
+    states: int,
+    seed: int,
+    out: Path | None,
+    output: Output,
+) -> None:
+    r"""Evaluate a simplified model at states other than those it was fitted on, and report its torque error.
+
+    The error that a model states is for the states it was fitted on; at others it may be larger. This command
+    is for one motion or for drawn states, and for torques over time; `gd-analyze validate` gives a verdict on
+    files. With --payload the exact torque is that of the arm with its load; the model is unchanged.
+
+    \b
+    Examples:
+      gd-analyze evaluate reports/puma560-pick-and-place/model.json large-slew
+      gd-analyze evaluate model.json
+      gd-analyze evaluate model.json large-slew --payload 1.5,0,0,0.1
+    """
+    if out is not None and trajectory is None:
+        raise click.UsageError("-o writes torque over time, and needs a trajectory")
+    require_outputs(out)
+    with output.working() as stage:
+        from gd_analyze.files import write_text
+        from gd_analyze.robots.payload import parse_payload
+        from gd_analyze.simplification.evaluation import torque_csv
+        from gd_analyze.studies.trial import trial_of, trial_result
+
+        body = None if payload is None else parse_payload(payload)
+        loaded = gd.load_model(model)
+        motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
+        given = gd.states_in_box(loaded.arm, states, seed) if motion is None else motion
+        stage("evaluating")
+        trial = trial_of(loaded, given, body)
+        if out is not None and motion is not None:
+            stage(f"writing {out.name}")
+            write_text(out, torque_csv(motion, trial.evaluation))
+    output.give(trial_result(trial), out)
+
+
+@click.command(short_help="Pass or fail a model on files of motions.")
+@model_argument()
+@trajectories_argument(several="each motion is judged by itself")
+@log_options
+@click.option(
+    "--fail-over",
+    metavar="LIST",
+    help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
+    "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
+    "`simplify`; or `promise`, what the model's own budget allows.",
+)
+@click.option(
+    "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show what remains."
+)
+@click.option("--junit", type=OutputPath(), help="JUnit XML file, with a test per motion and joint.")
+@reporting
+def validate(
+    model: Path,
+    trajectories: tuple[str, ...],
+    fail_over: str | None,
+    fit_friction: bool,
+    junit: Path | None,
+    output: Output,
+) -> None:
+    r"""Give a verdict on a simplified model, motion by motion.
+
+    The result shows each joint's error against the exact dynamics of the arm, and whether the model keeps its
+    promise; set points outside the arm's limits, where no certificate for these limits holds; and, for a log
+    with measured torques, the differences of exact and simplified torque from them. Without --fail-over the
+    exit code is 0. `gd-analyze evaluate` shows more of one motion: torques over time, payloads, dropped
+    parts.
+
+    \b
+    Examples:
+      gd-analyze validate model.json large-slew wrist-move
+      gd-analyze validate model.json logs/ --fail-over 1% --junit junit.xml
+      gd-analyze validate model.json log.csv --fit-friction --json
+    """
+    require_outputs(junit, option="--junit")
+    with output.working() as stage:
+        from gd_analyze.files import write_text
+        from gd_analyze.motions.pool import motions_of
+        from gd_analyze.studies.validation_result import junit_xml, validation_result
+
+        loaded = gd.load_model(model)
+        motions = motions_of(trajectories, loaded.arm, read_motion)
+        stage("validating", len(motions))
+        found = gd.validate(loaded, motions, fail_over=fail_over, progress=stage.advance)
+        if junit is not None:
+            stage(f"writing {junit.name}")
+            write_text(junit, junit_xml(found))
+    output.give(validation_result(found, fit_friction=fit_friction), junit)
+    if not found.passed:
+        click.get_current_context().exit(1)
+
+
+@click.command(short_help="Bound a model's torque error along a motion or over a box.")
+@model_argument("`simplify`")
+@click.option(
+    "--along",
+    type=TRAJECTORY,
+    metavar="TRAJECTORY",
+    help="Bound the error at all states within --margin of a motion: a CSV file, a shipped name, or - for "
+    "standard input. Without it, at all states within the arm's ranges and its velocity and acceleration "
+    "limits.",
+)
+@log_options
+@margin_option("With --along: how far states may be from the motion")
+@click.option(
+    "--effort",
+    type=click.IntRange(min=1),
+    default=250_000,
+    show_default=True,
+    help="Positions per joint at which the error is evaluated; ten times as many for every angle beyond the "
+    "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes; for D a "
+    "thirtieth as many positions. Any number gives a valid bound, more give a tighter one.",
+)
+@reporting
+def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
+    r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
+
+    With --along, the bound holds for every state within the margins of the motion, between its set points
+    too; a second bound holds for all combinations of values between the motion's extremes. Without it, the
+    bound holds for all states within the arm's limits, and the largest error that a search found is shown
+    beside it. Both are for the program in the file. For a model of level energy the smallest eigenvalue of D
+    is bounded as well. Allowed and sampled errors are measured again if their states are available: drawn
+    ones, a shipped trajectory's, or those of --along. The same input gives the same figures on any machine.
+
+    \b
+    Examples:
+      gd-analyze certify model.json
+      gd-analyze certify model.json --along pick-and-place
+      gd-analyze certify model.json --along my.csv --margin 0.5deg,qd=1%
+    """
+    if margin is not None and along is None:
+        raise click.UsageError("--margin goes with --along")
+    with output.working() as stage:
+        from gd_analyze.certification.proof import proof
+        from gd_analyze.simplification.model_checks import measured_at
+
+        around = gd.Margin.of(margin)
+        loaded = gd.load_model(model)
+        motion = None if along is None else read_motion(along, loaded.arm)
+        if motion:
+            loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
+        if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
+            loaded = measured_at(loaded, gd.states_of(motion))
+        stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None else 2))
+        result = proof(loaded, motion, margin=around, effort=effort, progress=stage.advance)
+    output.give(result)
