@@ -31,7 +31,7 @@ def page_of(result: Result) -> str:
     sections = [part for part in result.parts if isinstance(part, Section)]
     body = (
         f'<section id="answer">\n{opening(result)}\n</section>\n'
-        f"{parts_html(result.parts, numbers)}\n{provenance_html(result.provenance)}"
+        f"{parts_html(result.parts, numbers)}\n{provenance_html(result.provenance)}\n"
     )
     links = [("answer", "Answer"), *((part.key, part.title) for part in sections if part.key)]
     return frame(
@@ -51,34 +51,15 @@ def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str 
     mark = f'<meta name="gd-analyze-run" content="{escape(run)}">\n' if run else ""
     held = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
     nav = "\n".join(f'    <a href="#{escape(key)}">{escape(name)}</a>' for key, name in links)
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; \
-style-src 'unsafe-inline'; img-src data:">
-<meta name="color-scheme" content="light dark">
-<meta name="generator" content="gd-analyze">
-{mark}<title>{escape(title)} · gd-analyze</title>
-<style>{_colours()}{"".join(map(template, styles))}</style>
-</head>
-<body>
-<a class="skip" href="#answer">Skip to the answer</a>
-<header class="bar">
-  <span class="brand">gd-analyze</span>
-  <nav aria-label="Sections" tabindex="0">
-{nav}
-  </nav>
-  <button type="button" id="theme" aria-label="Switch between light and dark">◐</button>
-</header>
-<main>
-{body}
-</main>
-{held}<script>{"".join(map(template, scripts))}</script>
-</body>
-</html>
-"""
+    return template("page.html").format(
+        mark=mark,
+        title=escape(title),
+        style=_colours() + "".join(map(template, styles)),
+        nav=nav,
+        body=body,
+        held=held,
+        script="".join(map(template, scripts)),
+    )
 
 
 def _colours() -> str:

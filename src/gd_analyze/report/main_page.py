@@ -51,17 +51,28 @@ _APPENDIX_NAMES = {
 def render_html(findings: Findings, report: MainReport | None = None) -> str:
     """Write the interactive report of one run: one document with styles, drawings and scripts inside."""
     report, path = report or main_report(findings), BudgetPath.of(findings)
+    numbers = report.numbers
     letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLM", strict=False))
-    folded = "".join(
-        _appendix(findings, section, letters[section.key], report.numbers) for section in report.appendices
+    appendices = (
+        _appendix(findings, section, letters[section.key], numbers) for section in report.appendices
     )
-    body = (
-        f'<section id="answer">\n{opening(report.opening)}{_first_screen(findings, report)}</section>\n'
-        f"{_budget(findings, path, report)}{_the_model(findings, path, report.numbers)}"
-        '<section id="appendices" aria-labelledby="appendices-title">\n<div class="appendices-head">'
-        '<h2 id="appendices-title">Appendices</h2> '
-        '<button type="button" id="open-all">Unfold all</button></div>\n'
-        f"{folded}</section>"
+    trade_off = fold = ""
+    if report.trade_off:
+        drawing, table = report.trade_off
+        trade_off = f'<div class="card">{drawing_html(drawing, numbers)}</div>'
+        inside = table_html(table, numbers)
+        fold = f"<details><summary>The same in numbers</summary>\n{inside}</details>\n"
+    body = template("main.html").format(
+        opening=opening(report.opening),
+        arm=_arm(findings, report),
+        contributions=drawing_html(report.contributions, numbers),
+        slider=_slider(findings, path),
+        alone="" if trade_off else " alone",
+        errors=_errors(findings, numbers),
+        trade_off=trade_off,
+        numbers=fold,
+        model=_model(findings, path, numbers),
+        appendices="".join(appendices),
     )
     links = [("answer", "Answer"), ("budget", "Budget"), ("the-model", "Model")]
     links += [(key, f"{letter} {_APPENDIX_NAMES[key]}") for key, letter in letters.items()]
@@ -76,60 +87,44 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     )
 
 
-def _first_screen(findings: Findings, report: MainReport) -> str:
-    """The arm that plays beside the stacked torques."""
+def _arm(findings: Findings, report: MainReport) -> str:
+    """The arm that plays."""
     rows = "".join(
         f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
         for k, joint in enumerate(findings.arm.joints, start=1)
     )
     (panel,) = report.arm.figure.panels
-    card = template("arm.html").format(
+    return template("arm.html").format(
         drawn=f'<div id="scene">{panel_svg(panel, report.arm.figure)}</div>',
         rows=rows,
         caption=f"{report.numbers.of_figure('arm')}{text(report.arm.title)}",
     )
-    return f'<div class="opening">\n{card}{drawing_html(report.contributions, report.numbers)}</div>\n'
 
 
-def _budget(findings: Findings, path: BudgetPath, report: MainReport) -> str:
-    """The slider, the joints' errors under it, and the trade-off."""
+def _slider(findings: Findings, path: BudgetPath) -> str:
+    """The budget that can be moved, or a note that no other gives another model."""
     model, kind, rows = findings.model, made_of(findings), path.rows
-    if path.moves:
-        kept = (
-            _figure("kept", len(rows[path.asked]["kept"]), kind, "kept") if kind in ("terms", "parts") else ""
-        )
-        share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
-        more, less = "changes more steps", "keeps nothing that a smaller one drops"
-        head = template("budget.html").format(
-            label=escape(budget_words(rows[path.asked]["budget"])),
-            last=len(rows) - 1,
-            asked=path.asked,
-            count=_figure("count", model.operations.total, "operations", f"of {model.operations_full.total}"),
-            kept=kept,
-            worst=_figure("worst", text(percent(share)), "largest error,", f"of {of}"),
-            budget=escape(model.accuracy.budget),
-            what=more if kind == "recursion" else less,
-        )
-    else:
+    full = model.operations_full.total
+    if not path.moves:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
         nothing = "nothing can be dropped that would save an operation"
-        head = (
+        return (
             f'<p class="note">No other model from {low} to {high}: '
             f"{'the model stays the same' if model.saves else nothing}. "
-            f"The exact torque takes <b>{model.operations_full.total}</b> operations.</p>\n"
+            f"The exact torque takes <b>{full}</b> operations.</p>\n"
         )
-    trade = fold = ""
-    if report.trade_off:
-        drawing, table = report.trade_off
-        trade = f'<div class="card">{drawing_html(drawing, report.numbers)}</div>'
-        inside = table_html(table, report.numbers)
-        fold = f"<details><summary>The same in numbers</summary>\n{inside}</details>\n"
-    return (
-        '<section id="budget" aria-labelledby="budget-title">\n'
-        '<h2 id="budget-title">What the budget buys</h2>\n'
-        f'{head}<div class="buys{"" if trade else " alone"}">\n'
-        f'<div class="card">{_errors(findings, report.numbers)}</div>\n'
-        f"{trade}</div>\n{fold}</section>\n"
+    count = len(rows[path.asked]["kept"])
+    share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
+    more, less = "changes more steps", "keeps nothing that a smaller one drops"
+    return template("budget.html").format(
+        label=escape(budget_words(rows[path.asked]["budget"])),
+        last=len(rows) - 1,
+        asked=path.asked,
+        count=_figure("count", model.operations.total, "operations", f"of {full}"),
+        kept=_figure("kept", count, kind, "kept") if kind in ("terms", "parts") else "",
+        worst=_figure("worst", text(percent(share)), "largest error,", f"of {of}"),
+        budget=escape(model.accuracy.budget),
+        what=more if kind == "recursion" else less,
     )
 
 
@@ -163,31 +158,18 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
     )
 
 
-def _the_model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
+def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     """The model as equations; terms follow the slider."""
     model, kind = findings.model, made_of(findings)
-    if kind == "terms":
-        inside = (
-            '<p class="lead">All of the model: a line each for <i>D</i> inertia, <i>h</i> Coriolis and '
-            "centrifugal, and <i>c</i> gravity. SI units; three digits shown, all of them in "
-            "<code>model.json</code>.</p>\n"
-            f'<div class="torques">\n{budget_equations(findings, path)}</div>\n{meanings_html(model.legend)}'
-        )
-        if model.refitted or model.level.is_mechanical:
-            inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
-    else:
-        inside = parts_html(model_parts(findings), numbers)
-    if kind == "recursion":
-        inside = (
-            '<p class="lead">The recursion of Newton and Euler with the constants of this arm: outward for '
-            "velocities and accelerations, inward for forces and moments. A simplified step is dropped, "
-            'lacks a summand, or has another number. <a href="#model">The appendix</a> has all equations and '
-            f"what was left out.</p>\n{inside}"
-        )
-    return (
-        '<section id="the-model" aria-labelledby="model-title">\n<h2 id="model-title">The model</h2>\n'
-        f"{inside}{template('reading.html')}</section>\n"
+    if kind != "terms":
+        lead = template("recursion.html") if kind == "recursion" else ""
+        return lead + parts_html(model_parts(findings), numbers)
+    inside = template("terms.html").format(
+        equations=budget_equations(findings, path), meanings=meanings_html(model.legend)
     )
+    if model.refitted or model.level.is_mechanical:
+        inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
+    return inside
 
 
 def _appendix(findings: Findings, section: Section, letter: str, numbers: Numbers) -> str:

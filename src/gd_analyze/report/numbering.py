@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from gd_analyze.result import Drawing, Part, Section, Table
+from gd_analyze.result import Drawing, Fact, Part, Section, Table
 
 
 class Numbers(NamedTuple):
@@ -21,9 +21,8 @@ class Numbers(NamedTuple):
         """Count drawings, and tables that people see."""
         every = [*flat(parts)]
         drawings = dict.fromkeys(part.key for part in every if isinstance(part, Drawing))
-        tables = dict.fromkeys(
-            part.key for part in every if isinstance(part, Table) and part.key and is_seen(part)
-        )
+        tables = dict.fromkeys(part.key for part in every if isinstance(part, Table) and is_seen(part))
+        tables.pop("", None)
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 
     def of_figure(self, key: str) -> Markup:
@@ -43,6 +42,8 @@ def flat(parts: Sequence[Part]) -> Iterator[Part]:
             yield from flat(part.parts)
 
 
-def is_seen(table: Table) -> bool:
-    """Whether a table has rows for people."""
-    return table.n_rows > 0 and table.top != 0 and any(column.label for column in table.columns)
+def is_seen(part: Part) -> bool:
+    """Whether people see a part: a fact with a label, a table with rows and headings, anything else."""
+    if isinstance(part, Table):
+        return part.n_rows > 0 and part.top != 0 and any(column.label for column in part.columns)
+    return not isinstance(part, Fact) or bool(part.label)

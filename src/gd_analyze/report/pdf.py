@@ -19,7 +19,7 @@ from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
-from gd_analyze.report.numbering import Numbers, flat
+from gd_analyze.report.numbering import Numbers, flat, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, tube_bound
@@ -95,13 +95,7 @@ def result_data(result: Result) -> dict[str, Any]:
 
 def parts_data(parts: Sequence[Part], numbers: Numbers) -> list[dict[str, Any]]:
     """Parts for people as JSON values, each with its kind."""
-    return [_part(part, numbers) for part in parts if _is_seen(part)]
-
-
-def _is_seen(part: Part) -> bool:
-    if isinstance(part, Table):
-        return any(column.label for column in part.columns)
-    return not isinstance(part, Fact) or bool(part.label)
+    return [_part(part, numbers) for part in parts if is_seen(part)]
 
 
 def drawings_of(parts: Sequence[Part]) -> dict[str, str]:

@@ -26,7 +26,6 @@ from gd_analyze.results.motion_result import (
     MOST_COLUMNS,
     effect_of,
     friction_tables,
-    is_recorded,
     mark_of,
     measured_table,
     motion_rows,
@@ -50,7 +49,7 @@ def sections(findings: Findings) -> tuple[Section, ...]:
     """All appendices that have something to show, in order."""
     every = (
         _motion(findings),
-        _recording(findings) if is_recorded(findings) else None,
+        _recording(findings) if "recording" in findings.tables else None,
         _measured(findings) if measured_joints(findings) else None,
         _effects(findings),
         _ranking(findings),

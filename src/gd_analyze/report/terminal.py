@@ -6,6 +6,7 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 
 from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
 from gd_analyze.text import short_name, visible
@@ -41,31 +42,27 @@ def wrapped(text: str, width: int, indent: str = "") -> list[str]:
 
 def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Iterator[str]:
     """Lines of parts, a blank one before each; facts that follow each other stand together."""
-    facts: list[Fact] = []
-    for part in (*parts, None):
-        if isinstance(part, Fact):
-            facts += [part] if part.label else []
+    for kind, alike in groupby(parts, type):
+        if kind is Fact:
+            yield from _facts([fact for fact in alike if isinstance(fact, Fact) and fact.label], width)
             continue
-        yield from _facts(facts, width)
-        facts = []
-        lines: list[str] = []
-        if isinstance(part, Table):
-            lines = _table(part, width)
-        elif isinstance(part, Equations) and part.lines:
-            lines = [line for each in part.lines for line in _formula(each, width)]
-            lines += ["", *part.legend_lines] if part.legend_lines else []
-        elif isinstance(part, Section):
-            lines = [*wrapped(part.note, width), *_parts(part.parts, width, bold)]
-            if not part.title and not part.note:
-                yield from lines
-                continue
-        if part is not None and lines:
-            yield ""
-            title = f"{part.title}{_first_of(part) if isinstance(part, Table) else ''}"
-            yield from (bold(line) for line in wrapped(title, width))
-            yield from lines
-            if part.note and not isinstance(part, Section):
-                yield from wrapped(part.note, width)
+        for part in alike:
+            assert not isinstance(part, Fact)
+            title, lines, below = part.title, [], wrapped(part.note, width)
+            if isinstance(part, Table):
+                lines = _table(part, width)
+                if part.top is not None and part.top < part.n_rows:
+                    title += f" ({part.top} of {part.n_rows})"
+            elif isinstance(part, Equations) and part.lines:
+                lines = [line for each in part.lines for line in _formula(each, width)]
+                lines += ["", *part.legend_lines] if part.legend_lines else []
+            elif isinstance(part, Section):
+                lines, below = [*below, *_parts(part.parts, width, bold)], []
+                if not part.title and not part.note:
+                    yield from lines
+                    continue
+            if lines:
+                yield from ("", *map(bold, wrapped(title, width)), *lines, *below)
 
 
 def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
@@ -76,19 +73,9 @@ def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
         *above, label = wrapped(fact.label, room)
         yield from above
         start = label + " " * (room - _length(label)) + "  "
-        yield from wrapped_after(start, fact.written, width, room + 2)
-
-
-def wrapped_after(start: str, text: str, width: int, indent: int) -> list[str]:
-    """Wrap a text that follows `start` on its line; its further lines begin at column `indent`."""
-    room = max(width - _length(start), 16)
-    first, *rest = wrapped(text, room) or [""]
-    more = wrapped(" ".join(rest), max(width - indent, 16)) if rest else []
-    return [(start + first).rstrip(), *(" " * indent + line for line in more)]
-
-
-def _first_of(table: Table) -> str:
-    return "" if table.top is None or table.top >= table.n_rows else f" ({table.top} of {table.n_rows})"
+        first, *rest = wrapped(fact.written, max(width - _length(start), 16)) or [""]
+        yield (start + first).rstrip()
+        yield from (" " * (room + 2) + line for line in rest)
 
 
 def _table(table: Table, width: int) -> list[str]:

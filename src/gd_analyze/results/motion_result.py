@@ -230,11 +230,6 @@ def strict_notice(findings: Findings) -> str:
     return f"{said} An amount in N m in --budget, or a share of friction, sets a floor."
 
 
-def is_recorded(findings: Findings) -> bool:
-    """Whether the motion was measured."""
-    return "recording" in findings.tables
-
-
 def _noise_rows(findings: Findings) -> list[Row]:
     """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
     table = findings.tables["recording"][["cutoff", "noise_q", "noise_qdd", "torque_noise"]]
@@ -255,7 +250,7 @@ def _noise_rows(findings: Findings) -> list[Row]:
 
 def recording_parts(findings: Findings) -> tuple[Part, ...]:
     """Of a measured motion: what was done with the readings, and what their noise does."""
-    if not is_recorded(findings):
+    if "recording" not in findings.tables:
         return ()
     table = findings.tables["recording"]
     within, undecided = (
@@ -286,7 +281,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
 
 def recording_notices(findings: Findings) -> list[str]:
     """That the motion was measured, and where its noise exceeds the budget; nothing of a plan."""
-    if not is_recorded(findings):
+    if "recording" not in findings.tables:
         return []
     table, rows = findings.tables["recording"], _noise_rows(findings)
     smoothed = table.attrs["treatment"].split("\n")[-1].partition(";")[0]
