@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
-from gd_analyze.motions.cutoff import Noise
-from gd_analyze.motions.logged import Logged
-from gd_analyze.motions.smoothing import noise_of, passed, smoothed
+from gd_analyze.motions.cutoff import Noise, passed
+from gd_analyze.motions.logged import Logged, noise_of, smoothed
 from recordings import Motion, instants, readings, rms
 
 SECONDS = 15.0

@@ -109,7 +109,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
-        from gd_analyze.motions.plan_result import plan_result
+        from gd_analyze.motions.planning import plan_result
         from gd_analyze.motions.trajectory import trajectory_csv
 
         arm = robot.load()

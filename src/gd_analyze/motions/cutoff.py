@@ -16,7 +16,6 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import Sampling
-from gd_analyze.motions.smoothing import passed, power
 from gd_analyze.text import figures, named_joints
 
 # Length of the pieces whose spectra are averaged, s, and in readings at least.
@@ -50,6 +49,32 @@ _LARGEST_SHARE = 0.25
 _SEEN = 0.5
 # Share of a joint's acceleration at too high frequencies that is warned of; below _AT_REST, per s^2, none is.
 _MISSED, _AT_REST = 0.1, 1e-3
+
+
+# Steps that differ by less than this share are even.
+_EVEN = 1e-3
+
+
+def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
+    """Share H of the amplitude that a cut-off lets pass."""
+    return np.asarray(1 / (1 + (frequency / cutoff) ** 6))
+
+
+def power(time: FloatArray, readings: FloatArray, rate: float, order: int, piece: int) -> FloatArray:
+    """Power spectral density of the derivative of readings, by Welch's method on their differences.
+
+    Unlike positions, differences have no trend that would leak into all frequencies; what they lack of a
+    derivative at high frequencies is made up for.
+    """
+    from scipy.interpolate import PchipInterpolator
+    from scipy.signal import welch
+
+    if np.abs(np.diff(time) * rate - 1).max(initial=0.0) >= _EVEN:
+        even = np.linspace(time[0], time[-1], len(time))
+        readings = np.asarray(PchipInterpolator(time, readings)(even))
+    differences = np.diff(readings, order) * rate**order
+    frequency, density = welch(differences, rate, "hann", nperseg=piece, detrend="constant")
+    return np.asarray(density / np.sinc(frequency / rate) ** (2 * order))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Columns of one role that belong together, and which joint of the arm each is of: by name, or by number."""
+"""Columns that belong together: of one role, one per joint of the arm, by name or by number; and of time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from gd_analyze.motions.reading import ROLES
+from gd_analyze.errors import Location
+from gd_analyze.motions.reading import ROLES, refusal
 from gd_analyze.motions.roles import (
     MEASURED,
     TARGET,
@@ -18,6 +19,10 @@ from gd_analyze.motions.roles import (
     without_fillers,
     words_of,
 )
+
+SAMPLE = "sample"
+# Before all else a log has the time of its rows, then the stamp of the message, then anything called time.
+_ROW_TIME, _STAMP, _ANY = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -163,3 +168,40 @@ def _by_affix(
             why = f"by name, but for {beside!r}" if beside else "by name"
             return make((), matched, tuple(c for c in columns if c not in used), why)
     return None
+
+
+@dataclass(frozen=True)
+class TimeColumns:
+    """The column of time, or the pair of seconds and nanoseconds."""
+
+    columns: tuple[int, ...]
+    unit: str  # "" if unknown
+    why: str
+
+
+def time_columns(
+    names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
+) -> TimeColumns | None:
+    """Find the time of the rows; `stand` tells of which columns all first cells are the same."""
+    found = []
+    for k, meaning in enumerate(meanings):
+        name = names[k].strip()
+        rank = _ROW_TIME if name.startswith("__") else _ANY + ("duration" in meaning.group)
+        if rank and "stamp" in meaning.group and name != "stamp":
+            rank = _STAMP
+        if meaning.role == "time" and not stand[k]:
+            found.append((rank, TimeColumns((k,), meaning.unit, "name")))
+        fits = (m.role == "nanosec" and m.group[:-1] == meaning.group[:-1] for m in meanings)
+        pair = next((i for i, fit in enumerate(fits) if fit), None)
+        if meaning.role == "sec" and pair is not None and not (stand[k] and stand[pair]):
+            found.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
+    if not found:
+        counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
+        return TimeColumns((counts[0],), SAMPLE, "name") if len(counts) == 1 else None
+    best = min(rank for rank, _ in found)
+    choices = [columns for rank, columns in found if rank == best]
+    if len(choices) > 1:
+        listed = [names[columns.columns[0]] for columns in choices]
+        step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
+        raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
+    return choices[0]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,21 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.cutoff import Source, chosen
 from gd_analyze.motions.reading import ROLES, Quantity, Treatment, refusal
 from gd_analyze.motions.sampling import FEWEST, Sampling, sampling_of, unwrapped
-from gd_analyze.motions.smoothing import noise_of, smoothed
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import figures
 
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
 Role = Literal["time", "unused"] | Quantity
+
+_DEGREE = 5
+_KNOTS_PER_PERIOD, _KNOTS_PER_READING = 8, 4
+# Below so many periods in a stretch the spline is a parabola, whatever the cut-off.
+_PARABOLA = 0.05
+# Integrals of the products of two quadratic B-splines, knots 1 apart.
+_GRAM = np.array([1, 26, 66, 26, 1]) / 120
 
 
 @dataclass(frozen=True)
@@ -194,3 +204,52 @@ def _smooth(
             for array, order in zip(out, orders, strict=True):
                 array[stretch, i] = spline(time, order)
     return out
+
+
+def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
+    """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz.
+
+    Its knots, eight in a period of f_c, are dense enough for the H of infinitely many, and few enough for
+    well-conditioned equations.
+    """
+    from scipy.interpolate import BSpline
+    from scipy.linalg import solveh_banded
+    from scipy.sparse import csr_array, diags_array
+
+    span = float(time[-1] - time[0])
+    cutoff = max(cutoff, _PARABOLA / span)
+    # Where readings are far apart, knots between them would say nothing.
+    step = max(1 / (_KNOTS_PER_PERIOD * cutoff), span / (_KNOTS_PER_READING * len(time)))
+    # One more than it takes, so that rounding leaves no reading outside.
+    pieces = int(span / step) + 1
+    # From zero on: instants of an epoch have few digits left for what is between them.
+    local = time - time[0]
+    knots = step * np.arange(-_DEGREE, pieces + _DEGREE + 1)
+    count = pieces + _DEGREE
+    basis = BSpline.design_matrix(local, knots, _DEGREE)
+    third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count))
+    gram = diags_array(_GRAM, offsets=[-2, -1, 0, 1, 2], shape=(count - 3, count - 3))
+    # The third derivative is a quadratic spline of the third differences over step^3.
+    rough = third.T @ (gram @ third) * (step ** (1 - 6) / (2 * math.pi * cutoff) ** 6)
+    weight = span / (len(time) - 1)
+    equations = csr_array(weight * (basis.T @ basis) + rough)
+    banded = np.zeros((_DEGREE + 1, count))
+    for k in range(_DEGREE + 1):
+        banded[_DEGREE - k, k:] = equations.diagonal(k)
+    # Without the first reading: what is large and does not change leaves no rounding in the derivatives.
+    origin = values[0]
+    coefficients = solveh_banded(banded, weight * (basis.T @ (values - origin)), check_finite=False)
+    return BSpline(knots + time[0], coefficients + origin, _DEGREE)
+
+
+def noise_of(
+    readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, left: bool = False
+) -> FloatArray:
+    """Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
+
+    Of the variance of white noise H removes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt. `left` asks
+    for what is left of the noise in the smoothed readings instead.
+    """
+    removed = np.square(readings - smooth).mean(axis=0)
+    passing = 2 * math.pi * cutoffs * step
+    return np.asarray(np.sqrt(removed / (1 - 7 / 18 * passing) * (5 / 18 * passing if left else 1.0)))

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.families import Family, arms_numbers, families_of
+from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
+from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Quantity, Reading, refusal
 from gd_analyze.motions.roles import (
     Meaning,
@@ -21,9 +22,7 @@ from gd_analyze.motions.roles import (
 )
 from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.text import TextTable
-from gd_analyze.motions.time_axis import TimeColumns, time_columns
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import Joint
 from gd_analyze.text import in_python
 
 _NONE = "none"
@@ -35,21 +34,10 @@ _MOST = 12
 
 
 @dataclass(frozen=True)
-class Use:
-    """A column that is used."""
-
-    column: int
-    role: Quantity
-    joint: int  # from 0
-    unit: str  # of its numbers
-    why: str
-
-
-@dataclass(frozen=True)
 class Choice:
     """What is used of a log."""
 
-    uses: tuple[Use, ...]  # columns of joints
+    uses: tuple[tuple[int, ColumnUse], ...]  # columns of joints
     time: TimeColumns | None  # column or columns of time; None where rows are counted
     unused: Mapping[int, str]  # reason for each column that is left out
     measured: bool  # whether these are readings
@@ -57,14 +45,10 @@ class Choice:
     remarks: tuple[str, ...] = ()  # what to warn of
     families: Mapping[str, Family] = field(default_factory=dict)  # the families chosen, by role
 
-    def of(self, role: str) -> list[Use]:
-        """Columns of a role, in the order of the joints."""
-        return sorted((use for use in self.uses if use.role == role), key=lambda use: use.joint)
-
     @property
     def wanted(self) -> tuple[list[int], tuple[int, ...]]:
         """Columns to read as numbers, and as instants; set points have their instants as they stand."""
-        columns = {use.column for use in self.uses}
+        columns = {column for column, _ in self.uses}
         times = self.time.columns if self.time is not None else ()
         return (sorted({*columns, *times}), ()) if self.set_points else (sorted(columns), times)
 
@@ -90,8 +74,8 @@ class _Log:
 def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
     """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
     meanings = _meanings(table, arm, reading)
+    plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
     if table.set_points and not reading.map:
-        plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
         for k, name in enumerate(plain):
             if name in plain[:k]:
                 found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
@@ -101,7 +85,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
     said = _said(table, arm, reading)
     chosen: dict[str, Family] = {}
-    uses: list[Use] = []
+    uses: list[tuple[int, ColumnUse]] = []
     for role in ROLES:
         given = {joint: column for (of, joint), column in said.items() if of == role}
         if -1 in given:
@@ -122,16 +106,15 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     if exact and time is not None:
         why = "as files of set points have it" if reading.time_unit is None else "as given"
         time = replace(time, unit=reading.time_unit or "s", why=why)
-    unused = _unused(log, {use.column for use in uses}, chosen)
+    unused = _unused(log, {column for column, _ in uses}, chosen)
     if exact and unused and not (reading.columns or reading.map or reading.family):
         column = min(unused)
-        kind = table.names[column].strip().lower().removesuffix("_deg").rstrip("0123456789")
+        kind = plain[column].rstrip("0123456789")
         what, where = f"column {table.names[column]} does not fit arm {arm.name}", table.where(None, column)
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
         step = "choose the arm that the file is of, or complete the columns"
         raise refusal(what, where, expected, _listed(table.names), step)
-    remarks = tuple(_remarks(log, chosen))
-    return Choice(tuple(uses), time, unused, measured, exact, remarks, chosen)
+    return Choice(tuple(uses), time, unused, measured, exact, tuple(_remarks(log, chosen)), chosen)
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
@@ -149,14 +132,12 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     for k, name in enumerate(table.names):
         meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
         unit, role = meaning.unit, meaning.role
-        if unit and (
-            (role in ROLES and not any(fitting_unit(unit, role, revolute) for revolute in (True, False)))
-            or (role == "time" and unit not in TIME_UNITS)
-        ):
-            meaning = Meaning("other", unit=unit)
-        if meaning.role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}:
-            meaning = Meaning("other")
-        meanings.append(meaning)
+        if role in ROLES:
+            fits = not unit or any(fitting_unit(unit, role, revolute) for revolute in (True, False))
+        else:
+            fits = role != "time" or unit in ("", *TIME_UNITS)
+        text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
+        meanings.append(meaning if fits and not text else Meaning("other", unit=unit))
     # Columns name0, name1 and so on name the joints of the numbered ones.
     naming = [
         k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
@@ -257,8 +238,10 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
     return choices[0]
 
 
-def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, int]) -> list[Use]:
-    uses = []
+def _uses(
+    log: _Log, role: Quantity, family: Family | None, given: Mapping[int, int]
+) -> list[tuple[int, ColumnUse]]:
+    table, uses = log.table, []
     for joint, of in enumerate(log.arm.joints):
         columns = family.columns.get(joint, ()) if family is not None else ()
         if joint in given:
@@ -268,31 +251,23 @@ def _uses(log: _Log, role: Quantity, family: Family | None, given: Mapping[int, 
             expected, step = f"a column for each joint, {of.name} too", f"add --map '{role}:{of.name}=COLUMN'"
             raise refusal(f"{role} is given of some joints only", "--map", expected, known, step)
         elif len(columns) > 1:
-            what, where = (
-                f"{len(columns)} columns hold {role} of {of.name}",
-                log.table.where(None, columns[1]),
-            )
-            found = _listed([f"{log.table.names[c]} (column {c + 1})" for c in columns])
+            what, where = f"{len(columns)} columns hold {role} of {of.name}", table.where(None, columns[1])
+            found = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
             step = f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}"
             raise refusal(what, where, "one", found, step)
         else:
             column, why = columns[0], family.why
-        uses.append(Use(column, role, joint, _unit(log, role, column, of), why))
-    return uses
-
-
-def _unit(log: _Log, role: str, column: int, joint: Joint) -> str:
-    said, revolute = log.meanings[column].unit, joint.kind == "revolute"
-    if not said:
-        degrees = log.reading.degrees and revolute and role != "torque"
-        unit = fitting_unit("deg", role, revolute) if degrees else next(iter(units_of(role, revolute)))
-    else:
+        said, revolute = log.meanings[column].unit, of.kind == "revolute"
+        if not said:
+            degrees = log.reading.degrees and revolute and role != "torque"
+            said = "deg" if degrees else next(iter(units_of(role, revolute)))
         unit = fitting_unit(said, role, revolute)
-    if unit is None:
-        what = f"column {log.table.names[column]} is in {said}, but its joint is {joint.kind}"
-        where, expected = log.table.where(None, column), ", ".join(units_of(role, revolute))
-        raise refusal(what, where, expected, said, "check which joint it is of; --map names another column")
-    return unit
+        if unit is None:
+            what, expected = f"column {table.names[column]} is in {said}", ", ".join(units_of(role, revolute))
+            step = f"check which joint it is of, as {of.name} is {of.kind}; --map names another column"
+            raise refusal(what, table.where(None, column), expected, said, step)
+        uses.append((column, ColumnUse(table.shown(column), role, of.name, unit, why)))
+    return uses
 
 
 def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
@@ -347,10 +322,9 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
         # An arm picked out of a longer chain counts as the log does.
         if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
             left = _listed([log.table.names[k] for k in q.extra])
-            joints = (
-                f"{len(q.columns) + len(q.extra)} joints logged, {log.arm.n_joints} in arm {log.arm.name}"
-            )
-            remarks.append(f"{joints}; left out: {left}; check that the log is of this arm")
+            logged = f"{len(q.columns) + len(q.extra)} joints logged"
+            check = f"left out: {left}; check that the log is of this arm"
+            remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
         dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
         if dead:

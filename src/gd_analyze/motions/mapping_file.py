@@ -11,11 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import read_at_most, write_text
-from gd_analyze.motions.mapping import Choice, Use, column_named
+from gd_analyze.motions.families import SAMPLE, TimeColumns
+from gd_analyze.motions.logged import ColumnUse
+from gd_analyze.motions.mapping import Choice, column_named
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, refusal
 from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.table import LogTable
-from gd_analyze.motions.time_axis import SAMPLE, TimeColumns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import TableLines
 from gd_analyze.text import LARGEST, in_python
@@ -48,11 +49,11 @@ class Mapping(BaseModel):
     columns: list[MappedColumn]
 
 
-def write_mapping(choice: Choice, table: LogTable, arm: RobotArm, reading: Reading, time_unit: str) -> None:
+def write_mapping(choice: Choice, table: LogTable, reading: Reading, time_unit: str) -> None:
     """Write how a log was understood to `reading.save_mapping`, atomically; raises OutputError."""
     times = choice.time.columns if choice.time else ()
     columns = [(k, "time", "", unit) for k, unit in zip(times, (time_unit, "ns"), strict=False)]
-    columns += [(use.column, use.role, arm.joints[use.joint].name, use.unit) for use in choice.uses]
+    columns += [(k, use.role, use.joint, use.unit) for k, use in choice.uses]
     lines = [f'format = "{_FORMAT}"', f"measured = {'true' if choice.measured else 'false'}"]
     if reading.rate is not None:
         lines.append(f"rate = {reading.rate!r} # samples per second, Hz")
@@ -108,19 +109,19 @@ def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
 
 def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
     """Columns as a mapping file says; TrajectoryError if log or arm lack them, or a role joints."""
-    names = [joint.name for joint in arm.joints]
-    uses: list[Use] = []
+    joints = {joint.name: joint for joint in arm.joints}
+    uses: list[tuple[int, ColumnUse]] = []
     times: dict[str, int] = {}
     for k, of in enumerate(mapping.columns):
         column = column_named(of.column, table, str(lines.locate(("columns", k, "column"))))
         units = [*TIME_UNITS, SAMPLE]
-        if of.role != "time" and of.joint not in names:
-            expected = f"a joint of arm {arm.name}: {', '.join(names)}"
+        if of.role != "time" and of.joint not in joints:
+            expected = f"a joint of arm {arm.name}: {', '.join(joints)}"
             raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
         if of.role != "time":
-            joint = names.index(of.joint)
-            units = list(units_of(of.role, arm.joints[joint].kind == "revolute"))
-            uses.append(Use(column, of.role, joint, of.unit, "mapping file"))
+            units = list(units_of(of.role, joints[of.joint].kind == "revolute"))
+            use = ColumnUse(table.shown(column), of.role, of.joint, of.unit, "mapping file")
+            uses.append((column, use))
         elif of.unit in times:
             raise _misfit(lines.locate(("columns", k, "column")), f"another time in {of.unit}", "one")
         else:
@@ -128,10 +129,10 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
         if of.unit not in units:
             raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join(units))
     for role in ROLES:
-        having = [use.joint for use in uses if use.role == role]
-        wrong = next((j for j in range(len(names)) if having.count(j) != 1), None)
+        having = [use.joint for _, use in uses if use.role == role]
+        wrong = next((name for name in joints if having.count(name) != 1), None)
         if (having or role == "q") and wrong is not None:
-            found = f"{having.count(wrong)} columns for {role} of {names[wrong]}"
+            found = f"{having.count(wrong)} columns for {role} of {wrong}"
             raise _misfit(Location(lines.path), found, f"one column for {role} of every joint")
     time = None
     if set(times) == {"s", "ns"}:
@@ -143,6 +144,6 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
     elif times:
         ((unit, column),) = times.items()
         time = TimeColumns((column,), unit, "mapping file")
-    used = {use.column for use in uses} | set(times.values())
+    used = {column for column, _ in uses} | set(times.values())
     unused = {k: "not in the mapping file" for k in range(len(table.names)) if k not in used}
     return Choice(tuple(uses), time, unused, mapping.measured)

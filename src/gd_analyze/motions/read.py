@@ -15,17 +15,16 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
+from gd_analyze.motions.families import SAMPLE
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.logged import ColumnUse, Logged
 from gd_analyze.motions.mapping import AmbiguityError, Choice, choose
 from gd_analyze.motions.mapping_file import choice_by, read_mapping, write_mapping
-from gd_analyze.motions.parquet import ParquetTable
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, Treatment, refusal
 from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
-from gd_analyze.motions.table import Columns, LogTable, Progress, no_progress
+from gd_analyze.motions.table import Columns, LogTable, ParquetTable, Progress, in_seconds, no_progress
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
-from gd_analyze.motions.time_axis import SAMPLE, in_seconds
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -317,9 +316,12 @@ def _logged(
     held = dict(zip(numbers, columns.numbers.T, strict=True))
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
-        uses = choice.of(role)
-        sizes = (units_of(role, arm.joints[use.joint].kind == "revolute")[use.unit] for use in uses)
-        found = [held[use.column] * size for use, size in zip(uses, sizes, strict=True)]
+        found = [
+            held[column] * units_of(role, joint.kind == "revolute")[use.unit]
+            for joint in arm.joints
+            for column, use in choice.uses
+            if (use.role, use.joint) == (role, joint.name)
+        ]
         if found and (role == "q" or np.isfinite(found).any()):
             arrays[role] = np.column_stack(found)
     q = arrays["q"]
@@ -347,7 +349,7 @@ def _logged(
         why += f"; rows without time or positions, left out: {int((~known).sum())}"
         time, arrays = time[known], {role: array[known] for role, array in arrays.items()}
     if reading.save_mapping is not None:
-        write_mapping(choice, table, arm, reading, unit)
+        write_mapping(choice, table, reading, unit)
     return Logged(
         time=time if gaps is not None else time - time[0],
         q=arrays["q"],
@@ -355,7 +357,7 @@ def _logged(
         qdd=arrays.get("qdd"),
         torque=arrays.get("torque"),
         measured=choice.measured,
-        columns=_uses(table, arm, choice, unit, why),
+        columns=_uses(table, choice, unit, why),
         name=name,
         origin=origin,
         gaps=gaps,
@@ -376,15 +378,12 @@ def _require_complete(table: LogTable, time_column: int, held: dict[int, FloatAr
         raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 
-def _uses(table: LogTable, arm: RobotArm, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
+def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
     """How every column was understood, in the order of the log."""
-    names = [visible(name) or str(k) for k, name in enumerate(table.names, 1)]
     times = choice.time.columns if choice.time is not None else ()
     reason = "another time" if times else "no time is needed"
-    found = {k: ColumnUse(name, "unused", why=choice.unused.get(k, reason)) for k, name in enumerate(names)}
-    for k, column in enumerate(times):
-        found[column] = ColumnUse(names[column], "time", unit="ns" if k else unit, why=why)
-    for use in choice.uses:
-        joint = arm.joints[use.joint].name
-        found[use.column] = ColumnUse(names[use.column], use.role, joint, use.unit, use.why)
-    return tuple(found.values())
+    numbers = range(len(table.names))
+    found = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
+    found |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
+    found |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
+    return tuple((found | dict(choice.uses)).values())

@@ -1,4 +1,4 @@
-"""A log as a table: named columns, read when they are asked for."""
+"""A log as a table: named columns, read when they are asked for, and instants in seconds."""
 
 from __future__ import annotations
 
@@ -6,19 +6,28 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.families import SAMPLE, TimeColumns
+from gd_analyze.motions.reading import TIME_UNITS, refusal
+from gd_analyze.text import LARGEST, visible
 
 # Called with how much of how much has been read.
 Progress = Callable[[int, int], None]
 
 # Rows by which a column is judged.
 HEAD_ROWS = 200
+# Instants since 1970 of logs between 1990 and 2100, s.
+_EPOCH = (6.3e8, 4.2e9)
+# Steps of logs of robots, s: from 10 kHz to 1 Hz; longer ones are taken at the user's word alone.
+_STEPS = (1e-4, 1.0)
+# Longer steps than this, and below 1, may be of some readings per second or of some per millisecond.
+_DOUBTFUL = 0.5
 
 
 def no_progress(_done: int, _total: int) -> None:
@@ -80,6 +89,10 @@ class LogTable(ABC):
         """Name of a column, or its number."""
         return self.names[column] or f"column {column + 1}"
 
+    def shown(self, column: int) -> str:
+        """Name of a column as it may be printed, or its number alone."""
+        return visible(self.names[column]) or str(column + 1)
+
 
 class ArrayTable(LogTable):
     """A table in memory: arrays of floats, or of integers such as stamps in nanoseconds, one per name."""
@@ -112,3 +125,139 @@ def missing_library(library: str, path: str | Path) -> TrajectoryError:
     """Error of a log that needs a library which is not installed."""
     what, step = f"this log needs the library {library}", f"pip install {library}"
     return refusal(what, Location(path), library, "it is not installed", step)
+
+
+class ParquetTable(LogTable):
+    """A Parquet file; columns of instants are read in nanoseconds, and named so."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = path
+        try:
+            import pyarrow
+            import pyarrow.parquet
+        except ImportError:
+            raise missing_library("pyarrow", path) from None
+        self._arrow = pyarrow
+        try:
+            self._file = pyarrow.parquet.ParquetFile(path)
+            self._first = next(self._file.iter_batches(HEAD_ROWS), None)
+        except (OSError, ValueError) as error:
+            raise self._broken(error) from None
+        self._fields = list(self._file.schema_arrow)
+        self.names = tuple(f"{f.name} [ns]" if _is_instant(f.type) else f.name for f in self._fields)
+
+    def head(self, column: int) -> list[str | float]:
+        """First cells of a column."""
+        kind = self._fields[column].type
+        if not _is_instant(kind) and not str(kind).startswith(("int", "uint", "float", "double", "half")):
+            return ["text"]
+        return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
+
+    def read(
+        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
+    ) -> Columns:
+        """Read columns, a group of rows at a time."""
+        table = np.empty((self._file.metadata.num_rows, len(numbers)))
+        instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]
+        columns = sorted({*numbers, *stamps})
+        row, groups = 0, self._file.metadata.num_row_groups
+        try:
+            for group in range(groups):
+                read = self._file.read_row_group(group, columns=[self._fields[k].name for k in columns])
+                held = dict(zip(columns, read.columns, strict=True))
+                for i, k in enumerate(numbers):
+                    table[row : row + read.num_rows, i] = self._numbers(held[k], exact=False)
+                for parts, k in zip(instants, stamps, strict=True):
+                    parts.append(self._numbers(held[k]))
+                row += read.num_rows
+                progress(group + 1, groups)
+        except (OSError, ValueError) as error:
+            raise self._broken(error) from None
+        wrong = np.isinf(table) | (np.abs(table) > LARGEST)
+        if wrong.any():
+            at, k = map(int, np.argwhere(wrong)[0])
+            what = f"{self.names[numbers[k]]} is too large for any motion"
+            where, expected = self.where(at, numbers[k]), f"numbers up to {LARGEST:g}"
+            raise refusal(what, where, expected, str(table[at, k]), "check its unit")
+        return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants))
+
+    def _numbers(self, column: Any, *, exact: bool = True) -> Any:
+        """Floats, or integers where the file has such; instants in nanoseconds."""
+        if _is_instant(column.type):
+            kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
+            column = column.cast(kind("ns")).cast(self._arrow.int64())
+        whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
+        # A batch is copied only when told, a table's column knows no such word.
+        told = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
+        kind = self._arrow.int64() if whole else self._arrow.float64()
+        return column.cast(kind, safe=whole).to_numpy(**told)
+
+    def _broken(self, error: Exception) -> TrajectoryError:
+        where, found = Location(self.path), str(error).split("\n", 1)[0]
+        return refusal("the log cannot be read as Parquet", where, "a Parquet file", found, "write it anew")
+
+
+def _is_instant(kind: Any) -> bool:
+    return str(kind).startswith(("timestamp", "duration"))
+
+
+def in_seconds(
+    stamps: Sequence[Stamps],
+    chosen: TimeColumns,
+    unit: str | None,
+    rate: float | None,
+    name: str,
+    where: Location,
+) -> tuple[FloatArray, str, str]:
+    """Time in s from the first instant, the unit it was in, and the reason for that unit, or refuse."""
+    if len(stamps) == 2 and rate is None:
+        seconds, nano = stamps
+        values = seconds.rest + 1e-9 * (nano.rest + nano.base)
+        return values - _first(values), "s", chosen.why
+    stamp = stamps[0]
+    values, first = stamp.rest - _first(stamp.rest), stamp.base + _first(stamp.rest)
+    # The unit by the column's name or by its first instant, since 1970.
+    dated = (known for known, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1])
+    told = next(((known, "since 1970") for known in dated), None)
+    if chosen.unit in TIME_UNITS:
+        told = chosen.unit, chosen.why
+    if rate is not None:
+        least = _steps(values, np.min)
+        if told or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
+            what = f"{name} counts no samples, so a rate does not tell its time"
+            expected = "whole numbers in steps of 1, or a name such as sample"
+            found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
+            remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
+            raise refusal(what, where, expected, found, remedy)
+        return values / rate, SAMPLE, f"{rate:g} Hz as given"
+    if unit is not None:
+        return values * TIME_UNITS[unit], unit, "as given"
+    if told:
+        return values * TIME_UNITS[told[0]], *told
+    step = _steps(values, np.median)
+    if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
+        what, found = f"{name} counts samples, or its unit is unknown", f"whole numbers in steps of {step:g}"
+        remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
+        raise refusal(what, where, "time in s, or how long a sample is", found, remedy)
+    if step <= _DOUBTFUL:
+        return values, "s", "no unit stated"
+    likely = [known for known, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
+    if len(likely) == 1:
+        return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
+    expected, next_step = "time in s, or a name such as time_ms", "--time-unit s, ms, us or ns"
+    raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
+
+
+def _first(values: FloatArray) -> float:
+    return float(next(iter(values[np.isfinite(values)]), 0.0))
+
+
+def _whole(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool((known == np.round(known)).all())
+
+
+def _steps(values: FloatArray, of: Callable[[FloatArray], Any]) -> float:
+    """Median or least of the steps forwards; 0 where there are none."""
+    steps = np.diff(values[np.isfinite(values)])
+    return float(of(steps[steps > 0])) if (steps > 0).any() else 0.0

@@ -9,7 +9,6 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, are_possible
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.smoothing import differentiated
 from gd_analyze.text import LARGEST, named_joints
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
@@ -24,6 +23,9 @@ _MISSED = 0.25
 _STILL_SHARE, _STILL = 0.05, 1e-3
 # Nearer to a factor than this is that factor, and with no more than this share left over.
 _NEAR, _LEFT_OVER = 0.1, 0.2
+
+# A joint that rests and whose position was computed at every set point differs in the last digit or two.
+_LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 _DEGREES = math.degrees(1.0)
 _TIME = "times the derivative of {x}, as if time, which is read as seconds, were in"
@@ -63,7 +65,7 @@ def completed(
     parts = list(zip(np.split(time, gaps), np.split(given, gaps), strict=True))
 
     def derived(order: int) -> FloatArray:
-        return np.concatenate([differentiated(*part, order) for part in parts])
+        return np.concatenate([_differentiated(*part, order) for part in parts])
 
     if qdd is None:
         qdd = derived(2 if qd is None else 1)
@@ -76,6 +78,20 @@ def completed(
             found, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
             raise refusal(what, where, expected, found, step)
     return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
+
+
+def _differentiated(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
+    """Derivative of the quintic spline through values, shape (N, n); nan where doubles overflow."""
+    from scipy.interpolate import make_interp_spline
+
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        try:
+            derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
+        except ValueError:  # raised where the spline's equations overflow
+            return np.full_like(values, np.nan)
+    # A spline through a constant has slopes of its last digits over the time step, squared for accelerations.
+    moved = np.ptp(values, axis=0) > _LAST_DIGITS * np.abs(values).max(axis=0)
+    return np.where(moved, derivative, 0.0)
 
 
 def contradictions(
