@@ -1,19 +1,14 @@
 r"""What a motion may do between two of its set points: three motions through both, in powers of s = 0 ... 1.
 
-- the polynomial of fifth degree through all six numbers of a joint,
-- that of third degree through q and qd, whose acceleration may jump at a set point, as that of a trapezoidal
-  profile does,
-- the straight line, of q, qd and qdd each on its own.
-
-With D_v and D_q the velocity and the position that an acceleration along a line from qdd_0 to qdd_1 does not
-explain,
+The polynomial of fifth degree through all six numbers of a joint; that of third degree through q and qd,
+whose acceleration may jump at a set point, as that of a trapezoidal profile does; the straight line, of q, qd
+and qdd each on its own. They are the same motion but for what an acceleration along a line does not explain,
 
     D_v = qd_1 - qd_0 - T (qdd_0 + qdd_1) / 2,
-    D_q = q_1 - q_0 - T (qd_0 + qd_1) / 2 + T^2 (qdd_1 - qdd_0) / 12,
+    D_q = q_1 - q_0 - T (qd_0 + qd_1) / 2 + T^2 (qdd_1 - qdd_0) / 12.
 
-all of them are the same motion but for D_v and D_q. Numbers in a file are rounded, and over a short T the
-accelerations that would explain the last digit are enormous. So D_v and D_q that are below what a caller
-takes for rounding are taken for zero.
+Numbers in a file are rounded, and over a short T the accelerations that would explain the last digit are
+enormous: D_v and D_q below what a caller takes for rounding are taken for zero.
 """
 
 from __future__ import annotations

@@ -134,22 +134,15 @@ def _candidates(path: PPoly[np.float64], joint: int) -> tuple[FloatArray, FloatA
     instants, values = [], []
     for piece, (begin, width) in enumerate(zip(path.x, np.diff(path.x), strict=False)):
         coefficients = path.c[:, piece, joint]
-        local = np.concatenate([[0.0, width], _stationary(coefficients, width)])
+        slope = np.polyder(coefficients) * width ** np.arange(len(coefficients) - 2, -1, -1)
+        size, local = np.abs(slope).max(initial=0.0), np.array([0.0, width])
+        # Below this the joint stands still; the quotients of its coefficients would overflow.
+        if size >= np.finfo(float).tiny / np.finfo(float).eps:
+            roots = np.roots(np.where(np.abs(slope) < np.finfo(float).eps * size, 0.0, slope)).real
+            local = np.append(local, roots[(roots > 0) & (roots < 1)] * width)
         instants.append(begin + local)
         values.append(np.polyval(coefficients, local))
     return np.concatenate(instants), np.concatenate(values)
-
-
-def _stationary(coefficients: FloatArray, width: float) -> FloatArray:
-    """Where a polynomial, highest power first, may be stationary inside (0, width)."""
-    slope = np.polyder(coefficients) * width ** np.arange(len(coefficients) - 2, -1, -1)
-    size = np.abs(slope).max(initial=0.0)
-    # Below this the joint stands still; the quotients of its coefficients would overflow.
-    if size < np.finfo(float).tiny / np.finfo(float).eps:
-        return np.empty(0)
-    slope = np.where(np.abs(slope) < np.finfo(float).eps * size, 0.0, slope)
-    roots = np.roots(slope).real.astype(float)
-    return roots[(roots > 0) & (roots < 1)] * width
 
 
 def joint_label(number: int, name: str) -> str:
@@ -201,12 +194,12 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory of another number of joints; raises TrajectoryError."""
     if trajectory.n_joints != arm.n_joints:
-        what, where = (
-            f"trajectory {trajectory.name} is not for arm {arm.name}",
+        where, step = (
             f"trajectory {trajectory.name}",
+            "choose its arm; `gd-analyze arms` lists the built-in ones",
         )
-        step = "choose the arm the trajectory was made for; `gd-analyze arms` lists the built-in ones"
-        raise refusal(what, where, f"{arm.n_joints} joints", f"{trajectory.n_joints} joints", step)
+        expected, found = f"{arm.n_joints} joints", f"{trajectory.n_joints} joints"
+        raise refusal(f"{where} is not for arm {arm.name}", where, expected, found, step)
 
 
 def warn_if_radians(name: str, degrees: FloatArray) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -91,16 +91,8 @@ class Recording:
         return self.cutoff is not None
 
 
-class Treated(NamedTuple):
-    """Numbers of a trajectory, where its derivatives come from, its gaps and the readings behind it."""
-
-    time: FloatArray
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-    derivatives_from: str
-    gaps: tuple[int, ...]
-    recording: Recording | None = None
+# Time, q, qd and qdd of a trajectory, where these derivatives come from, its gaps and the readings behind it.
+Treated = tuple[FloatArray, FloatArray, FloatArray, FloatArray, str, tuple[int, ...], Recording | None]
 
 
 def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -> Treated:
@@ -111,7 +103,7 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     if logged.gaps is not None and not logged.measured:
         arrays = (logged.time, logged.q, logged.qd, logged.qdd)
         derivatives = completed(*arrays, logged.gaps, logged.name)
-        return Treated(logged.time, logged.q, *derivatives, logged.gaps)
+        return (logged.time, logged.q, *derivatives, logged.gaps, None)
     treatment = treatment or Treatment()
     logged = _without_sparse(logged)
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
@@ -131,7 +123,7 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     derivatives = completed(kept.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
     recording = Recording(q, torque, torque, None, nothing, nothing, kept.columns, notes)
-    return Treated(kept.time, q, *derivatives, sampling.gaps, recording)
+    return (kept.time, q, *derivatives, sampling.gaps, recording)
 
 
 def _without_sparse(logged: Logged) -> Logged:
@@ -171,7 +163,7 @@ def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tup
     noise_q = noise_of(kept.q, q, sampling.step, cutoffs)
     recording = Recording(kept.q, kept.torque, torque, cutoffs, noise_q, noise_qdd, kept.columns, notes)
     how = derived if kept.qdd is None else f"given: measured, {done}"
-    return Treated(kept.time, q, qd, qdd, how, sampling.gaps, recording)
+    return kept.time, q, qd, qdd, how, sampling.gaps, recording
 
 
 def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:

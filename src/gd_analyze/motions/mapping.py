@@ -37,7 +37,7 @@ _MOST = 12
 class Choice:
     """What is used of a log."""
 
-    uses: tuple[tuple[int, ColumnUse], ...]  # columns of joints
+    uses: tuple[tuple[int, ColumnUse], ...]  # columns of a role in the order of the joints
     time: TimeColumns | None  # column or columns of time; None where rows are counted
     unused: Mapping[int, str]  # reason for each column that is left out
     measured: bool  # whether these are readings

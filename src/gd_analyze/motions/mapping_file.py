@@ -134,6 +134,7 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
         if (having or role == "q") and wrong is not None:
             found = f"{having.count(wrong)} columns for {role} of {wrong}"
             raise _misfit(Location(lines.path), found, f"one column for {role} of every joint")
+    uses.sort(key=lambda pair: [*joints].index(pair[1].joint))
     time = None
     if set(times) == {"s", "ns"}:
         time = TimeColumns((times["s"], times["ns"]), "s", "mapping file")

@@ -123,12 +123,11 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
         derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
         gaps=tuple(sorted({*begins[1:], *own_gaps})),
         recording=_recording(parts),
-        motions=tuple(map(_motion, parts, begins, ends)),
+        motions=tuple(
+            Motion(of.name, first, end, float(of.time[0]), of.origin, of.derivatives_from, of.fingerprint)
+            for of, first, end in zip(parts, begins, ends, strict=True)
+        ),
     )
-
-
-def _motion(of: Trajectory, first: int, end: int) -> Motion:
-    return Motion(of.name, first, end, float(of.time[0]), of.origin, of.derivatives_from, of.fingerprint)
 
 
 def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:

@@ -278,7 +278,7 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         step = f"if these are the columns, name them: --columns {','.join(names)}"
         found = f"numbers in {len(cells)} columns"
         raise refusal("the file has no header line", where, "the names of the columns", found, step)
-    width = table.layout.width
+    width = len(table.names)
     if len(reading.columns) != width:
         expected, found = f"{width} names, - for a column that is not needed", str(len(reading.columns))
         raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, found)
@@ -316,11 +316,10 @@ def _logged(
     held = dict(zip(numbers, columns.numbers.T, strict=True))
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
+        uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
         found = [
-            held[column] * units_of(role, joint.kind == "revolute")[use.unit]
-            for joint in arm.joints
-            for column, use in choice.uses
-            if (use.role, use.joint) == (role, joint.name)
+            held[column] * units_of(role, joint.kind == "revolute")[of]
+            for (column, of), joint in zip(uses, arm.joints, strict=False)
         ]
         if found and (role == "q" or np.isfinite(found).any()):
             arrays[role] = np.column_stack(found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,8 @@ from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_p
 from gd_analyze.motions.text import is_number
 
 _STATE, _TRAJECTORY = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
-_CONTROLLER, _DYNAMIC = (
-    "control_msgs/msg/JointTrajectoryControllerState",
-    "control_msgs/msg/DynamicJointState",
-)
+_CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
+_DYNAMIC = "control_msgs/msg/DynamicJointState"
 _KINDS = (_STATE, _TRAJECTORY, _CONTROLLER, _DYNAMIC)
 _ECHOED = ("position", "velocity", "effort")
 # Fields of states and of points, and the ends of the columns' names made of them.
@@ -46,21 +44,19 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing_library("rosbags", path) from None
-    gathering = _Gathering()
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             chosen = _connections(reader.connections, topic, path)
             total = sum(connection.msgcount for connection in chosen)
-            messages = reader.messages(connections=chosen)
-            for done, (connection, received, raw) in enumerate(messages):
-                kind = connection.msgtype
-                gathering.add(reader.deserialize(raw, kind), kind, received)
-                if not done % _TOLD_EVERY:
-                    progress(done, total)
-            progress(total, total)
             states = all(connection.msgtype == _STATE for connection in chosen)
             commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
-            return gathering.table(path, commanded=commanded)
+            messages = (
+                (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
+                for connection, received, raw in reader.messages(connections=chosen)
+            )
+            table = _gathered(path, messages, commanded, lambda done: progress(done, total))
+            progress(total, total)
+            return table
     except TrajectoryError:
         raise
     # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
@@ -111,13 +107,10 @@ def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise _not_read(Location(path), f"byte 0x{data[error.start]:02x}") from None
-    gathering = _Gathering()
-    for number, message in enumerate(_documents(text, path, progress), 1):
-        try:
-            gathering.add(message, _kind_of(message))
-        except (ValueError, TypeError, AttributeError, OverflowError) as error:
-            raise _not_read(Location(path), f"in document {number}, {error}") from None
-    return gathering.table(path, commanded=False)
+    try:
+        return _gathered(path, ((message, None, 0) for message in _documents(text, path, progress)))
+    except ValueError as error:
+        raise _not_read(Location(path), str(error)) from None
 
 
 def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
@@ -233,43 +226,48 @@ def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str
             yield f"{before}{name}/{shown}", float(value)
 
 
-class _Gathering:
-    """Rows of messages gathered into columns; nan of joints that a row does not have."""
+def _gathered(
+    path: str | Path,
+    messages: Iterable[tuple[Any, str | None, int]],
+    commanded: bool = False,
+    told: Callable[[int], None] = lambda done: None,
+) -> ArrayTable:
+    """Rows of messages, each with its kind, if known, and when it came, ns; nan of joints that a row lacks.
 
-    def __init__(self) -> None:
-        self._columns: dict[str, list[float]] = {}
-        self._stamps: list[int] = []
-        self._received: list[int] = []
-        self._plans: list[int] = []  # points of each JointTrajectory
-
-    def add(self, message: Any, kind: str, received: int = 0) -> None:
-        """Append the rows of a message; ValueError if it contradicts itself, or something is no number."""
-        stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
-        rows = list(_rows_of(message, kind))
+    Raises ValueError if a message contradicts itself or something is no number.
+    """
+    columns: dict[str, list[float]] = {}
+    stamps: list[int] = []
+    arrivals: list[int] = []
+    plans: list[int] = []  # points of each JointTrajectory
+    for done, (message, kind, received) in enumerate(messages):
+        try:
+            kind = kind or _kind_of(message)
+            stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
+            rows = list(_rows_of(message, kind))
+        except (ValueError, TypeError, AttributeError, OverflowError) as error:
+            raise ValueError(f"in message {done + 1}, {error}") from None
         if kind == _TRAJECTORY:
-            self._plans.append(len(rows))
+            plans.append(len(rows))
         for later, values in rows:
-            count = len(self._stamps)
-            self._stamps.append(stamp + later)
-            self._received.append(received + later)
             for key, value in values.items():
-                column = self._columns.setdefault(key, [])
-                column.extend([np.nan] * (count - len(column)))
+                column = columns.setdefault(key, [])
+                column.extend([np.nan] * (len(stamps) - len(column)))
                 column.append(value)
-
-    def table(self, path: str | Path, *, commanded: bool) -> ArrayTable:
-        """All rows; TrajectoryError if there are none, or several trajectories of several points."""
-        count = len(self._stamps)
-        if not count or not self._columns:
-            expected = "messages with names and positions of joints"
-            found = f"{count} messages without numbers" if count else "no message"
-            raise refusal("the log holds no motion", Location(path), expected, found, "check the recording")
-        several = [str(points) for points in self._plans if points > 1]
-        if len(several) > 1:
-            what, found = f"the log holds {len(several)} trajectories", f"{', '.join(several[:6])} points"
-            expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
-            raise refusal(what, Location(path), expected, found, step)
-        columns = [np.array(column + [np.nan] * (count - len(column))) for column in self._columns.values()]
-        times = (np.array(self._stamps, dtype=np.int64), np.array(self._received, dtype=np.int64))
-        names = ("header/stamp_ns", "received/time_ns", *self._columns)
-        return ArrayTable(path, names, (*times, *columns), commanded or bool(self._plans) or None)
+            stamps.append(stamp + later)
+            arrivals.append(received + later)
+        if not done % _TOLD_EVERY:
+            told(done)
+    if not columns:
+        expected = "messages with names and positions of joints"
+        found = f"{len(stamps)} messages without numbers" if stamps else "no message"
+        raise refusal("the log holds no motion", Location(path), expected, found, "check the recording")
+    several = [str(points) for points in plans if points > 1]
+    if len(several) > 1:
+        what, found = f"the log holds {len(several)} trajectories", f"{', '.join(several[:6])} points"
+        expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
+        raise refusal(what, Location(path), expected, found, step)
+    numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]
+    times = (np.array(stamps, dtype=np.int64), np.array(arrivals, dtype=np.int64))
+    names = ("header/stamp_ns", "received/time_ns", *columns)
+    return ArrayTable(path, names, (*times, *numbers), commanded or bool(plans) or None)

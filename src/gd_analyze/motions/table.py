@@ -94,17 +94,14 @@ class LogTable(ABC):
         return visible(self.names[column]) or str(column + 1)
 
 
+@dataclass(frozen=True, eq=False)
 class ArrayTable(LogTable):
     """A table in memory: arrays of floats, or of integers such as stamps in nanoseconds, one per name."""
 
-    def __init__(
-        self,
-        path: str | Path,
-        names: tuple[str, ...],
-        columns: tuple[FloatArray | NDArray[np.int64], ...],
-        planned: bool | None = None,
-    ) -> None:
-        self.path, self.names, self.columns, self.planned = path, names, columns, planned
+    path: str | Path
+    names: tuple[str, ...]
+    columns: tuple[FloatArray | NDArray[np.int64], ...]
+    planned: bool | None = None
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""

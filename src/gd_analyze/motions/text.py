@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -47,11 +47,6 @@ class Layout:
     names: tuple[str, ...]  # names of the columns, empty ones where no line has them
     header: int  # line of the names, from 1; 0 where there is none
     first: int  # line of the first row, from 1
-
-    @property
-    def width(self) -> int:
-        """Number of columns."""
-        return len(self.names)
 
     def plain(self, cell: str) -> str:
         """A cell with a decimal point."""
@@ -195,14 +190,10 @@ class TextTable(LogTable):
         numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
         rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
         self._head = [self._cells(line, number) for number, line in rows]
+        self.first_cells = self._head[0]
 
     def _cells(self, line: str, number: int) -> list[str]:
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
-
-    @property
-    def first_cells(self) -> list[str]:
-        """Cells of the first row."""
-        return self._head[0]
 
     def require_constant(self, first: Mapping[int, str], *, or_empty: bool = False) -> None:
         """Raise a TrajectoryError where a column of text is not in every row as in the first, or empty."""
@@ -242,9 +233,8 @@ class TextTable(LogTable):
         return self._cells(line, number)[column]
 
     def _line(self, row: int) -> tuple[int, str]:
-        blocks = self._blocks(no_progress)
-        lines = (line for block in blocks for line in zip(block.numbers, block.lines, strict=True))
-        return next(islice(lines, row, None))
+        blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks(no_progress))
+        return next(islice(chain.from_iterable(blocks), row, None))
 
     def read(
         self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
@@ -252,8 +242,7 @@ class TextTable(LogTable):
         """Read columns in one pass through the file."""
         parts: list[Any] = [np.empty((0, len(numbers)))]
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
-        gaps: list[int] = []
-        rows = 0
+        gaps, rows = list[int](), 0
         for block in self._blocks(progress):
             gaps += [rows + gap for gap in block.gaps]
             rows += len(block.numbers)
@@ -267,16 +256,14 @@ class TextTable(LogTable):
                     text.append(frame[column].to_numpy(dtype=object))
         table = np.concatenate(parts)
         parts.clear()
-        pairs = zip(texts, stamps, strict=True)
-        instants = tuple(self._stamps(np.concatenate(text), column) for text, column in pairs)
+        instants = tuple(map(self._stamps, map(np.concatenate, texts), stamps))
         return Columns(table, instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
         """Columns of a block, and the last one, as a frame; a fault is refused with its line and column."""
         import pandas as pd
 
-        layout = self.layout
-        last = layout.width - 1
+        layout, last = self.layout, len(self.names) - 1
         asked = sorted({*columns, last})
         text = as_text | ({last} - set(columns))
         # Since 3.1 pandas reads every digit, and warns of being told to.
@@ -288,7 +275,7 @@ class TextTable(LogTable):
                 frame = pd.read_csv(
                     io.BytesIO(block.data),
                     header=None,
-                    names=range(layout.width),
+                    names=range(last + 1),
                     index_col=False,
                     usecols=asked,
                     sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
@@ -306,13 +293,13 @@ class TextTable(LogTable):
             frame = None
         if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
             self._locate(block, columns, as_text)
-            where, expected = Location(self.path, block.numbers[0]), f"{layout.width} cells in each line"
+            where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
             raise refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
         return frame
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
         """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
-        sign, width = self.layout.delimiter, self.layout.width
+        sign, width = self.layout.delimiter, len(self.names)
         if sign == " ":
             return all(len(line.split()) == width for line in block.data.splitlines())
         if b'"' in block.data:
@@ -327,10 +314,11 @@ class TextTable(LogTable):
         layout = self.layout
         for number, line in zip(block.numbers, block.lines, strict=True):
             cells = self._cells(line, number)
-            if len(cells) != layout.width:
-                what = f"the line has too {'few' if len(cells) < layout.width else 'many'} columns"
-                where = Location(self.path, number, min(len(cells), layout.width) + 1)
-                expected = f"{layout.width} columns, as in the {'header' if layout.header else 'first line'}"
+            width = len(self.names)
+            if len(cells) != width:
+                what = f"the line has too {'few' if len(cells) < width else 'many'} columns"
+                where = Location(self.path, number, min(len(cells), width) + 1)
+                expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
                 step = "complete the line, or remove it if the recording broke off there"
                 raise refusal(what, where, expected, str(len(cells)), step)
             for column in set(columns) - as_text:  # stamps may be of any size, and text is not read here

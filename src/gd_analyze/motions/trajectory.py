@@ -107,10 +107,9 @@ class Trajectory:
     motions: tuple[Motion, ...] = ()
 
     def __post_init__(self) -> None:
-        shape = _require_shapes(self.time, self.q, self.qd, self.qdd)
         where = f"trajectory {self.name}"
-        for what in ("time", "q", "qd", "qdd"):
-            array = array_of(getattr(self, what), what, TrajectoryError).copy()
+        for what, given in _arrays(self.time, self.q, self.qd, self.qdd).items():
+            array = given.copy()
             for row in np.argwhere(~(np.abs(array) <= LARGEST))[:1, 0].tolist():
                 problem = f"{what} is not finite, or too large for any motion, at set point {row + 1}"
                 step = "check units, and that no two set points share almost the same instant"
@@ -122,8 +121,8 @@ class Trajectory:
             expected, found = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
             raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, found)
         object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
-        if any(not before < row < shape[0] for before, row in pairwise((0, *self.gaps))):
-            expected = f"ascending numbers from 1 to {shape[0] - 1}"
+        if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
+            expected = f"ascending numbers from 1 to {len(self.q) - 1}"
             raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
 
     @classmethod
@@ -168,21 +167,11 @@ class Trajectory:
         >>> motion.derivatives_from
         'qd and qdd derived: C4 (quintic) spline through the given q'
         """
-        _require_shapes(time, q, qd, qdd)
-        velocities, accelerations = (
-            None if x is None else array_of(x, what, TrajectoryError)
-            for what, x in (("qd", qd), ("qdd", qdd))
-        )
+        arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
+        derivatives = (arrays.get("qd"), arrays.get("qdd"), None)
+        origin = "arrays in memory"
         logged = Logged(
-            array_of(time, "time", TrajectoryError),
-            array_of(q, "q", TrajectoryError),
-            velocities,
-            accelerations,
-            None,
-            measured,
-            name=name,
-            origin="arrays in memory",
-            gaps=None if measured else (),
+            arrays["time"], arrays["q"], *derivatives, measured, name=name, origin=origin, gaps=gaps
         )
         return cls.from_log(logged, arm, treatment)
 
@@ -264,18 +253,20 @@ class Trajectory:
         return digest.hexdigest()
 
 
-def _require_shapes(
-    time: ArrayLike | None, q: ArrayLike | None, qd: ArrayLike | None, qdd: ArrayLike | None
-) -> tuple[int, ...]:
-    """Shape (N, n) of q, once the others fit it."""
-    shape = array_of(q, "q", TrajectoryError).shape
+def _arrays(
+    time: ArrayLike, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
+) -> dict[str, FloatArray]:
+    """What is given, by name, once the others fit the shape (N, n) of q."""
+    given = {"q": q, "time": time, "qd": qd, "qdd": qdd}
+    arrays = {what: array_of(x, what, TrajectoryError) for what, x in given.items() if x is not None}
+    shape = arrays["q"].shape
     if len(shape) != 2 or not all(shape):
         raise refusal("a trajectory needs at least one set point", "q", "shape (N, n)", str(shape))
-    for what, x, wanted in (("time", time, shape[:1]), ("qd", qd, shape), ("qdd", qdd, shape)):
-        found = wanted if x is None else array_of(x, what, TrajectoryError).shape
-        if found != wanted:
-            raise refusal(f"{what} has the wrong shape", what, str(wanted), str(found))
-    return shape
+    for what, array in arrays.items():
+        wanted = shape[:1] if what == "time" else shape
+        if array.shape != wanted:
+            raise refusal(f"{what} has the wrong shape", what, str(wanted), str(array.shape))
+    return arrays
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
