@@ -54,12 +54,10 @@ class ReferenceTorques:
         """One of `_WHOLES` at a joint, from 0; a UsageError that names `option` where it is not stated."""
         value = float(self.all(name)[joint])
         if np.isnan(value):
-            raise UsageError(
-                f"a budget cannot be a share of {name}, as the arm states none",
-                where=f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}",
-                expected=_TO_STATE[name],
-                next_step=f"state it in the arm file, or give one entry per joint, this one without {name}",
-            )
+            what = f"a budget cannot be a share of {name}, as the arm states none"
+            where = f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"
+            next_step = f"state it in the arm file, or give one entry per joint, this one without {name}"
+            raise UsageError(what, where=where, expected=_TO_STATE[name], next_step=next_step)
         return value
 
     def all(self, name: str) -> FloatArray:
@@ -228,13 +226,10 @@ class Budget:
     def require_per_joint(self, what: str, next_step: str | None = None) -> Self:
         """Refuse, with a UsageError, a budget of the norm where `what` needs one for every joint."""
         if self.norm is not None:
-            raise UsageError(
-                f"{what} cannot be had with a budget of the norm",
-                where=self.option,
-                expected='an error allowed at each joint, such as "1%" or "1% or 10% friction"',
-                found=f'"{self}", which is of all joints together',
-                next_step=next_step,
-            )
+            what += " cannot be had with a budget of the norm"
+            found = f'"{self}", which is of all joints together'
+            expected = 'an error allowed at each joint, such as "1%" or "1% or 10% friction"'
+            raise UsageError(what, where=self.option, expected=expected, found=found, next_step=next_step)
         return self
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:

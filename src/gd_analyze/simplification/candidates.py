@@ -84,14 +84,11 @@ def candidates_of(
         what = f"level {level.name} keeps no terms that could be looked at one by one"
         raise UsageError(what, where="level", expected="term, energy or element", found=level.name)
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
-        raise TooManyTermsError(
-            f"the exact torque of {exact.arm.name} has too many terms to look at them one by one",
-            where=f"level {level.name}",
-            expected=f"at most {_WRITTEN} torque terms",
-            found="more",
-            next_step="`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
-            "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element",
-        )
+        what = f"the exact torque of {exact.arm.name} has too many terms to look at them one by one"
+        where, expected = f"level {level.name}", f"at most {_WRITTEN} torque terms"
+        next_step = "`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
+        next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
+        raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
     every = level.terms(exact.form)
     terms, swept = _swept(exact, level, every, allowed, sweep) if len(every) > MANY else (every, 0.0)
     listed = list(terms)
@@ -132,13 +129,10 @@ def _swept(
     if len(few) < len(states) and len(items) - gone <= _MOST:
         gone, share = _gone(exact, level, [items[k] for k in order], allowed, sweep)
     if len(items) - gone > _MOST:
-        raise TooManyTermsError(
-            f"too many of the {len(items)} terms of {exact.arm.name} matter within that budget",
-            where="budget",
-            expected=f"at most {_MOST}",
-            found=str(len(items) - gone),
-            next_step="use --level recursive, whose models keep no terms, or allow a larger error",
-        )
+        what = f"too many of the {len(items)} terms of {exact.arm.name} matter within that budget"
+        expected, found = f"at most {_MOST}", str(len(items) - gone)
+        next_step = "use --level recursive, whose models keep no terms, or allow a larger error"
+        raise TooManyTermsError(what, where="budget", expected=expected, found=found, next_step=next_step)
     return dict(items[k] for k in np.sort(order[gone:])), share
 
 

@@ -173,21 +173,15 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     for chunk in chunks(len(states)):
         of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
     # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
-    no_error = exact.round_off
-    no_effect = ROUND_OFF_SHARE * max(of_a_kilogram.max(), -of_a_kilogram.min())
+    size, sign = np.abs(of_a_kilogram), np.sign(of_a_kilogram)
+    acts = size > ROUND_OFF_SHARE * size.max()
+    error[np.abs(error) <= exact.round_off] = 0.0
     accuracy = model.accuracy
     allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(model.arm.n_joints, np.inf)
-    torque, mass = np.zeros(model.arm.n_joints), np.full(model.arm.n_joints, np.inf)
-    for chunk in chunks(len(states)):
-        size, sign = np.abs(of_a_kilogram[chunk]), np.sign(of_a_kilogram[chunk])
-        here = np.where(np.abs(error[chunk]) <= no_error, 0.0, error[chunk])
-        acts = size > no_effect
-        most = np.full(size.shape, np.inf)
-        np.divide(allowed + sign * here, size, out=most, where=acts)
-        most[np.abs(here) > allowed] = 0.0
-        torque = np.maximum(torque, np.where(acts, size, 0.0).max(axis=0))
-        mass = np.minimum(mass, most.min(axis=0))
-    return PayloadEffect(torque, mass)
+    mass = np.full(size.shape, np.inf)
+    np.divide(allowed + sign * error, size, out=mass, where=acts)
+    mass[np.abs(error) > allowed] = 0.0
+    return PayloadEffect(np.where(acts, size, 0.0).max(axis=0), mass.min(axis=0))
 
 
 @dataclass(frozen=True)
@@ -207,14 +201,14 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     other levels single terms are dropped, see `rank_terms`, and there is nothing to list.
     """
     if isinstance(model.level, RecursiveLevel):
-        plain, multiples, rows = Plain(), [], []
+        plain, found = Plain(), []
         for one in omissions(model.form, model.terms, exact.states):
             multiple = share_of(one.torque, model.accuracy.allowed)
             joint = int(multiple.argmax())
-            multiples.append(float(multiple[joint]))
             label = f"{first_terms(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
-            rows.append(Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint])))
-        return tuple(rows[k] for k in np.argsort([-multiple for multiple in multiples], kind="stable"))
+            loss = Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint]))
+            found.append((float(multiple[joint]), loss))
+        return tuple(loss for _, loss in sorted(found, key=lambda each: -each[0]))
     if not isinstance(model.level, ElementLevel):
         return ()
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)

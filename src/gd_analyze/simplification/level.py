@@ -109,12 +109,9 @@ class Level(ABC):
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Harmonic terms of the torques that terms make; ModelError where a model is no sum of terms."""
-        raise ModelError(
-            f"a model of level {self.name} has no harmonic terms",
-            expected="a model of a level that has, such as term or energy",
-            found=f"level {self.name}",
-            next_step="make one with `gd-analyze simplify`",
-        )
+        what, found = f"a model of level {self.name} has no harmonic terms", f"level {self.name}"
+        expected, next_step = "a model of level term or energy", "make one with `gd-analyze simplify`"
+        raise ModelError(what, expected=expected, found=found, next_step=next_step)
 
 
 class CandidateLevel(Level):

@@ -226,12 +226,9 @@ class SimplifiedModel:
         try:
             arrays = list(np.broadcast_arrays(*arrays))
         except ValueError:
-            raise ModelError(
-                f"{' and '.join(names)} are not of as many states",
-                where=", ".join(names),
-                expected="leading axes that are alike, or of length 1",
-                found=", ".join(f"shape {array.shape}" for array in arrays),
-            ) from None
+            what, expected = f"{' and '.join(names)} are not of as many states", "equal leading axes, or of 1"
+            found = ", ".join(f"shape {array.shape}" for array in arrays)
+            raise ModelError(what, where=", ".join(names), expected=expected, found=found) from None
         inputs = {
             f"{name}{i + 1}": row
             for name, array in zip(names, arrays, strict=True)

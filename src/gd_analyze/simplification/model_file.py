@@ -184,9 +184,7 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
                 AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
                 for one in document.motions
             ),
-            norms=tuple(
-                NormShare(np.inf if share is None else share, part) for part, share in document.norms
-            ),
+            norms=tuple(NormShare(np.inf if x is None else x, part) for part, x in document.norms),
             levels=tuple(document.levels),
         ),
         provenance=document.provenance,
@@ -304,13 +302,9 @@ def _read(path: Path) -> dict[str, Any]:
         found = "a number of thousands of digits"
     except RecursionError:
         found = "brackets nested beyond any model"
-    raise ModelError(
-        "this is not a gd-analyze model",
-        where=Location(path),
-        expected="a JSON file that gd-analyze wrote, e.g. model.json",
-        found=found,
-        next_step="name the model.json of a results folder",
-    )
+    what, expected = "this is not a gd-analyze model", "a JSON file that gd-analyze wrote, e.g. model.json"
+    next_step = "name the model.json of a results folder"
+    raise ModelError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
 
 
 def _digest(document: dict[str, Any]) -> str:
