@@ -53,7 +53,6 @@ class Candidates:
     ratio: FloatArray  # (K,), factor of every coefficient where its free number is 1; 1 at first
     total: int  # how many terms there are
     swept: float = 0.0  # share of the budget that those dropped beforehand take together
-    weights: FloatArray | None = None  # (N, n), how much an error counts, see `States.weights`
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -104,7 +103,6 @@ def candidates_of(
         ratio=np.ones(len(listed)),
         total=len(every),
         swept=swept,
-        weights=exact.states.weights,
     )
 
 

@@ -219,9 +219,6 @@ class _Run:
         """Value of a step by its place, or a constant."""
         return changed.get(x, self.values[x]) if isinstance(x, int) else x
 
-    def _made(self, k: int, changed: Mapping[int, Any]) -> Any:
-        return UFUNCS[self.steps[k].operation](*(self._of(x, changed) for x in self.arguments[k]))
-
     def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
         return np.array([np.broadcast_to(self._of(x, changed), self.values.shape[1:]) for x in self.outputs])
 
@@ -232,7 +229,9 @@ class _Run:
         for k in self.needed:
             operands = (x for x in self.arguments[k] if isinstance(x, int))
             if k > first and k not in steps and any(x in changed for x in operands):
-                changed[k] = self._made(k, changed)
+                changed[k] = UFUNCS[self.steps[k].operation](
+                    *(self._of(x, changed) for x in self.arguments[k])
+                )
         return np.abs(self._torque(changed) - self.torque).max(axis=1)
 
     def _standing_in(self, place: int, instead: Instead) -> Any:

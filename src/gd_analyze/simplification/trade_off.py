@@ -192,8 +192,8 @@ def _eliminated(
     found: list[_Found] = []
     for program, (kept, scale) in zip(programs, reversed(selected), strict=False):
         error = np.abs(np.tensordot(kept * scale - 1.0, candidates.effects, axes=1))
-        if candidates.weights is not None:
-            error = error / candidates.weights.T
+        if exact.states.weights is not None:
+            error = error / exact.states.weights.T
         found.append((program.count, ((1.0 - swept) * error.max(axis=1) + swept) * allowed))
     everything = exact.form.operations, np.zeros(len(allowed))
     return [everything] * (len(factors) - len(found)) + found[::-1]
