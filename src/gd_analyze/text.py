@@ -248,7 +248,7 @@ def html_of(
 # those of `simplification/levels.py`, in this order.
 LEVEL_NAMES = {
     "element": "parts of D and h as a whole, the founding text's method",
-    "term": "torque terms one by one: the fewest operations for arms of few terms",
-    "recursive": "the recursion of Newton and Euler, pruned step by step: for arms of many terms",
+    "term": "torque terms one by one, the fewest operations for arms of few terms",
+    "recursive": "the Newton-Euler recursion with simplified steps, for arms of many terms",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
 }
