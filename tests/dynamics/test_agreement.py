@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_base, newton_euler_link
+from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import (
     MOST_SET_POINTS,
@@ -29,7 +30,6 @@ from gd_analyze.dynamics.pinocchio_check import (
     pinocchio_model,
     round_off_bounds,
 )
-from gd_analyze.dynamics.regressor import inertial_parameters, parameters_of, regressor
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from parallel_axes import arms_with_runs

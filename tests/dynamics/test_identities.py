@@ -15,8 +15,7 @@ import transforms as tf
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.decomposition import decompose_states
-from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
-from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy, solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm

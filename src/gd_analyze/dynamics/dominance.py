@@ -8,7 +8,7 @@ and tiny matters less than one that is mixed and large, so the ranking is by tor
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -124,34 +124,58 @@ def rank(
         )
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
-    count = dataset.sizes["time"]
-    extremes, largest = _extremes(dataset)
+    every = elements(n)
+    peaks, squares, torque_peaks, largest = _extremes(dataset, every)
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
-    noise = {name: 64 * np.finfo(float).eps * most for name, most in largest.items()}
-    rows = [
-        one.row(count, noise[one.element.quantity], peak_torque, round_off, floor, threshold)
-        for one in extremes
-    ]
-    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
-    shares = columns["torque_share"]
+    noise = 64 * np.finfo(float).eps * np.array([largest[element.quantity] for element in every])
+    is_there = peaks[:, :2] > noise[:, None]
+    rms = np.sqrt(squares / dataset.sizes["time"])
+    part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
+    # The whole is the sum where both parts are there, else the one that is.
+    whole = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
+    exists = is_there.any(axis=1)
+    peak, acts = peaks[whole] * exists, torque_peaks[..., 0] >= 0.0
+    torques = np.where(acts, torque_peaks.swapaxes(1, 2)[whole], 0.0) * exists[:, None]
+    if not peak_torque.any():
+        torques[torques <= round_off] = 0.0
+    shares = _ratio(torques, peak_torque)
+    joint = whole[0], np.where(acts, shares, -1.0).argmax(axis=1)
+    shares, change_without = shares[joint], _ratio(part_peak, peak[:, None])
+    which = [peak == 0.0, change_without[:, 1] <= threshold, change_without[:, 0] <= threshold]
+    dominant = np.select(which, ["neither", "translation", "rotation"], "both")
+    columns = {
+        "quantity": np.array([element.quantity for element in every]),
+        "i": np.array([element.i + 1 for element in every]),
+        "j": np.array([0 if element.j is None else element.j + 1 for element in every]),
+        "peak": peak,
+        "rms": rms[whole] * exists,
+        "part_peak": part_peak,
+        "part_rms": part_rms,
+        "part_share": _ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
+        "change_without": change_without,
+        "torque_peak": torques[joint],
+        "torque_joint": joint[1] + 1,
+        "torque_share": shares,
+        "dominant": dominant,
+        "verdict": np.where((torques <= floor).all(axis=1), "negligible", dominant),
+    }
     # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
     most = shares[np.isfinite(shares)].max(initial=1.0)
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
     revolute = (dataset.joint_kind.values == "revolute").tolist()
+    units = [_unit(i, j, revolute) for i, j in zip(columns["i"], columns["j"], strict=True)]
+    torque_units = [unit_of("effort", revolute[k - 1]) for k in columns["torque_joint"]]
     return table(
         "dominance",
         {name: columns[name] for name in GROUPS["dominance"]},
         revolute,
         {
-            "element": columns["label"],
+            "element": [every[k].label for k in order],
             "effect": dataset.effect.values,
-            "unit": (
-                "element",
-                [_unit(i, j, revolute) for i, j in zip(columns["i"], columns["j"], strict=True)],
-            ),
-            "torque_unit": ("element", [unit_of("effort", revolute[k - 1]) for k in columns["torque_joint"]]),
+            "unit": ("element", units),
+            "torque_unit": ("element", torque_units),
         },
         {
             "threshold": float(threshold),
@@ -168,92 +192,36 @@ def _unit(i: int, j: int, revolute: list[bool]) -> str:
     return unit_of("inertia", revolute[i - 1], revolute[j - 1]) if j else unit_of("effort", revolute[i - 1])
 
 
-class _Extremes:
-    """Of one element: its translational part, its rotational part and their sum, in this order."""
+def _extremes(
+    dataset: xr.Dataset, every: Sequence[Element]
+) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
+    """Read block by block what elements come to: translation, rotation and their sum along the last axis.
 
-    def __init__(self, element: Element) -> None:
-        self.element = element
-        self.peak, self.squares = np.zeros(3), np.zeros(3)
-        self.torque: dict[int, FloatArray] = {}
-
-    def add(self, block: Mapping[Any, Any], qdd: FloatArray) -> None:
-        """Take some set points into account."""
-        parts = self.element.parts(block)
-        curves = np.vstack([parts, parts.sum(axis=0)])
-        self.peak = np.maximum(self.peak, np.abs(curves).max(axis=1))
-        self.squares += (curves**2).sum(axis=1)
-        for joint, factor in self.element.torque_factors(qdd).items():
-            torque = np.abs(curves * factor).max(axis=1)
-            self.torque[joint] = np.maximum(self.torque.get(joint, 0.0), torque)
-
-    def row(
-        self,
-        count: int,
-        noise: float,
-        peak_torque: FloatArray,
-        round_off: float,
-        floor: FloatArray,
-        threshold: float,
-    ) -> dict[str, Any]:
-        """Judge the element; a part below `noise` and a torque below `round_off` are zero."""
-        element, is_there = self.element, self.peak[:2] > noise
-        rms = np.sqrt(self.squares / count)
-        part_peak, part_rms = np.where(is_there, [self.peak[:2], rms[:2]], 0.0)
-        # The whole is the sum where both parts are there, else the one that is.
-        whole, exists = 2 if is_there.all() else int(is_there.argmax()), bool(is_there.any())
-        peak = float(self.peak[whole]) * exists
-        torques = {k: float(made[whole]) * exists for k, made in self.torque.items()}
-        if not peak_torque.any():
-            torques = {joint: value if value > round_off else 0.0 for joint, value in torques.items()}
-        shares = {joint: _ratio(torque, float(peak_torque[joint])) for joint, torque in torques.items()}
-        joint = max(shares, key=lambda k: shares[k])
-        change_without = np.array([_ratio(float(p), peak) for p in part_peak])
-        if peak == 0.0:
-            dominant = "neither"
-        elif change_without[1] <= threshold:
-            dominant = "translation"
-        elif change_without[0] <= threshold:
-            dominant = "rotation"
-        else:
-            dominant = "both"
-        negligible = all(torque <= floor[k] for k, torque in torques.items())
-        return {
-            "label": element.label,
-            "quantity": element.quantity,
-            "i": element.i + 1,
-            "j": 0 if element.j is None else element.j + 1,
-            "peak": peak,
-            "rms": float(rms[whole]) * exists,
-            "part_peak": part_peak,
-            "part_rms": part_rms,
-            "part_share": part_rms / part_rms.sum() if part_rms.any() else part_rms,
-            "change_without": change_without,
-            "torque_peak": torques[joint],
-            "torque_joint": joint + 1,
-            "torque_share": shares[joint],
-            "dominant": dominant,
-            "verdict": "negligible" if negligible else dominant,
-        }
-
-
-def _extremes(dataset: xr.Dataset) -> tuple[list[_Extremes], dict[str, float]]:
-    """Extremes of every element, and the largest magnitude of each quantity, read block by block."""
-    found = [_Extremes(element) for element in elements(dataset.sizes["joint"])]
-    largest = dict.fromkeys((one.element.quantity for one in found), 0.0)
+    Peaks and sums of squares, (elements, 3), peaks of torque, (elements, n, 3), -1 at joints that an element
+    does not act on, and the largest magnitude of each quantity.
+    """
+    peaks, squares = np.zeros((2, len(every), 3))
+    torques = np.full((len(every), dataset.sizes["joint"], 3), -1.0)
+    largest = dict.fromkeys((element.quantity for element in every), 0.0)
     for chunk in chunks(dataset.sizes["time"]):
         part = dataset.isel(time=chunk)
         block = {name: part[name].values for name in largest}
         for name, values in block.items():
             largest[name] = max(largest[name], float(np.abs(values).max()))
-        for one in found:
-            one.add(block, part.qdd.values)
-    return found, largest
+        for k, element in enumerate(every):
+            parts = element.parts(block)
+            curves = np.vstack([parts, parts.sum(axis=0)])
+            peaks[k] = np.maximum(peaks[k], np.abs(curves).max(axis=1))
+            squares[k] += (curves**2).sum(axis=1)
+            for joint, factor in element.torque_factors(part.qdd.values).items():
+                torques[k, joint] = np.maximum(torques[k, joint], np.abs(curves * factor).max(axis=1))
+    return peaks, squares, torques, largest
 
 
-def _ratio(value: float, whole: float) -> float:
-    if value == 0.0:
-        return 0.0
-    return value / whole if whole > 0.0 else np.inf
+def _ratio(values: FloatArray, whole: FloatArray) -> FloatArray:
+    """Share of a whole: infinite of one that is zero, and 0 of a value that is."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(values == 0.0, 0.0, values / whole)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
+from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy
 from gd_analyze.dynamics.mass_matrix import refusal
 from gd_analyze.dynamics.methods import Method, known_method
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
-from gd_analyze.dynamics.regressor import regressor
+from gd_analyze.dynamics.base_parameters import regressor
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks, peak_magnitude, round_off_of
+from gd_analyze.dynamics.base_parameters import inertial_parameters, regressor
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.dynamics.regressor import inertial_parameters, regressor
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of

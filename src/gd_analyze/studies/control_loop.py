@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.energy import kinetic_energy, potential_energy
+from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, World
