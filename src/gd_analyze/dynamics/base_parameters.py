@@ -53,12 +53,8 @@ def inertial_parameters(mass: float, first_moment: FloatArray, inertia: FloatArr
 
 def parameters_of(arm: RobotArm) -> FloatArray:
     """Parameters of every link of an arm, shape (n links, 10)."""
-    return np.array(
-        [
-            inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com))
-            for mass, com, inertia in zip(arm.mass, arm.com, arm.inertia_com, strict=True)
-        ]
-    )
+    links = zip(arm.mass, arm.com, arm.inertia_com, strict=True)
+    return np.array([inertial_parameters(m, m * r, own + of_point_mass(m, r)) for m, r, own in links])
 
 
 def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
@@ -194,12 +190,8 @@ class BaseParameters:
             [one.symbol, *(f"{x:.3g}" for x in (one.number, one.translation, one.rotation)), one.unit]
             for one in self.parameters
         ]
-        return html_of(
-            f"Base parameters of {self.arm.title or self.arm.name}",
-            ["symbol", "number", "translation", "rotation", "unit"],
-            rows,
-            repr(self),
-        )
+        headings = ["symbol", "number", "translation", "rotation", "unit"]
+        return html_of(f"Base parameters of {self.arm.title or self.arm.name}", headings, rows, repr(self))
 
     @property
     def original(self) -> tuple[tuple[str, int], ...]:
@@ -252,8 +244,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     arm = arm_of(arm)
     drives = arm.counts_drives(drives)
     rewritten = regrouped(arm)
-    frames = _frames(arm, rewritten)
-    kept, matrix = _combined(rewritten, regroupings(rewritten))
+    frames, (kept, matrix) = _frames(arm, rewritten), _combined(rewritten, regroupings(rewritten))
     effects = _by_effect(arm, frames)
     if not drives:
         matrix, effects = matrix[[KINDS[kind] != "J" for _, kind in kept], :, :10], effects[..., :10]
@@ -261,9 +252,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     parameters = []
     for (link, kind), row in zip(kept, matrix, strict=True):
         # What it is called by comes first, then link by link.
-        order = sorted(
-            ((s, k) != (link, kind), int(s), int(k)) for s, k in zip(*np.nonzero(row), strict=True)
-        )
+        order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = KINDS[kind]
         is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
         translation, rotation, drive = (_added(row * effect) for effect in effects)
@@ -277,7 +266,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
                 translation=translation,
                 rotation=rotation,
                 drive=drive,
-                combination=tuple(Share(float(row[s, k]), KINDS[k], s + 1) for _, s, k in order),
+                combination=tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order),
             )
         )
     into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
@@ -294,10 +283,8 @@ def _frames(arm: RobotArm, rewritten: RegroupedArm) -> tuple[Placement, ...]:
         origin = origin + rotation @ link.translation
         rotation = rotation @ link.turned(0.0)
         own = kinematics.link_rotations[i, :, :, 0].T
-        seen = Placement(
-            _rounded(own @ rotation), _rounded(own @ (origin - kinematics.link_origins[i, :, 0]), arm.reach)
-        )
-        out.append(seen)
+        seen = own @ (origin - kinematics.link_origins[i, :, 0])
+        out.append(Placement(_rounded(own @ rotation), _rounded(seen, arm.reach)))
     return tuple(out)
 
 

@@ -89,15 +89,8 @@ def decompose(
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
     require_joints(trajectory, arm)
-    arrays = decompose_states(
-        arm,
-        states_of(trajectory),
-        christoffel=christoffel,
-        by_link=by_link,
-        terms=terms,
-        drives=drives,
-        progress=progress,
-    )
+    kept = {"christoffel": christoffel, "by_link": by_link, "terms": terms}
+    arrays = decompose_states(arm, states_of(trajectory), **kept, drives=drives, progress=progress)
     return labelled(arm, trajectory, arrays)
 
 
@@ -114,6 +107,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     if "coriolis_centrifugal_terms" in arrays:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
+    explained = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"]
     attrs = {
         "schema": SCHEMA_VERSION,
         "arm": arm.name,
@@ -124,17 +118,12 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "trajectory_velocities": trajectory.derivatives_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int("drive_torque" in arrays),
-        "torque_round_off": round_off_of(
-            np.asarray(arrays["torque"]),
-            round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"],
-        ),
+        "torque_round_off": round_off_of(np.asarray(arrays["torque"]), explained),
     }
-    if trajectory.motions:
-        attrs |= {
-            "motions": [motion.name for motion in trajectory.motions],
-            "motion_ends": [motion.end for motion in trajectory.motions],
-            "motion_fingerprints": [motion.fingerprint for motion in trajectory.motions],
-        }
+    if motions := trajectory.motions:
+        attrs["motions"] = [motion.name for motion in motions]
+        attrs["motion_ends"] = [motion.end for motion in motions]
+        attrs["motion_fingerprints"] = [motion.fingerprint for motion in motions]
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
 
@@ -209,14 +198,13 @@ def torque_of(
 ) -> FloatArray:
     """Torque at states (..., n), N m, of their shape, without keeping what it consists of."""
     require_states_fit(arm, states)
-    leading = states.q.shape[:-1]
     flat = states.in_a_row
     out = np.empty((len(flat), arm.n_joints))
     for chunk in chunks(len(flat)):
         out[chunk] = decompose_states(arm, flat.at(chunk), christoffel=False, drives=drives)["torque"]
         if progress is not None:
             progress(chunk.stop - chunk.start)
-    return out.reshape(*leading, arm.n_joints)
+    return out.reshape(states.q.shape)
 
 
 def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array]) -> None:
@@ -304,10 +292,8 @@ def on_demand(shape: tuple[int, ...], read: Read) -> Any:
             self.shape, self.dtype = shape, np.dtype(float)
 
         def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-            outer = indexing.IndexingSupport.OUTER
-            return indexing.explicit_indexing_adapter(
-                key, shape, outer, lambda key: _chosen(shape, read, key)
-            )
+            outer, chosen = indexing.IndexingSupport.OUTER, partial(_chosen, shape, read)
+            return indexing.explicit_indexing_adapter(key, shape, outer, chosen)
 
     return indexing.LazilyIndexedArray(OnDemand())
 

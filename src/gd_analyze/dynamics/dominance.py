@@ -129,7 +129,7 @@ def rank(
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
     noise = 64 * np.finfo(float).eps * np.array([largest[element.quantity] for element in every])
-    is_there = peaks[:, :2] > noise[:, None]
+    is_there: Array = peaks[:, :2] > noise[:, None]
     rms = np.sqrt(squares / dataset.sizes["time"])
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
     # The whole is the sum where both parts are there, else the one that is.

@@ -37,9 +37,8 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
     """Those of some columns that are not made up of the ones before them."""
     kept: list[int] = []
     for column in columns:
-        whole = float(np.linalg.norm(r[:, column]))
         own = abs(reduced(r[:, [*kept, column]])[-1, -1])
-        if own > _DEPENDENT * whole:
+        if own > _DEPENDENT * float(np.linalg.norm(r[:, column])):
             kept.append(column)
     return kept
 
@@ -122,8 +121,7 @@ class Friction:
     @classmethod
     def of(cls, fits: Sequence[JointFit]) -> Friction:
         """Collect what was fitted to each joint."""
-        names = [field.name for field in fields(cls)]
-        return cls(*(np.array([getattr(fit, name) for fit in fits]) for name in names))
+        return cls(*(np.array([getattr(fit, field.name) for fit in fits]) for field in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +171,7 @@ def fit_joint(
     least = float(np.linalg.norm(r @ weights))
     fitted = -weights
     fitted[_MEASURED] = 0.0
-    known = [term in terms for term in _OF_TERM]
+    known, explained = [term in terms for term in _OF_TERM], r @ fitted
 
     # How measured and model go together beside friction, whatever they are multiplied by. The first row is
     # that of the offset, the last two are what friction leaves.
@@ -195,7 +193,7 @@ def fit_joint(
         terms=np.where(known, fitted[[*_OF_TERM]] + 0.0, np.nan),
         errors=np.where(known, deviation[[*_OF_TERM]], np.nan),
         rms=least / root,
-        correlation=_correlation(r @ fitted, r[:, _MEASURED]),
+        correlation=float(explained[1:] @ r[1:, _MEASURED] / (spread(explained) * spread(r[:, _MEASURED]))),
         explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
         slope=slope,
         slope_error=slope_error,
@@ -231,7 +229,3 @@ def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float
     inverse = np.linalg.inv(reduced(r[:, free] / sizes))
     out[free] = np.sqrt(square * (inverse**2).sum(axis=1)) / sizes
     return out
-
-
-def _correlation(a: FloatArray, b: FloatArray) -> float:
-    return float(a[1:] @ b[1:] / (spread(a) * spread(b)))

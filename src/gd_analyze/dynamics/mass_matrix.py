@@ -43,11 +43,10 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     of its rows outweighs that.
     """
     travel = np.where(arm.is_revolute, 0.0, farthest)
-    lengths = [
-        float(np.linalg.norm(joint.placement.translation) + np.linalg.norm(link.frame.translation))
-        for joint, link in zip(arm.joints, arm.links, strict=True)
-    ]
-    steps, com = np.array(lengths) + travel, float(np.linalg.norm(arm.com, axis=1).max())
+    frames = [joint.placement for joint in arm.joints], [link.frame for link in arm.links]
+    ways = [[frame.translation for frame in each] for each in frames]
+    steps = np.linalg.norm(ways, axis=-1).sum(axis=0) + travel
+    com = float(np.linalg.norm(arm.com, axis=1).max())
     whole = float(steps.sum()) + com
     # Of joint i: its own travel and frame, and all steps behind it.
     beyond = np.cumsum(steps[::-1])[::-1] + com
@@ -81,11 +80,8 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
         )
     index = _without_inertia(inertia, floor)
     joint, link = arm.joints[index], arm.links[index]
-    moves = (
-        "moves no mass"
-        if inertia[index, index] <= floor[index]
-        else "has no inertia with those before it free"
-    )
+    is_bare = inertia[index, index] <= floor[index]
+    moves = "moves no mass" if is_bare else "has no inertia with those before it free"
     return ArmError(
         f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
         where=_place(arm, link),

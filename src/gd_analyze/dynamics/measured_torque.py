@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
@@ -31,15 +31,8 @@ Verdict = Literal[
     "does not follow",
     "not measured",
 ]
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 # Of these the robot file is to blame, or how the log was read.
-CONTRADICTING: tuple[Verdict, ...] = (
-    "too light",
-    "too heavy",
-    "other sign",
-    "another joint's",
-    "does not follow",
-)
+CONTRADICTING = ("too light", "too heavy", "other sign", "another joint's", "does not follow")
 
 # Share of the measured variance from which on the model alone is enough: what is left is, as RMS, less than a
 # third (sqrt(0.1)) of what was measured.
@@ -187,38 +180,43 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
     assert recording is not None  # who calls has asked for it
     measured = recording.torque if recording.torque_filtered is None else recording.torque_filtered
     assert measured is not None
-    inside = _settled(trajectory)
+    wait = _settling(trajectory)
+    inside = np.ones(trajectory.n_set_points, dtype=bool)
+    for stretch in trajectory.stretches:
+        time = trajectory.time[stretch]
+        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
+    if not inside.any():
+        inside[:] = True
     joints = [_of_joint(trajectory, i, model, measured[:, i], inside) for i in range(arm.n_joints)]
-    fits = [joint.get("fit", NOT_FITTED) for joint in joints]
+    fits = [joint["fit"] for joint in joints]
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
-        compared=max(joint.get("compared", 0) for joint in joints),
-        **{name: np.array([joint.get(name, np.nan) for joint in joints]) for name in _NUMBERS},
+        compared=max(joint["compared"] for joint in joints),
+        **{name: np.array([joint[name] for joint in joints]) for name in _NUMBERS},
         slope_beside_friction=np.array([fit.slope for fit in fits]),
         slope_error=np.array([fit.slope_error for fit in fits]),
         friction=Friction.of(fits),
-        verdicts=tuple(joint.get("verdict", "not measured") for joint in joints),
-        resembles=tuple(joint.get("resembles", 0) for joint in joints),
+        verdicts=tuple(joint["verdict"] for joint in joints),
+        resembles=tuple(joint["resembles"] for joint in joints),
     )
 
 
 _NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
+# Of a joint where nothing was measured, but for its model's peak torque.
+_UNKNOWN = dict.fromkeys(_NUMBERS, np.nan) | {"compared": 0, "fit": NOT_FITTED, "resembles": 0}
 
 
 def _of_joint(
     trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, inside: Array
 ) -> dict[str, Any]:
-    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all.
-
-    Where nothing was measured there is no more than the peak of the model's torque.
-    """
+    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all."""
     rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
     peak_model = float(np.abs(model[inside, joint]).max(initial=0.0))
     if count < _FEWEST or not measured[rows].any():
-        return {"peak_model": peak_model}
+        return _UNKNOWN | {"peak_model": peak_model, "verdict": "not measured"}
 
     def columns(at: slice) -> FloatArray:
         used = rows[at]
@@ -230,7 +228,11 @@ def _of_joint(
     along = float(of_models[1:, joint] @ of_measured[1:, 0])
     wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
-    fit = _fit(trajectory, joint, model[:, joint], measured, rows)
+    way, velocity = _direction(trajectory, joint), trajectory.qd[:, joint]
+    moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
+    if moving.sum() < _FEWEST:  # an offset alone is fitted
+        way, velocity, moving = np.zeros_like(way), np.zeros_like(way), rows
+    fit = fit_joint(model[:, joint], measured, way, velocity, moving, trajectory.stretches)
     verdict, resembles = _verdict(fit, explained_by, joint)
     return {
         "compared": count,
@@ -245,18 +247,6 @@ def _of_joint(
         "verdict": verdict,
         "resembles": resembles,
     }
-
-
-def _fit(
-    trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, rows: Array
-) -> JointFit:
-    """Fit friction to a joint where it moves; where it never does, an offset alone."""
-    way, velocity = _direction(trajectory, joint), trajectory.qd[:, joint]
-    moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
-    if moving.sum() < _FEWEST:
-        still = np.zeros_like(way)
-        return fit_joint(model, measured, still, still, rows, trajectory.stretches)
-    return fit_joint(model, measured, way, velocity, moving, trajectory.stretches)
 
 
 def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
@@ -283,16 +273,6 @@ def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdi
     return ("below friction" if hidden else "does not follow"), 0
 
 
-def _settled(trajectory: Trajectory) -> Array:
-    """Set points at which the filter's own start and end are over, (N,); all where none would be left."""
-    wait = _settling(trajectory)
-    inside = np.ones(trajectory.n_set_points, dtype=bool)
-    for stretch in trajectory.stretches:
-        time = trajectory.time[stretch]
-        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
-    return inside if inside.any() else np.ones_like(inside)
-
-
 def _direction(trajectory: Trajectory, joint: int) -> FloatArray:
     """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
     velocity, recording = trajectory.qd[:, joint], trajectory.recording
@@ -311,8 +291,7 @@ def _far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
     after = np.flatnonzero(np.diff(way) != 0.0)
     jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
     following = np.searchsorted(jumps, time)
-    far = np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait
-    return np.asarray(far)
+    return np.asarray(np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait)
 
 
 def _settling(trajectory: Trajectory) -> float:

@@ -38,7 +38,6 @@ class TorqueOf(Protocol):
 
     def __call__(self, arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
         """Evaluate the torque."""
-        ...
 
 
 # D, h and c of an arm at q, qd (n, N).
@@ -68,8 +67,7 @@ def torque_of_states(
     states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
     out = np.empty(states[0].shape)
     for chunk in chunks(len(q)):
-        part = (x[:, chunk] for x in states)
-        out[:, chunk] = method.torque(arm, *part)
+        out[:, chunk] = method.torque(arm, *(x[:, chunk] for x in states))
     return out.T
 
 
@@ -170,10 +168,6 @@ def known_method(name: str) -> Method:
     """Look a formulation up by its name."""
     if name not in METHODS:
         near = difflib.get_close_matches(str(name), METHODS, n=1)
-        raise UsageError(
-            f"there is no formulation {name!r}",
-            where="method",
-            expected=", ".join(METHODS),
-            next_step=f"did you mean {near[0]!r}?" if near else None,
-        )
+        what, hint = f"there is no formulation {name!r}", f"did you mean {near[0]!r}?" if near else None
+        raise UsageError(what, where="method", expected=", ".join(METHODS), next_step=hint)
     return METHODS[name]

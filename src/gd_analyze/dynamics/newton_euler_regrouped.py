@@ -107,8 +107,7 @@ class _Turn:
     """From frame i-1 to frame i: a constant rotation, then a turn about z if there is one."""
 
     rotation: FloatArray
-    cos: Array | None = None
-    sin: Array | None = None
+    about_z: tuple[Array, Array] | None = None  # cosine and sine
 
     def across(self, vector: Array) -> Array:
         """Express a vector of frame i-1 in frame i before it turns."""
@@ -116,17 +115,17 @@ class _Turn:
 
     def turned(self, vector: Array) -> Array:
         """Express that in frame i."""
-        if self.cos is None or self.sin is None:
+        if self.about_z is None:
             return vector
-        x, y, z = vector
-        return np.stack([self.cos * x + self.sin * y, self.cos * y - self.sin * x, z])
+        (cos, sin), (x, y, z) = self.about_z, vector
+        return np.stack([cos * x + sin * y, cos * y - sin * x, z])
 
     def turned_back(self, vector: Array) -> Array:
         """Express a vector of frame i in that before it turns."""
-        if self.cos is None or self.sin is None:
+        if self.about_z is None:
             return vector
-        x, y, z = vector
-        return np.stack([self.cos * x - self.sin * y, self.sin * x + self.cos * y, z + 0.0 * x])
+        (cos, sin), (x, y, z) = self.about_z, vector
+        return np.stack([cos * x - sin * y, sin * x + cos * y, z + 0.0 * x])
 
     def back_across(self, vector: Array) -> Array:
         """Express that in frame i-1."""
@@ -177,13 +176,9 @@ class _Run:
 
     def joined(self, own: _Run) -> _Run:
         """Take one more joint."""
-        return replace(
-            self,
-            angle=self.angle + own.angle,
-            offset=self.offset + own.offset,
-            velocity=self.velocity + own.velocity,
-            acceleration=self.acceleration + own.acceleration,
-        )
+        names = ("angle", "offset", "velocity", "acceleration")
+        sums = {name: getattr(self, name) + getattr(own, name) for name in names}
+        return replace(self, **sums)
 
     @property
     def quantities(self) -> dict[str, Array]:
@@ -202,9 +197,9 @@ class _Run:
         quarters = round(self.offset / _QUARTER)
         if abs(self.offset - quarters * _QUARTER) > _ROUND_OFF:
             angle = self.angle + self.offset
-            return _Turn(self.rotation, np.cos(angle), np.sin(angle))
+            return _Turn(self.rotation, (np.cos(angle), np.sin(angle)))
         cos, sin = np.cos(self.angle), np.sin(self.angle)
-        return _Turn(self.rotation, *((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[quarters % 4])
+        return _Turn(self.rotation, ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[quarters % 4])
 
     def spin(self, link: RegroupedLink) -> _Spin:
         """How the last of them moves."""

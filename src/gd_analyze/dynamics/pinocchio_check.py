@@ -156,12 +156,9 @@ def pinocchio_model(arm: RobotArm) -> Any:
     model.gravity.linear = np.array(arm.gravity)
     parent, behind = 0, pin.SE3.Identity()
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
-        unaligned = (
-            pin.JointModelRevoluteUnaligned if joint.kind == "revolute" else pin.JointModelPrismaticUnaligned
-        )
-        parent = model.addJoint(
-            parent, unaligned(np.array(joint.axis)), behind * placed(joint.placement), f"joint_{i + 1}"
-        )
+        unaligned = getattr(pin, f"JointModel{joint.kind.capitalize()}Unaligned")
+        moving, where = unaligned(np.array(joint.axis)), behind * placed(joint.placement)
+        parent = model.addJoint(parent, moving, where, f"joint_{i + 1}")
         behind = placed(link.frame)
         # A physically inconsistent inertia would be refused when it is made.
         body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))

@@ -78,7 +78,11 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
     steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
     steps = [_without_round_off(step, np.array(origins)) for step in steps]
     kept = _regrouped(revolute, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
-    is_round = revolute[-1] and not parallel[-1] and _is_round(kept[-1], moments)
+    # Whether the last link is a body round about z with its centre there.
+    is_round = revolute[-1] and not parallel[-1] and kept[-1].dtype != object and not kept[-1][3, :3].any()
+    if is_round:
+        uneven = kept[-1][:3, :3] - kept[-1][0, 0] * np.diag([1.0, 1.0, 0.0])
+        is_round = not _without_round_off(uneven, np.array(moments)[:, :3, :3]).any()
     if is_round:
         kept[-1][1, 1] = kept[-1][0, 0]
     links = tuple(
@@ -120,8 +124,7 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
 
 def _aligned(revolute: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
     """Make parallel axes one direction to the last bit; signs of the joints, and which turn so on."""
-    signs, parallel = [], []
-    before = None
+    signs, parallel, before = [], [], None
     for i, axis in enumerate(axes):
         parallel.append(before is not None and revolute[i] and _are_parallel(before, axis))
         signs.append(1)
@@ -142,20 +145,16 @@ def _origins(
     if not revolute[last]:
         origins[0] = moments[last][:3, 3] / mass if isinstance(mass, float) and mass > 0.0 else points[last]
     elif last and revolute[last - 1]:
-        origins[0] = _foot(points[last], axes[last], points[last - 1], axes[last - 1])
+        # Nearest to the axis before; the point given where the two are nearly parallel.
+        normal = np.cross(axes[last], axes[last - 1])
+        if np.linalg.norm(normal) >= _SKEW:
+            across = np.cross(points[last - 1] - points[last], axes[last - 1])
+            origins[0] = points[last] + axes[last] * (across @ normal / (normal @ normal))
     for i in reversed(range(last)):
         beyond = origins[0]
         along = axes[i] * ((beyond - points[i]) @ axes[i])
         origins.insert(0, points[i] + along if revolute[i] else beyond)
     return origins
-
-
-def _foot(point: Array, axis: FloatArray, other: Array, other_axis: FloatArray) -> Array:
-    """Point of a line nearest to another line; the one given where they are nearly parallel."""
-    normal = np.cross(axis, other_axis)
-    if np.linalg.norm(normal) < _SKEW:
-        return point
-    return point + axis * (np.cross(other - point, other_axis) @ normal / (normal @ normal))
 
 
 def _frames(
@@ -243,21 +242,18 @@ def _regrouped(
 
 def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
     """Moments in the frame that the given one has this rotation and translation in."""
-    motion = np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
+    motion = homogeneous(rotation, translation)
     moved: Array = motion @ moments @ motion.T
     return moved
 
 
+def homogeneous(rotation: Array, translation: Array) -> Array:
+    """Placement as a matrix, (4, 4)."""
+    return np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
+
+
 def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
     return float(np.abs(np.cross(one, other)).max()) <= _ROUND_OFF
-
-
-def _is_round(kept: Array, every: Sequence[Array]) -> bool:
-    """Whether moments are those of a body round about z with its centre there; `every` tells their size."""
-    if kept.dtype == object:
-        return False
-    uneven = kept[:3, :3] - kept[0, 0] * np.diag([1.0, 1.0, 0.0])
-    return not (_without_round_off(uneven, np.array(every)[:, :3, :3]).any() or kept[3, :3].any())
 
 
 def _without_round_off(values: Array, beside: Array | None = None) -> Array:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, skew
-from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink
+from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, homogeneous
 
 # A link's mass, its first and second moments, and its drive's inertia.
 KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")
@@ -90,7 +90,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
 
 def carried(rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """The ten in one frame from those in another that stands so in it, (10, 10)."""
-    place = _place(rotation, translation)
+    place = homogeneous(rotation, translation)
     return np.column_stack([moments_of(place @ body @ place.T) for body in _BODIES])
 
 
@@ -105,10 +105,6 @@ for _k, _entry in enumerate(_ENTRIES):
 _LENGTHS = tuple(len(kind) - 1 for kind in KINDS[:-1])
 
 
-def _place(rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    return np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
-
-
 def _motion(angular: FloatArray, linear: FloatArray) -> FloatArray:
     """Matrix of a motion: a point's velocity from its place."""
     return np.vstack([np.column_stack([skew(angular), linear]), np.zeros(4)])
@@ -118,8 +114,9 @@ def _places(link: RegroupedLink, length: float) -> FloatArray:
     """The link's frame in the one before, lengths in units of one, at values of q that tell all others."""
     lever = link.translation / length
     if link.prismatic is not None:
-        return np.array([_place(link.rotation, lever + slid * link.prismatic) for slid in (0.0, -1.0, 1.0)])
-    return np.array([_place(link.turned(angle), lever) for angle in 2 * math.pi / 5 * np.arange(5)])
+        levers = [lever + slid * link.prismatic for slid in (0.0, -1.0, 1.0)]
+        return np.array([homogeneous(link.rotation, each) for each in levers])
+    return np.array([homogeneous(link.turned(angle), lever) for angle in 2 * math.pi / 5 * np.arange(5)])
 
 
 def _span(matrices: FloatArray) -> FloatArray:

@@ -59,12 +59,11 @@ class Integration:
     def __post_init__(self) -> None:
         known_method(self.method)
         integrators = get_args(Integrator)
-        _require(self.integrator in integrators, "integrator", ", ".join(integrators), self.integrator)
         is_count = int(self.set_points) == self.set_points and self.set_points >= 2
+        _require(self.integrator in integrators, "integrator", ", ".join(integrators), self.integrator)
         _require(is_count, "set_points", "a whole number of 2 or more", self.set_points)
-        is_tight = np.isfinite(self.rtol) and self.rtol >= TIGHTEST_RTOL
-        _require(is_tight, "rtol", f"{TIGHTEST_RTOL:.1e} or more", self.rtol)
-        _require(np.isfinite(self.atol) and self.atol > 0, "atol", "a positive number", self.atol)
+        _require(TIGHTEST_RTOL <= self.rtol < np.inf, "rtol", f"{TIGHTEST_RTOL:.1e} or more", self.rtol)
+        _require(0 < self.atol < np.inf, "atol", "a positive number", self.atol)
 
     def __str__(self) -> str:
         return f"{self.method}, {self.integrator}, rtol {self.rtol:g}, atol {self.atol:g}"
@@ -171,10 +170,8 @@ def simulate(
 
     Examples
     --------
-    >>> import numpy as np
     >>> from gd_analyze.robots.catalogue import load_arm
-    >>> from gd_analyze.dynamics.simulation import simulate
-    >>> fall = simulate(load_arm("two_link"), lambda t, q, qd: np.zeros(2), [0.0, 0.0], [0.0, 0.0], 0.5)
+    >>> fall = simulate(load_arm("two_link"), lambda t, q, qd: [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0.5)
     >>> bool(abs(fall.energy_residual).max() < 1e-7)
     True
     """
@@ -188,11 +185,8 @@ def simulate(
     def slope(t: float, state: FloatArray) -> FloatArray:
         q, qd = state[:n], state[n : 2 * n]
         if not np.isfinite(state).all():
-            raise GdAnalyzeError(
-                "the simulated motion grows without bounds",
-                where=f"t = {t:g} s",
-                next_step="check the torque function's signs",
-            )
+            what, hint = "the simulated motion grows without bounds", "check the torque function's signs"
+            raise GdAnalyzeError(what, where=f"t = {t:g} s", next_step=hint)
         active, resisting = torque_at(t, q, qd), resistance(qd)
         qdd = solve_accelerations(arm, method, added, q, qd, active - resisting)
         return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
@@ -214,9 +208,8 @@ def simulate(
             next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
         )
     time = np.linspace(0.0, float(duration), int(integration.set_points))
-    q, qd, work, dissipated = (
-        part.copy() for part in np.split(solved.sol(time).T, [n, 2 * n, 2 * n + 1], axis=1)
-    )
+    parts = np.split(solved.sol(time).T, [n, 2 * n, 2 * n + 1], axis=1)
+    q, qd, work, dissipated = (part.copy() for part in parts)
     applied = np.array([torque_at(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
     return Simulation(
         time,
@@ -237,34 +230,28 @@ def _torque_function(
     arm: RobotArm, torque: TorqueFunction | TorqueHistory, duration: float
 ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
     """Turn either way of giving torque into a checked function of t, q and qd."""
-    inner = torque if callable(torque) else _spline(arm, torque, duration)
+    inner, n = torque if callable(torque) else _spline(torque, arm.n_joints, duration), arm.n_joints
 
     def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
         value = np.asarray(inner(t, q, qd), dtype=float)
-        if value.shape != (arm.n_joints,) or not np.isfinite(value).all():
-            raise GdAnalyzeError(
-                "the torque function does not give one finite torque per joint",
-                where=f"t = {t:g} s",
-                expected=f"{arm.n_joints} finite numbers",
-                found=f"shape {value.shape}" if value.shape != (arm.n_joints,) else str(value.tolist()),
-            )
+        if value.shape != (n,) or not np.isfinite(value).all():
+            what = "the torque function does not give one finite torque per joint"
+            found = f"shape {value.shape}" if value.shape != (n,) else str(value.tolist())
+            raise GdAnalyzeError(what, where=f"t = {t:g} s", expected=f"{n} finite numbers", found=found)
         return value
 
     return checked
 
 
-def _spline(arm: RobotArm, history: TorqueHistory, duration: float) -> TorqueFunction:
+def _spline(history: TorqueHistory, n: int, duration: float) -> TorqueFunction:
     """SciPy's cubic spline: its two continuous derivatives let an integrator of high order keep that."""
     try:
         time, values = (np.asarray(part, dtype=float) for part in history)
     except (TypeError, ValueError):
         _require(False, "torque", "a function of t, q and qd, or (time, values)", type(history).__name__)
-    _require(
-        time.ndim == 1 and len(time) >= 2 and values.shape == (len(time), arm.n_joints),
-        "torque",
-        f"time of shape (N,) with N of 2 or more, and values of shape (N, {arm.n_joints})",
-        f"time {time.shape}, values {values.shape}",
-    )
+    fits = time.ndim == 1 and len(time) >= 2 and values.shape == (len(time), n)
+    shapes = f"time of shape (N,) with N of 2 or more, and values of shape (N, {n})"
+    _require(fits, "torque", shapes, f"time {time.shape}, values {values.shape}")
     is_sound = np.isfinite(time).all() and np.isfinite(values).all() and (np.diff(time) > 0).all()
     _require(is_sound, "torque", "finite numbers, time strictly increasing", "others")
     covered = f"{time[0]:g} to {time[-1]:g} s"
