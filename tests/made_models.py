@@ -12,7 +12,7 @@ import xarray as xr
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import OperationCount
+from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
@@ -35,13 +35,17 @@ ROUND_OFF = 1e-10
 
 def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = COUNTING) -> SimplifiedModel:
     """A model of these terms that promises nothing."""
+    return promising_nothing(form, level, terms, level.write(form, terms, effort))
+
+
+def promising_nothing(form: ExactForm, level: Level, terms: Terms, program: Program) -> SimplifiedModel:
     n = form.arm.n_joints
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
     return SimplifiedModel(
         level=level,
         form=form,
         terms=terms,
-        program=level.write(form, terms, effort),
+        program=program,
         operations_full=OperationCount(3, 2, 1),
         accuracy=Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
     )

@@ -7,31 +7,21 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.program import Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact_form import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion import NUMBER, Change
+from made_models import promising_nothing
 from strategies import random_inertia, random_rotation
 
 
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:
     """A model that is this program and promises nothing."""
-    n = arm.n_joints
-    nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
-    accuracy = Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0})
-    return SimplifiedModel(
-        level=TERM,
-        form=ExactForm(arm),
-        terms={},
-        program=program,
-        operations_full=OperationCount(3, 2, 1),
-        accuracy=accuracy,
-    )
+    return promising_nothing(ExactForm(arm), TERM, {}, program)
 
 
 def pruned(arm: RobotArm, share: float, rng: np.random.Generator) -> SimplifiedModel:
@@ -79,18 +69,10 @@ def searched(model: SimplifiedModel, box: Box, joint: int, rng: np.random.Genera
 
 def general_arm(joints: int, rng: np.random.Generator, slides: bool) -> RobotArm:
     """Axes in any direction, full inertias; perhaps the third joint slides."""
-    kinds = ["prismatic" if slides and i == 2 else "revolute" for i in range(joints)]
-    made = [
-        (
-            Joint(f"joint {i}", kind, Placement(random_rotation(rng), rng.uniform(-0.3, 0.3, 3))),
-            Link(
-                f"link {i}",
-                rng.uniform(0.5, 3.0),
-                rng.uniform(-0.1, 0.1, 3),
-                random_inertia(rng),
-                Placement(),
-            ),
-        )
-        for i, kind in enumerate(kinds)
-    ]
-    return RobotArm("general", *(tuple(x) for x in zip(*made, strict=True)), np.array([0.0, 0.0, -9.81]))
+    made, links = [], []
+    for i in range(joints):
+        placement = Placement(random_rotation(rng), rng.uniform(-0.3, 0.3, 3))
+        made.append(Joint(f"joint {i}", "prismatic" if slides and i == 2 else "revolute", placement))
+        com = rng.uniform(-0.1, 0.1, 3)
+        links.append(Link(f"link {i}", rng.uniform(0.5, 3.0), com, random_inertia(rng), Placement()))
+    return RobotArm("general", tuple(made), tuple(links), np.array([0.0, 0.0, -9.81]))

@@ -67,24 +67,15 @@ def arms(draw: st.DrawFn, max_joints: int = 8, massive: bool = False, revolute: 
         axis = rng.normal(size=3) if askew else np.array([0.0, 0.0, 1.0])
         before = Placement(random_rotation(rng), rng.uniform(-0.5, 0.5, 3)) if general else Placement()
         quarter = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-        behind = Placement(
-            random_rotation(rng) if general else (quarter if rng.random() < 0.5 else np.eye(3)),
-            rng.uniform(-0.5, 0.5, 3),
-        )
+        turned = random_rotation(rng) if general else quarter if rng.random() < 0.5 else np.eye(3)
+        behind = Placement(turned, rng.uniform(-0.5, 0.5, 3))
         massless = not massive and draw(st.integers(0, 4)) == 0
-        com = (
-            random_rotation(rng)[0] * rng.uniform(0, 1) * max(0.1, float(np.linalg.norm(behind.translation)))
-        )
+        size = max(0.1, float(np.linalg.norm(behind.translation)))
+        com = random_rotation(rng)[0] * rng.uniform(0, 1) * size
+        mass = 0.0 if massless else rng.uniform(0.5, 3.0)
+        inertia = np.zeros((3, 3)) if massless else random_inertia(rng)
         joints.append(Joint(f"joint {i}", kind, before, axis / np.linalg.norm(axis)))
-        links.append(
-            Link(
-                f"link {i}",
-                0.0 if massless else rng.uniform(0.5, 3.0),
-                com,
-                np.zeros((3, 3)) if massless else random_inertia(rng),
-                behind,
-            )
-        )
+        links.append(Link(f"link {i}", mass, com, inertia, behind))
     return RobotArm("drawn", tuple(joints), tuple(links), rng.uniform(-10, 10, 3))
 
 

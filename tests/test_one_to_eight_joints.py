@@ -13,12 +13,12 @@ import gd_analyze as gd
 from changed_recursions import summands_dropped
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.files import RESULT_FILES
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.studies.study_files import write_findings
 from parallel_axes import arm_of, scara
+from recorded_logs import swinging
 from strategies import random_states
 
 # How each joint stands to the one before; "askew" eight times over is an arm of a million terms and more.
@@ -33,30 +33,18 @@ MAKES = {
 }
 
 
-def moving(arm: RobotArm, count: int = 25) -> Trajectory:
-    """Every joint swings at a frequency of its own."""
-    time, frequencies = np.linspace(0.0, 2.0, count), np.linspace(1.0, 2.0, arm.n_joints)
-    angle = np.outer(time, frequencies)
-    return Trajectory(
-        time, np.sin(angle), frequencies * np.cos(angle), -(frequencies**2) * np.sin(angle), "swinging"
-    )
-
-
 def assert_goes_through(arm: RobotArm, folder: Path) -> None:
-    motion = moving(arm)
+    motion = swinging(arm, 25)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         findings = gd.find(arm, motion)
         write_findings(findings, folder, tuple(RESULT_FILES))
-        stored, model = (
-            gd.load_findings(folder / RESULT_FILES["h5"]),
-            load_model(folder / RESULT_FILES["json"]),
-        )
+        stored = gd.load_findings(folder / RESULT_FILES["h5"])
+        model = load_model(folder / RESULT_FILES["json"])
     assert all((folder / name).stat().st_size for name in RESULT_FILES.values())
     exact = ExactDynamics.of(arm, motion)
-    assert (
-        np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0) <= model.accuracy.allowed
-    ).all()
+    off = np.abs(model.torque(*exact.states.arrays) - exact.torque).max(axis=0)
+    assert (off <= model.accuracy.allowed).all()
     assert stored.model.operations == model.operations
     # Nothing takes more operations than the exact torque.
     assert model.operations.total <= exact.form.operations.total

@@ -72,15 +72,10 @@ def test_the_examples_are_possible_arms(tmp_path):
 @pytest.mark.parametrize(
     ("sound", "broken", "says"),
     [
-        ("mass = 6.0", "mass = -6.0", "negative"),
         ("inertia = 1.5", "inertia = -1.5", "drives[1].inertia"),
-        ("range = [0.0, 0.8]", "range = [0.8, 0.0]", "empty"),
-        ("velocity_limit = 0.5", "velocity_limit = 0.0", "not positive"),
         ("mass = 2.0", "mass = 2.0\naxial_only = true", "about the joint axis only"),
-        ("[[drives]]\ninertia = 1.5\ntorque_limit = 300.0\n", "", "[[drives]]"),
-        # The other two moments add up to xx + zz = 0.12 kg m^2: too large by 4 % of itself, or by more.
+        # The other two moments add up to xx + zz = 0.12 kg m^2: too large by 4 % of itself.
         ("yy = 0.09", "yy = 0.125", "as_measured = true"),
-        ("yy = 0.09", "yy = 0.2", "triangle inequality by"),
         ("yy = 0.09", "yy = -0.01", "moment is negative"),
         ("com = [-0.1, 0.0, 0.05]", "com = [-100.0, 0.0, 50.0]", "are its units metres"),
     ],

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from markdown_pages import ROOT, Block, blocks
-from own_robot import write_own_robot
 
 from gd_analyze.cli import main
 
@@ -39,10 +38,11 @@ PAGES = [page for page in sorted((ROOT / "docs").rglob("*.md")) if runnable(page
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with data beside it as in a checkout, a robot and a log; the current one."""
+    """A folder with data beside it as in a checkout, the tutorials' robot and log; the current one."""
     work = tmp_path / "work"
     shutil.copytree(ROOT / "data", work / "data")
-    write_own_robot(work)
+    for file in ("my_robot.urdf", "log.csv"):
+        shutil.copy(ROOT / "docs" / "tutorials" / file, work)
     monkeypatch.chdir(work)
     return work
 
