@@ -83,12 +83,11 @@ def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
         said = " ".join(str(warning.message) for warning in told)
         if mixed != ("different runs" in said) or not all(other in said for other in others):
             wrong.append(f"{name} beside others of another run, {others}: {said!r}")
+    for kind, end in (("html", b"</html>"), ("pdf", b"%%EOF")):
+        if not (folder / RESULT_FILES[kind]).read_bytes().rstrip().endswith(end):
+            wrong.append(f"{kind} is cut off")
     if len(pd.read_csv(folder / RESULT_FILES["csv"])) != 7:  # D11, D12, D22, h1, h2, c1, c2
         wrong.append("the ranking is cut off")
-    if not (folder / RESULT_FILES["html"]).read_text(encoding="utf-8").rstrip().endswith("</html>"):
-        wrong.append("the page is cut off")
-    if not (folder / RESULT_FILES["pdf"]).read_bytes().rstrip().endswith(b"%%EOF"):
-        wrong.append("the PDF is cut off")
     return wrong, mixed
 
 

@@ -47,17 +47,15 @@ def test_the_main_job_by_names_and_options_into_a_folder(two_link, swing, tmp_pa
 
 
 def test_what_is_no_arm_no_motion_and_no_option():
-    with pytest.raises(ArmError, match="there is no arm 'puma'"):
-        gd.analyze("puma", MOTION)
-    with pytest.raises(TrajectoryError, match="there is no trajectory"):
-        gd.analyze(ROBOT, "swing")
-    with pytest.raises(UsageError, match="there is no option 'bugdet'") as caught:
-        gd.analyze(ROBOT, MOTION, bugdet="1%")
-    assert caught.value.details["next"] == "did you mean 'budget'?"
-    with pytest.raises(UsageError, match="settings are given twice"):
-        gd.analyze(ROBOT, MOTION, None, gd.Settings(), budget="1%")
-    with pytest.raises(UsageError, match="this is no budget"):
-        gd.Settings(budget=0.01)
+    for error, told, call in (
+        (ArmError, "there is no arm 'puma'", lambda: gd.analyze("puma", MOTION)),
+        (TrajectoryError, "there is no trajectory", lambda: gd.analyze(ROBOT, "swing")),
+        (UsageError, "did you mean 'budget'", lambda: gd.analyze(ROBOT, MOTION, bugdet="1%")),
+        (UsageError, "given twice", lambda: gd.analyze(ROBOT, MOTION, None, gd.Settings(), budget="1%")),
+        (UsageError, "this is no budget", lambda: gd.Settings(budget=0.01)),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from gd_analyze.errors import StoreError
-from gd_analyze.schema import GROUPS, OPTIONAL, table, unit_of, validate
+from gd_analyze.schema import GROUPS, OPTIONAL, table, validate
 
 BOTH_TURN = (True, True)
 
@@ -18,9 +18,6 @@ def test_what_is_made_is_valid(puma_findings, swing_dataset):
 
 
 def test_units_follow_the_joints():
-    assert unit_of("inertia", True, True) == "kg m^2"
-    assert unit_of("inertia", True, False) == "kg m"
-    assert unit_of("christoffel", False, False, False) == "kg/m"
     assert GROUPS["decomposition"]["inertia"].attributes([False, False])["units"] == "kg"
     values = {name: [[0.0, 0.0]] for name in ("q", "qd", "qdd")}
     described = dict.fromkeys(["name", "origin", "velocities", "fingerprint"], "")

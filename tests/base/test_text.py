@@ -23,7 +23,6 @@ from gd_analyze.text import (
     percent,
     rounded_up,
     share_up,
-    shortened,
     visible,
 )
 from strategies import examples
@@ -73,13 +72,6 @@ def test_no_text_acts_on_a_terminal(text):
     assert all(sign.isprintable() or unicodedata.category(sign) == "Zs" for sign in shown)
     assert shown == text or not text.isprintable()
     assert visible("1.2 %\u00a0kg m² – 関節") == "1.2 %\u00a0kg m² – 関節"
-
-
-@given(st.text(min_size=1), st.integers(90, 400))
-@examples(50)
-def test_a_long_text_is_cut_to_a_length_and_keeps_its_ends(text, most):
-    cut = shortened("start " + text * 500 + " end of it", most)
-    assert (len(cut), cut[:6], cut[-10:]) == (most, "start ", " end of it")
 
 
 def test_values_that_python_does_not_write():

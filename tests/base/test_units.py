@@ -47,29 +47,21 @@ def test_every_number_has_a_unit_that_parses_and_every_variable_an_equation(puma
             if array.dtype.kind not in "fi":
                 assert not {"units", "units_in"} & array.attrs.keys(), (group, name)
                 continue
-            for unit in units_of_rows(table, array):
-                parsed(unit)
+            assert [parsed(unit) for unit in units_of_rows(table, array)]
         if "time" in table.coords:
             assert table.time.attrs["units"] == "s"
 
 
 def test_units_of_a_mixed_arm_balance(mixed_findings):
     """D qdd, h_ijk qd qd, h, c and tau of a row are all in the unit of the row, by a parser's arithmetic."""
-    table = mixed_findings.decomposition
-    efforts, velocities, accelerations = (
-        [parsed(unit) for unit in table[f"{kind}_unit"].values]
-        for kind in ("effort", "velocity", "acceleration")
+    kinds = ("effort", "velocity", "acceleration", "inertia", "christoffel")
+    effort, velocity, acceleration, inertia, christoffel = (
+        np.vectorize(parsed, otypes=[object])(mixed_findings.decomposition[f"{kind}_unit"].values)
+        for kind in kinds
     )
-    for i, effort in enumerate(efforts):
-        for j in range(6):
-            inertia = 1 * parsed(str(table.inertia_unit.values[i, j])) * accelerations[j]
-            assert (inertia / effort).check("[]")
-            for k in range(6):
-                christoffel = (
-                    1 * parsed(str(table.christoffel_unit.values[i, j, k])) * velocities[j] * velocities[k]
-                )
-                assert (christoffel / effort).check("[]")
-    assert [str(unit) for unit in efforts] == ["meter * newton"] * 2 + ["newton"] + ["meter * newton"] * 3
+    of_inertia = inertia * acceleration / effort[:, None]
+    of_velocities = christoffel * np.multiply.outer(velocity, velocity) / effort[:, None, None]
+    assert all((1 * share).check("[]") for share in (*of_inertia.flat, *of_velocities.flat))
 
 
 def test_no_force_is_said_to_be_a_torque(mixed_findings):

@@ -76,10 +76,10 @@ def test_a_wrong_array_is_refused(calls, wrong):
         assert {"where", "expected", "found"} & caught.value.details.keys()
 
 
-def test_of_no_states_nothing_can_be_said(puma):
-    for use in (gd.ExactDynamics.of, gd.simplify, gd.torque_uncertainty):
-        with pytest.raises(TrajectoryError, match="there are no states"):
-            use(puma, gd.States(*[np.zeros((0, 6))] * 3))
+@pytest.mark.parametrize("use", [gd.ExactDynamics.of, gd.simplify, gd.torque_uncertainty])
+def test_of_no_states_nothing_can_be_said(puma, use):
+    with pytest.raises(TrajectoryError, match="there are no states"):
+        use(puma, gd.States(*[np.zeros((0, 6))] * 3))
 
 
 def test_lists_and_states_of_any_leading_shape_will_do(puma):

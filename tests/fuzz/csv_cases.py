@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
@@ -97,14 +98,14 @@ def _other_column(random: Random, table: Table) -> Table:
     return replace(table, rows=rows)
 
 
-def _other_name(random: Random, table: Table) -> Table:
+def other_name(random: Random, table: Table, names: Sequence[str] = (*HEADERS, *LOGS)) -> Table:
     rows, _, column = table.place(random)
-    rows[0][column % len(rows[0])] = random.choice([*HEADERS, *LOGS, text(random)])
+    rows[0][column % len(rows[0])] = random.choice([*names, text(random)])
     return replace(table, rows=rows)
 
 
-def _log_header(random: Random, table: Table) -> Table:
-    return replace(table, rows=[[random.choice(LOGS) for _ in table.rows[0]], *table.rows[1:]])
+def other_header(random: Random, table: Table, names: Sequence[str] = LOGS) -> Table:
+    return replace(table, rows=[[random.choice(names) for _ in table.rows[0]], *table.rows[1:]])
 
 
 def _columns(random: Random, table: Table) -> Table:
@@ -151,8 +152,8 @@ def _decimal_comma(random: Random, table: Table) -> Table:
 TABLE_CHANGES = {
     "cell": _other_cell,
     "column": _other_column,
-    "name": _other_name,
-    "log header": _log_header,
+    "name": other_name,
+    "log header": other_header,
     "columns": _columns,
     "rows": _rows,
     "delimiter": _delimiter,

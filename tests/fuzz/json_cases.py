@@ -108,9 +108,9 @@ def use(model: SimplifiedModel) -> None:
     ):
         assert np.isfinite(values).all(), f"{what} is not finite"
     kinds = [step.operation for step in model.program.steps]
+    counts = kinds.count("multiply"), kinds.count("add") + kinds.count("subtract")
     count = model.operations
-    assert count.multiplications == kinds.count("multiply"), "operations are not the program's"
-    assert count.additions == kinds.count("add") + kinds.count("subtract"), "operations are not the program's"
+    assert counts == (count.multiplications, count.additions), "operations are not the program's"
     accuracy = model.accuracy
     stated = (accuracy.allowed, accuracy.errors.peak_torque, accuracy.errors.largest, accuracy.errors.rms)
     assert all(x.shape == (n,) and np.isfinite(x).all() and (x >= 0).all() for x in stated), "no errors"

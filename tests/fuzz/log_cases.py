@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from random import Random
 from typing import Any
 
 import numpy as np
 from changes import Stage, text_format
-from csv_cases import TABLE_CHANGES, Table
-from hostile_values import text
+from csv_cases import TABLE_CHANGES, Table, other_header, other_name
 
 from gd_analyze.motions.read import read_log
 from gd_analyze.robots.catalogue import load_arm
@@ -24,20 +24,11 @@ NAMES = [
 
 def _log(names: str, stamps: list[Any], delimiter: str = ",", header: bool = True) -> Table:
     columns = names.split(",")
-    rows = []
-    for k, stamp in enumerate(stamps):
-        values = [
-            stamp if j == 0 else repr(round(float(0.3 * np.sin(0.2 * k + j)), 6)) for j in range(len(columns))
-        ]
-        rows.append([str(value) for value in values])
-    return Table([columns, *rows] if header else rows, delimiter)
-
-
-def _echoed() -> Table:
     rows = [
-        ["7", str(8_000_000 * k), "", "elbow", "shoulder", f"0.{k}", "0.5", "", "1", "2"] for k in range(9)
+        [str(stamp), *(f"{0.3 * np.sin(0.2 * k + j):.6f}" for j in range(1, len(columns)))]
+        for k, stamp in enumerate(stamps)
     ]
-    return Table(rows)
+    return Table([columns, *rows] if header else rows, delimiter)
 
 
 STEPS = [0.008 * k for k in range(9)]
@@ -48,18 +39,8 @@ BASES = [
     _log("header.stamp,q_0,q_1,tau_0,tau_1,sm_torque_0,sm_torque_1", EPOCH),
     _log("__time,/joint_states/elbow/position,/joint_states/shoulder/position", STEPS, "\t"),
     _log("t,theta_1,theta_2,comment", STEPS, " "),
-    _echoed(),
+    Table([f"7,{8_000_000 * k},,elbow,shoulder,0.{k},0.5,,1,2".split(",") for k in range(9)]),
 ]
-
-
-def _other_name(random: Random, table: Table) -> Table:
-    rows, _, column = table.place(random)
-    rows[0][column % len(rows[0])] = random.choice([*NAMES, text(random)])
-    return replace(table, rows=rows)
-
-
-def _all_names(random: Random, table: Table) -> Table:
-    return replace(table, rows=[[random.choice(NAMES) for _ in table.rows[0]], *table.rows[1:]])
 
 
 def _empty_cells(random: Random, table: Table) -> Table:
@@ -73,8 +54,8 @@ def _empty_cells(random: Random, table: Table) -> Table:
 
 CHANGES = {
     **TABLE_CHANGES,
-    "another name": _other_name,
-    "other names": _all_names,
+    "another name": partial(other_name, names=NAMES),
+    "other names": partial(other_header, names=NAMES),
     "empty cells": _empty_cells,
 }
 STAGES = (Stage(CHANGES, lambda table: table.text, weight=2),)

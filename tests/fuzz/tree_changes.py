@@ -99,16 +99,8 @@ def _rename(random: Random, tree: Tree, path: Path) -> Tree:
     key = path[-1]
     if not isinstance(key, str):
         return _swap(random, tree, path)
-    near = [
-        key.upper(),
-        key + "s",
-        key[:-1],
-        key + "_deg",
-        key + "_mm",
-        key.removesuffix("_deg"),
-        text(random),
-    ]
-    name = random.choice(near)
+    near = [key.upper(), *(key + end for end in ("s", "_deg", "_mm")), key[:-1], key.removesuffix("_deg")]
+    name = random.choice([*near, text(random)])
 
     def renamed(old: Tree) -> Tree:
         return {(name if k == key else k): value for k, value in old.items()}
@@ -141,13 +133,6 @@ def _wrap(random: Random, tree: Tree, path: Path) -> Tree:
 
 
 TREE_CHANGES = {
-    "replace": _somewhere(_replace),
-    "renumber": _somewhere(_renumber),
-    "scale": _somewhere(_scale),
-    "remove": _somewhere(_remove),
-    "repeat": _somewhere(_repeat),
-    "rename": _somewhere(_rename),
-    "swap": _somewhere(_swap),
-    "graft": _somewhere(_graft),
-    "wrap": _somewhere(_wrap),
+    change.__name__.lstrip("_"): _somewhere(change)
+    for change in (_replace, _renumber, _scale, _remove, _repeat, _rename, _swap, _graft, _wrap)
 }
