@@ -31,7 +31,7 @@ import pinocchio as pin
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.exact_form import has_more_terms
+from gd_analyze.simplification.exact import has_more_terms
 
 # Where the installed packages have their files.
 COLLECTIONS = {"example-robot-data": "cmeel.prefix/share/example-robot-data/robots", "frax": "frax/assets"}

@@ -26,7 +26,7 @@ from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from peers.exported import exported
 from peers.newton_euler_in_casadi import in_casadi

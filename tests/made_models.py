@@ -18,8 +18,7 @@ from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import COUNTING, Effort
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.levels import SearchOptions

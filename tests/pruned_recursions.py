@@ -11,7 +11,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.simplification.effort import inputs_of
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion import NUMBER, Change

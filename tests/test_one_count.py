@@ -9,8 +9,7 @@ import gd_analyze as gd
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certified_model import simplify_certified
 from gd_analyze.simplification.effort import THOROUGH
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact

@@ -6,7 +6,7 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from made_models import model_of
 

@@ -19,7 +19,7 @@ from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from made_models import exact_model
 from strategies import arms, examples, two_link_of

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from made_models import exact_model, model_of
 from strategies import arms, examples

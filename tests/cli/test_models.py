@@ -15,7 +15,7 @@ from changed_recursions import summands_dropped
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.studies.control_result import control_result
 from made_models import by_elements, model_of

@@ -13,7 +13,7 @@ import gd_analyze as gd
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from made_models import exact_model, model_of
 from strategies import random_states
 

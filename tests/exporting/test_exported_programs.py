@@ -19,7 +19,7 @@ import gd_analyze as gd
 from few_tries import few_tries
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from made_models import ROUND_OFF
 from strategies import arms, examples, random_states
 

@@ -20,7 +20,7 @@ from gd_analyze.operations.program import written
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.description import arm_from_description, fingerprint
 from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest, load_model, save_model

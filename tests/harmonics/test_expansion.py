@@ -17,7 +17,7 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import COUNTING, ROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.levels import LEVELS
 from strategies import arms, examples, random_states
 

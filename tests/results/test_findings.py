@@ -97,7 +97,7 @@ def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
 
 
 def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
-    monkeypatch.setattr("gd_analyze.simplification.exact_form.MOST_TERMS", 3)
+    monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
     findings = find(two_link, swing)
     model = findings.model
     assert model.level is RECURSIVE

@@ -26,11 +26,10 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_programs
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm, has_more_terms
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import exactly
-from gd_analyze.simplification.model_checks import require_terms_computed
+from gd_analyze.simplification.model_file import require_terms_computed
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison_costs import count_cost
@@ -240,7 +239,7 @@ def test_all_terms_of_an_arm_take_few_operations(name, fewest):
 
 
 PRINT = """
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.robots.catalogue import load_arm

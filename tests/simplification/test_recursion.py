@@ -23,8 +23,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.effort import inputs_of
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
 from gd_analyze.simplification.pruning import prune
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Changes, Quantity

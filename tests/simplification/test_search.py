@@ -24,8 +24,7 @@ from gd_analyze.simplification.candidates import Candidates, TooManyTermsError
 from gd_analyze.simplification.effort import ROUGH, Work
 from gd_analyze.simplification.element import ELEMENT, Part, parts_of, torque_by_part
 from gd_analyze.simplification.evaluation import rank_terms
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.linear_programs import Refit, select

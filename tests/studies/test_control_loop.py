@@ -15,7 +15,7 @@ from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World

@@ -14,7 +14,7 @@ import gd_analyze as gd
 from gd_analyze.certification.box import Box
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.validation import box_exits, validate
 from gd_analyze.studies.validation_result import junit_xml
 from made_models import ROUND_OFF, exact_model

@@ -108,7 +108,7 @@ def export(
 def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> ExportInput:
     """What is exported: a model where a JSON file is named, an arm otherwise."""
     from gd_analyze.exporting.export_input import ExportInput
-    from gd_analyze.simplification.exact_form import ExactForm
+    from gd_analyze.simplification.exact import ExactForm
 
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):

@@ -172,7 +172,7 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
         raise click.UsageError("--margin goes with --along")
     with output.working() as stage:
         from gd_analyze.certification.proof import proof
-        from gd_analyze.simplification.model_checks import measured_at
+        from gd_analyze.simplification.model_file import measured_at
 
         around = gd.Margin.of(margin)
         loaded = gd.load_model(model)

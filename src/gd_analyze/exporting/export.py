@@ -17,7 +17,7 @@ from gd_analyze.files import replacing_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of
 

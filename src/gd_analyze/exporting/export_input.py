@@ -17,7 +17,7 @@ from gd_analyze.exporting.names import LONGEST, identifier, identifiers
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import (
     SimplifiedModel,
     coriolis_centrifugal_program,

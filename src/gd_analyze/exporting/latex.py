@@ -13,7 +13,7 @@ from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Latex as Printer
 from gd_analyze.formulas.languages import Plain
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 
 # Significant digits of coefficients, and signs of plain text that fill a line of a page.

@@ -27,7 +27,7 @@ from gd_analyze.results.store_check import require_fit
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import ModelDocument, checked_model, document_of

@@ -17,8 +17,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.effort import Effort, Work
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm, has_more_terms
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.level import CandidateLevel, Costs, Level, Terms
 
 Kept = NDArray[np.bool_]

@@ -23,8 +23,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace, is_constant
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Costs, Terms
 
 

@@ -24,8 +24,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
 from gd_analyze.simplification.torque_program import TorqueVariables, torque_program, torque_programs
 

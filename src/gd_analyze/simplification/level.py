@@ -20,8 +20,7 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effort import THOROUGH, Effort
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.text import LARGEST_COEFFICIENT
 
 # What a model is made of: a number by term, or by change of a program, of whatever kind the level's are.

@@ -17,8 +17,7 @@ from gd_analyze.operations.program import OperationCount, Program, derivative
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.text import amount, html_of, joint_name, percent
 

@@ -18,7 +18,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, reached
 from gd_analyze.simplification.effort import inputs_of
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.recursion import CONSTANT, INWARD, NUMBER, Changes, Quantity, Recursion
 from gd_analyze.simplification.recursive import Names, SimplifiedQuantities, merged, scales, unsigned
 from gd_analyze.text import joined

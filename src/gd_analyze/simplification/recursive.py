@@ -34,7 +34,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Expression
 from gd_analyze.simplification.effort import COUNTING, POINT, Effort, inputs_of
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
 from gd_analyze.simplification.recursion import (
     CONSTANT,

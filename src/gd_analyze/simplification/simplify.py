@@ -18,8 +18,7 @@ from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.budget import Budget, NormMeasure
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.effort import THOROUGH
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import too_many_terms
+from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import SearchOptions, level_named

@@ -20,8 +20,7 @@ from gd_analyze.simplification.candidates import (
     candidates_of,
     eliminate,
 )
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm, too_many_terms
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured

@@ -32,7 +32,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.comparison_costs import (
     SIZES,
     Cost,

@@ -19,8 +19,7 @@ from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.evaluation import require_arm
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control_bounds import (
     CertifiedTracking,

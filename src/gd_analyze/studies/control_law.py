@@ -30,7 +30,7 @@ from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact_form import ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.text import LARGEST, UNSIGNED
 
 CONTINUOUS = math.inf

@@ -36,8 +36,7 @@ from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.evaluation import TermRanking, payload_effect, rank_terms
-from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
-from gd_analyze.simplification.exact_form import too_many_terms
+from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
