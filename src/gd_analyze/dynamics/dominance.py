@@ -134,7 +134,7 @@ def rank(
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
     # The whole is the sum where both parts are there, else the one that is.
     whole = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
-    exists: Array = is_there.any(axis=1)
+    exists = np.asarray(is_there.any(axis=1))
     peak, acts = peaks[whole] * exists, torque_peaks[..., 0] >= 0.0
     torques = np.where(acts, torque_peaks.swapaxes(1, 2)[whole], 0.0) * exists[:, None]
     if not peak_torque.any():
