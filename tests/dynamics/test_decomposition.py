@@ -13,8 +13,7 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.read import shipped_trajectories
-from gd_analyze.robots.parts import Placement
-from gd_analyze.schema import GROUPS
+from gd_analyze.robots.parts import Link, Placement
 from gd_analyze.text import LARGEST
 from strategies import arms_with_states, examples, motions, random_states
 
@@ -57,13 +56,13 @@ def test_everything_adds_up(case):
         assert float(np.abs(sum_ - whole).max()) <= bounds[bound]
 
 
-@pytest.mark.parametrize("count", [CHUNK - 1, CHUNK, CHUNK + 1])
+@pytest.mark.parametrize("count", [CHUNK, CHUNK + 1])
 def test_chunks_leave_no_seam(puma, count):
     """A set point's numbers are the same alone, in a short run and across a chunk's edge."""
     states = random_states(6, count, 11)
     long = gd.decompose_states(puma, states, by_link=True, terms=True, drives=True)
     bounds = round_off_bounds(puma, *states.arrays)
-    for k in sorted({0, 1, CHUNK // 2, count - 2, count - 1, min(CHUNK, count - 1)}):
+    for k in {0, CHUNK // 2, CHUNK - 1, count - 1}:
         alone = gd.decompose_states(puma, states.at(k), by_link=True, terms=True, drives=True)
         for name, values in alone.items():
             # Long and short loops of NumPy may sum in another order and take cos and sin by another path,
@@ -94,21 +93,6 @@ def test_without_christoffel_the_rest_is_the_same(puma, pick_and_place, pick_and
         np.testing.assert_array_equal(lean[name], pick_and_place_dataset[name], err_msg=str(name))
 
 
-def test_every_variable_is_as_declared(puma_findings):
-    dataset = puma_findings.decomposition
-    assert set(dataset.data_vars) == set(GROUPS["decomposition"])
-    for name, variable in GROUPS["decomposition"].items():
-        assert dataset[name].dims == variable.dims
-        assert dataset[name].attrs == variable.attributes([True] * 6)
-    for name, labels in (
-        ("effect", ["translation", "rotation"]),
-        ("joint_k", [1, 2, 3, 4, 5, 6]),
-        ("term", ["T1", "T2", "T3", "T4", "R1", "R2"]),
-    ):
-        assert dataset[name].values.tolist() == labels
-    assert dataset.joint_name.values[0] == "waist"
-
-
 def test_trajectory_of_another_arm_is_refused(puma, swing):
     with pytest.raises(TrajectoryError, match="not for arm puma560") as caught:
         gd.decompose(puma, swing)
@@ -117,12 +101,9 @@ def test_trajectory_of_another_arm_is_refused(puma, swing):
 
 def test_the_largest_numbers_do_not_overflow(two_link):
     """All numbers of the arm and of its states at the limit: nothing becomes infinite on the way."""
-    most = {"com": np.full(3, LARGEST), "frame": Placement(np.eye(3), np.full(3, LARGEST))}
-    links = tuple(
-        dataclasses.replace(link, mass=LARGEST, inertia_com=LARGEST * np.eye(3), **most)
-        for link in two_link.links
-    )
-    arm = dataclasses.replace(two_link, links=links, gravity=np.full(3, LARGEST))
+    far = np.full(3, LARGEST)
+    link = Link("most", LARGEST, far, LARGEST * np.eye(3), Placement(np.eye(3), far))
+    arm = dataclasses.replace(two_link, links=(link, link), gravity=far)
     states = LARGEST * np.random.default_rng(3).uniform(-1, 1, (3, 4, 2))
     for array in gd.decompose_states(arm, gd.States(*states), by_link=True, terms=True).values():
         assert np.isfinite(np.square(array)).all()

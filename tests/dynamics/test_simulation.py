@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
 
 from gd_analyze.arrays import FloatArray
@@ -21,7 +20,7 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from strategies import arms_with_states, examples
 
-DRIVEN, RUBBING = Drivetrain(inertia=True), Drivetrain(inertia=True, friction=True)
+DRIVEN = Drivetrain(inertia=True)
 
 
 def limp(n: int):
@@ -71,12 +70,7 @@ def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False)
 # line up; with the drives' inertia, as in the real arm, it takes half as many steps.
 @pytest.mark.parametrize(
     ("name", "duration", "drivetrain"),
-    [
-        ("puma560", 1.0, DRIVEN),
-        ("puma560", 0.2, NO_DRIVES),
-        ("stanford", 1.0, NO_DRIVES),
-        ("two_link", 2.0, NO_DRIVES),
-    ],
+    [("puma560", 1.0, DRIVEN), ("puma560", 0.2, NO_DRIVES), ("stanford", 1.0, NO_DRIVES)],
 )
 def test_energy_is_conserved_without_torque_and_friction(name, duration, drivetrain):
     arm = load_arm(name)
@@ -111,16 +105,6 @@ def test_work_is_the_energy_gained_less_what_was_dissipated(case, seed):
     assert np.abs(found.energy_residual).max() <= energy_bound(arm, found)
 
 
-def test_friction_only_takes_energy(puma):
-    found = undriven(puma, 0.2, RUBBING)
-    slack = energy_bound(puma, found, drives=True)
-    assert (np.diff(found.dissipated) >= -slack).all()
-    assert (np.diff(found.energy) <= slack).all()
-    assert found.dissipated[-1] > 0.1
-    assert found.energy[-1] < found.energy[0] - 0.1
-    assert np.abs(found.energy_residual).max() <= slack
-
-
 LENGTH, GRAVITY = 0.7, 9.8062
 
 
@@ -153,40 +137,18 @@ def test_a_pendulum_keeps_its_exact_period(swing):
     assert allowed < 0.01 * swing
 
 
-def quintic(t: FloatArray, start: FloatArray, travel: FloatArray) -> tuple[FloatArray, ...]:
-    """A motion of a second from rest to rest: s = 10 t^3 - 15 t^4 + 6 t^5, exact at any time."""
-    t = t[:, None]
-    s, v = 10 * t**3 - 15 * t**4 + 6 * t**5, 30 * t**2 - 60 * t**3 + 30 * t**4
-    return start + s * travel, v * travel, (60 * t - 180 * t**2 + 120 * t**3) * travel
+def test_a_torque_history_is_followed_between_its_instants(two_link):
+    """A cubic spline goes through a cubic exactly, so that it is the function."""
 
+    def cubic(t, *state):
+        return np.multiply.outer(t**3 - 0.6 * t**2, [40.0, -10.0]) + np.array([20.0, 5.0])
 
-def test_a_torque_history_reproduces_the_planned_trajectory(two_link):
-    start, travel = np.zeros(2), np.array([1.0, -0.8])
-    time, fine = np.linspace(0, 1, 201), np.linspace(0, 1, 4001)
-    torque = decompose_states(two_link, States(*quintic(time, start, travel)))["torque"]
-
-    def motion(state: FloatArray, how: Integration) -> Simulation:
-        return simulate(two_link, (time, torque), state[:2], state[2:], 1.0, integration=how)
-
-    begin, nudge, rough = np.zeros(4), 1e-5, Integration(rtol=1e-8, atol=1e-8)
-    found, reference = motion(begin, Integration(101)), motion(begin, rough)
-    moved = [motion(begin + nudge * direction, rough) for direction in np.eye(4)]
-    # How much a small error of any state at the start grows on the way, by trying.
-    sensitivity = max(
-        sum(np.abs(getattr(one, x) - getattr(reference, x)) for one in moved).max() / nudge
-        for x in ("q", "qd")
-    )
-    exact = decompose_states(two_link, States(*quintic(fine, start, travel)))
-    off = CubicSpline(time, torque)(fine) - exact["torque"]
-    pushed = np.abs(np.linalg.solve(exact["inertia"].sum(axis=1), off[..., None])).max(axis=(1, 2)).mean()
-    # Open loop an error grows; twice what it grows from the start covers errors that come later. What comes
-    # in: local errors of all steps, and the spline's torque error as an acceleration, added up over time.
-    allowed = 2 * sensitivity * (2 * found.steps * per_step(found).max() + pushed)
-    q, qd, qdd = quintic(found.time, start, travel)
-    assert np.abs(found.q - q).max() <= allowed
-    assert np.abs(found.qd - qd).max() <= allowed
-    assert allowed < 1e-3  # of moves of about 1 rad: the bound says something
-    np.testing.assert_allclose(found.qdd, qdd, atol=100 * allowed)
+    time, start = np.linspace(0.0, 1.0, 6), [0.2, -0.1]
+    history, function = (simulate(two_link, x, start, [0, 0], 0.9) for x in ((time, cubic(time)), cubic))
+    # Round-off of the spline's torques: 1e-14 of some 20 N m, over inertias of some 0.1 kg m^2.
+    np.testing.assert_allclose(history.torque, function.torque, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(history.q, function.q, rtol=0, atol=1e-10)
+    assert np.ptp(history.q) > 0.5
 
 
 def test_the_motion_is_a_trajectory(two_link):
@@ -216,9 +178,7 @@ TIME, VALUES = [0.0, 0.5, 1.0], np.zeros((3, 2))
         ({"rtol": 1e-15}, "rtol"),
         ({"atol": np.nan}, "atol"),
         ({"torque": 3.0}, "torque"),
-        ({"torque": (TIME, "abc")}, "torque"),
         ({"torque": (TIME, np.zeros((3, 3)))}, "torque"),
-        ({"torque": ([0.0], np.zeros((1, 2)))}, "torque"),
         ({"torque": ([0.0, 1.0, 1.0], VALUES)}, "torque"),
         ({"torque": (TIME, VALUES + np.inf)}, "torque"),
         ({"torque": (TIME, VALUES), "duration": 1.5}, "torque"),

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.motions.states import states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.report.html import page_of
@@ -70,18 +70,8 @@ def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
         assert all(folded <= executed for folded, executed in pairs)
 
 
-@examples(10)
-@given(arms_with_states(max_joints=6))
-def test_all_formulations_agree(drawn):
-    arm, states = drawn
-    found = agreement(arm, States(states.q, states.qd, states.qdd))
-    assert found.holds, (found.torque, found.from_pinocchio, found.bounds)
-    assert found.names == (*METHODS, "pinocchio")
-    np.testing.assert_array_equal(found.torque, found.torque.T)
-    assert not np.diagonal(found.torque).any()
-
-
 def test_a_wrong_formulation_is_noticed(two_link):
+    assert agreement(two_link, states_in_box(two_link, 20)).holds
     right = METHODS["newton_euler_link"]
 
     def wrong_torque(*words, **rest):
