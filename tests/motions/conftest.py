@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.read import read_log
 from gd_analyze.motions.reading import Reading
@@ -41,16 +41,24 @@ def log(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def csv_file(log: Callable[..., Path]) -> Callable[[str | bytes], Path]:
-    return lambda content: log(content, "motion.csv")
-
-
-@pytest.fixture
 def read(log: Callable[..., Path]) -> Callable[..., Logged]:
     """Writes a log and reads it; keywords are those of `Reading.of`."""
 
     def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> Logged:
         return read_log(log(content, name), arm, Reading.of(**asked))
+
+    return call
+
+
+@pytest.fixture
+def refused(read: Callable[..., Logged]) -> Callable[..., None]:
+    """Writes a log, which is refused with words that name place or fact."""
+
+    def call(says: str, content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> None:
+        with pytest.raises(TrajectoryError) as caught:
+            read(content, arm, name, **asked)
+        assert says in str(caught.value)
+        assert name in str(caught.value) or "where: " in str(caught.value)
 
     return call
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.states import States, in_words, states_in_box, states_of
+from gd_analyze.motions.states import States, states_in_box
 
 
 def test_states_in_the_box(puma):
@@ -26,14 +26,6 @@ def test_states_in_the_box(puma):
         np.testing.assert_array_equal(values, getattr(again, name))
         assert not np.array_equal(values, getattr(other, name))
     assert states.described["states"] == 300
-
-
-def test_states_of_a_trajectory(pick_and_place):
-    states = states_of(pick_and_place)
-    np.testing.assert_array_equal(states.qd, pick_and_place.qd)
-    assert states.described["trajectory_fingerprint"] == pick_and_place.fingerprint
-    assert len(states) == states.described["set_points"] == pick_and_place.n_set_points
-    assert states.in_words == in_words(states.described) == "31 set points of pick-and-place"
 
 
 def test_a_box_that_is_assumed(puma):

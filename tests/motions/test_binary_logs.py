@@ -1,9 +1,8 @@
-"""Bags of ROS 1 and ROS 2, written by the library that reads them."""
+"""Bags of ROS 1 and ROS 2, and Parquet files, written by the libraries that read them."""
 
 from __future__ import annotations
 
-import builtins
-import importlib
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,10 @@ from gd_analyze.motions.read import read_log
 from gd_analyze.motions.reading import Reading
 
 pytest.importorskip("rosbags", reason="bags need the extra `logs`")
+pytest.importorskip("pyarrow", reason="Parquet needs the extra `logs`")
 
+import pyarrow as pa
+import pyarrow.parquet as parquet
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -27,15 +29,14 @@ STEP = 8_000_000
 START = 1_700_000_000
 
 
-def header(store: Any, k: int, ros1: bool = False) -> Any:
+def header(store: Any, k: int, **ros1: int) -> Any:
     stamp = store.types["builtin_interfaces/msg/Time"](sec=START, nanosec=k * STEP)
-    more = {"seq": k} if ros1 else {}
-    return store.types["std_msgs/msg/Header"](stamp=stamp, frame_id="", **more)
+    return store.types["std_msgs/msg/Header"](stamp=stamp, frame_id="", **ros1)
 
 
-def state(store: Any, k: int, ros1: bool = False) -> Any:
+def state(store: Any, k: int, **ros1: int) -> Any:
     return store.types["sensor_msgs/msg/JointState"](
-        header=header(store, k, ros1),
+        header=header(store, k, **ros1),
         name=["knee", "hip"],
         position=np.array([0.1 * k, 1.0]),
         velocity=np.array([2.0, 3.0]),
@@ -68,7 +69,7 @@ def assert_states(path: Path, **asked: Any) -> None:
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin, ids=lambda plugin: plugin.name)
-def test_a_bag_and_its_file_by_itself(plugin: Any, tmp_path: Path, store: Any) -> None:
+def test_a_bag_and_its_file_by_itself(plugin, tmp_path, store):
     folder = bag2(tmp_path / "run", {"/joint_states": [state(store, k) for k in range(5)]}, store, plugin)
     assert_states(folder)
     suffix = {"SQLITE3": ".db3", "MCAP": ".mcap"}[plugin.name]
@@ -77,23 +78,23 @@ def test_a_bag_and_its_file_by_itself(plugin: Any, tmp_path: Path, store: Any) -
     assert_states(alone)
 
 
-def test_ros_1(tmp_path: Path) -> None:
+def test_ros_1(tmp_path):
     store = get_typestore(Stores.ROS1_NOETIC)
     path = tmp_path / "run.bag"
     with Writer1(path) as writer:
         connection = writer.add_connection("/joint_states", "sensor_msgs/msg/JointState", typestore=store)
         for k in range(5):
-            data = store.serialize_ros1(state(store, k, ros1=True), "sensor_msgs/msg/JointState")
+            data = store.serialize_ros1(state(store, k, seq=k), "sensor_msgs/msg/JointState")
             writer.write(connection, START * 10**9 + k * STEP, data)
     assert_states(path)
 
 
-def test_commanded_states_are_a_plan(tmp_path: Path, store: Any) -> None:
+def test_commanded_states_are_a_plan(tmp_path, store):
     sent = {"/joint_command": [state(store, k) for k in range(5)]}
     assert not read_log(bag2(tmp_path / "run", sent, store), TWO).measured
 
 
-def test_dynamic_states(tmp_path: Path, store: Any) -> None:
+def test_dynamic_states(tmp_path, store):
     store.register(
         get_types_from_msg("string[] interface_names\nfloat64[] values", "control_msgs/msg/InterfaceValue")
         | get_types_from_msg(
@@ -118,7 +119,7 @@ def test_dynamic_states(tmp_path: Path, store: Any) -> None:
     assert logged.torque is None  # of the knee alone
 
 
-def test_topics(tmp_path: Path, store: Any) -> None:
+def test_topics(tmp_path, store):
     states, text = [state(store, k) for k in range(5)], store.types["std_msgs/msg/String"](data="hello")
     two = bag2(tmp_path / "two", {"/joint_states": states, "/left": states[:1]}, store)
     none = bag2(tmp_path / "none", {"/chatter": [text]}, store)
@@ -130,26 +131,61 @@ def test_topics(tmp_path: Path, store: Any) -> None:
     assert_states(two, topic="/joint_states")
 
 
-@pytest.mark.parametrize("suffix", [".db3", ".mcap", ".bag"])
-def test_damaged_bags(suffix: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", [".db3", ".mcap", ".bag", ".parquet"])
+def test_damaged_files(suffix, tmp_path):
     path = tmp_path / f"run{suffix}"
-    for content in (b"", b"SQLite format 3\0" + b"x" * 99, b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n" + b"\0" * 50):
+    beginnings = (b"SQLite format 3\0" + b"x" * 99, b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n" + b"\0" * 50)
+    for content in (b"", *beginnings, b"PAR1", b"PAR1" + b"x" * 50 + b"PAR1"):
         path.write_bytes(content)
-        with pytest.raises(TrajectoryError, match="the bag cannot be read") as caught:
+        with pytest.raises(TrajectoryError, match="cannot be read") as caught:
             read_log(path, TWO)
         assert str(path) in str(caught.value)
 
 
-def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str, *rest: Any) -> Any:
-        if name.startswith(("rosbags", "pyarrow")):
-            raise ImportError(name)
-        return importlib.__import__(name, *rest)
-
-    monkeypatch.setattr(importlib, "import_module", missing)
-    monkeypatch.setattr(builtins, "__import__", missing)
-    for name, library in (("run.mcap", "rosbags"), ("run.parquet", "pyarrow")):
+def test_without_the_library(tmp_path, monkeypatch):
+    for name, module in (("a.mcap", "rosbags.highlevel"), ("a.parquet", "pyarrow")):
         (tmp_path / name).write_bytes(b"")
+        monkeypatch.setitem(sys.modules, module, None)
+        library = module.partition(".")[0]
         with pytest.raises(TrajectoryError, match=f"needs the library {library}") as caught:
             read_log(tmp_path / name, TWO)
         assert f"next: pip install {library}" in str(caught.value)
+
+
+def written(path: Path, columns: dict[str, object], **how: object) -> Path:
+    parquet.write_table(pa.table(columns), path, **how)
+    return path
+
+
+def test_columns_of_numbers(tmp_path):
+    path = written(
+        tmp_path / "log.parquet",
+        {
+            "mode": ["auto"] * 5,
+            "stamp": pa.array([START * 10**9 + k * 8_000_001 for k in range(5)], pa.int64()),
+            "knee_deg": pa.array([0.0, 90.0, None, 180.0, 0.0]),
+            "hip_deg": pa.array([90] * 5, pa.int32()),
+            "hip_effort": pa.array([1.5] * 5, pa.float32()),
+            "knee_effort": pa.array([2.5] * 5, pa.float32()),
+        },
+        row_group_size=2,
+    )
+    logged = read_log(path, TWO)
+    np.testing.assert_allclose(logged.time, 8.000001e-3 * np.arange(5), rtol=1e-15)
+    np.testing.assert_allclose(logged.q[:, 1], np.pi * np.array([0, 0.5, np.nan, 1, 0]), rtol=1e-15)
+    np.testing.assert_array_equal(logged.torque, [[1.5, 2.5]] * 5)
+    assert logged.columns[0].why == "no quantity of the joints' motion"
+
+
+@pytest.mark.parametrize("unit", ["s", "ms", "us", "ns"])
+def test_instants_that_say_what_they_are(unit, tmp_path):
+    instants = np.array([START, START + 1, START + 2], "datetime64[s]").astype(f"datetime64[{unit}]")
+    path = written(tmp_path / "log.pq", {"time": instants, "q_0": [1.0, 2.0, 3.0], "q_1": [4.0, 5.0, 6.0]})
+    np.testing.assert_array_equal(read_log(path, TWO).time, [0, 1, 2])
+
+
+def test_numbers_too_large(tmp_path):
+    path = written(tmp_path / "log.parquet", {"time": [0.0, 0.1], "q_0": [1.0, np.inf], "q_1": [1.0, 2.0]})
+    with pytest.raises(TrajectoryError, match="q_0 is too large") as caught:
+        read_log(path, TWO)
+    assert "log.parquet, line 2, column 2" in str(caught.value)
