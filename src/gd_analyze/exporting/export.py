@@ -54,26 +54,17 @@ class Exported:
             ("additions", "additions", "count"),
             ("sines_cosines", "sin and cos", "count"),
         )
-        return Result(
-            title=given.arm.title or given.arm.name,
-            subtitle=of,
-            facts=(
-                Fact("arm", "", given.arm.name),
-                Fact("of", "", of),
-                Fact("name", "Prefix of all names", given.name),
-                Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
-                Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
-                Fact("", "Constants", ", ".join(given.constants) or "none"),
-            ),
-            parts=(
-                Table("functions", "Functions", (named, *operations)),
-                Table(
-                    "joints",
-                    "",
-                    (*columns_of(joints, ("name", "", "text")), Column("identifier", "", given.joints)),
-                ),
-            ),
+        facts = (
+            Fact("arm", "", given.arm.name),
+            Fact("of", "", of),
+            Fact("name", "Prefix of all names", given.name),
+            Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
+            Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
+            Fact("", "Constants", ", ".join(given.constants) or "none"),
         )
+        joint_names = (*columns_of(joints, ("name", "", "text")), Column("identifier", "", given.joints))
+        parts = Table("functions", "Functions", (named, *operations)), Table("joints", "", joint_names)
+        return Result(given.arm.title or given.arm.name, of, facts=facts, parts=parts)
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
         """Files that `save` writes."""

@@ -118,18 +118,16 @@ class ExportInput:
         cls, model: SimplifiedModel, name: str | None = None, certificate: Certificate | None = None
     ) -> ExportInput:
         """Export a simplified model; `UsageError` if the certificate is of another arm, or of a tube."""
-        arm = model.arm
-        if certificate is not None and (
-            len(certificate.certified) != arm.n_joints or certificate.along is not None
-        ):
+        arm, n = model.arm, model.arm.n_joints
+        if certificate is not None and (len(certificate.certified) != n or certificate.along is not None):
             raise UsageError(
                 "the certificate does not fit the model",
                 where="certificate",
-                expected=f"bounds of {arm.n_joints} joints over a box",
+                expected=f"bounds of {n} joints over a box",
                 found=f"bounds of {len(certificate.certified)} joints over {certificate.where}",
                 next_step="make one with gd.certify(model)",
             )
-        functions = _torque_functions(model.program, arm.n_joints, model.level.is_mechanical)
+        functions = _torque_functions(model.program, n, model.level.is_mechanical)
         return cls(_prefix(name, arm.name), arm, model.drives, functions, model, certificate)
 
     @classmethod
@@ -169,7 +167,7 @@ class ExportInput:
             meaning = "largest torque error at the states the model was fitted on"
             found["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
-            box, bounds = self.certificate.box, [up(x) for x in self.certificate.certified.tolist()]
+            box, bounds = self.certificate.box, [*map(up, self.certificate.certified.tolist())]
             meaning = "no state within the box has a larger torque error"
             found["error_bound"] = Constant(meaning, bounds, math.inf)
             for name, meaning, towards in (
@@ -186,16 +184,15 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
     """Torque, D, h and c, from the program of the torque of n joints; D is mirrored where it is symmetric."""
     inertia = inertia_program(torque, n, symmetric)
     h, c = coriolis_centrifugal_program(torque, n), gravity_loading_program(torque, n)
-    tau_out, d_out, h_out, c_out = (
-        (Output(name, shape),) for name, shape in (("tau", (n,)), ("D", (n, n)), ("h", (n,)), ("c", (n,)))
+    rows = (
+        ("torque", "generalized torque tau = D(q) qdd + h(q, qd) + c(q)", 3, Output("tau", (n,)), torque),
+        ("inertia", "inertia matrix D(q), its rows one after another", 1, Output("D", (n, n)), inertia),
+        ("coriolis_centrifugal", "Coriolis and centrifugal torque h(q, qd)", 2, Output("h", (n,)), h),
+        ("gravity_loading", "gravity loading c(q)", 1, Output("c", (n,)), c),
     )
-    said = "generalized torque tau = D(q) qdd + h(q, qd) + c(q)"
-    of_h = "Coriolis and centrifugal torque h(q, qd)"
-    return (
-        Function("torque", said, ("q", "qd", "qdd"), tau_out, torque),
-        Function("inertia", "inertia matrix D(q), its rows one after another", ("q",), d_out, inertia),
-        Function("coriolis_centrifugal", of_h, ("q", "qd"), h_out, h),
-        Function("gravity_loading", "gravity loading c(q)", ("q",), c_out, c),
+    given = ("q", "qd", "qdd")
+    return tuple(
+        Function(name, says, given[:k], (output,), program) for name, says, k, output, program in rows
     )
 
 

@@ -207,7 +207,9 @@ def base_formula(parameter: BaseParameter) -> Formula:
     first, *others = parameter.combination
     runs: list[list[Share]] = []
     for share in [first, *sorted(others, key=lambda share: share.kind == "m")]:
-        if runs and _continues(runs[-1][-1], share):
+        before = runs[-1][-1] if runs else first
+        same = abs(before.coefficient - share.coefficient) <= _SAME * abs(before.coefficient)
+        if before.kind == share.kind == "m" and before.link + 1 == share.link and same:
             runs[-1].append(share)
         else:
             runs.append([share])
@@ -216,9 +218,3 @@ def base_formula(parameter: BaseParameter) -> Formula:
         index = f"{link}..{more[-1].link}" if more else str(link)
         pieces.append(Piece(Product(coefficient, (Power(Symbol(kind, index)),))))
     return Formula(symbol, tuple(pieces))
-
-
-def _continues(before: Share, share: Share) -> bool:
-    """Whether a mass has the coefficient of the link before."""
-    same = abs(before.coefficient - share.coefficient) <= _SAME * abs(before.coefficient)
-    return before.kind == share.kind == "m" and before.link + 1 == share.link and same

@@ -44,7 +44,8 @@ class AbsoluteVelocities:
         last, axis = -1, np.zeros(3)
         for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
             own = joint.placement.rotation @ joint.axis
-            if arm.is_revolute[i] and last >= 0 and _are_parallel(axis, own):
+            # Parallel to 1e-9 rad, finer than any table; linear in a small angle, which the cosine is not.
+            if arm.is_revolute[i] and last >= 0 and np.abs(np.cross(axis, own)).max() < 1e-9:
                 signs.append(signs[runs[last][-1]] * (1 if axis @ own > 0.0 else -1))
                 runs[last] += (i,)
             else:
@@ -124,9 +125,3 @@ class AbsoluteVelocities:
 
 def _sum(one: Any, sign: int, other: Any) -> Any:
     return one + other if sign > 0 else one - other
-
-
-def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two unit vectors are parallel to 1e-9 rad, which is finer than any table of an arm."""
-    # The cross product is linear in a small angle, the cosine quadratic.
-    return bool(np.abs(np.cross(one, other)).max() < 1e-9)

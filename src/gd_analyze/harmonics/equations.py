@@ -14,7 +14,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.products import ProductTable, to_products
+from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
@@ -25,8 +25,6 @@ from gd_analyze.text import joined, parted
 
 Indices = tuple[int, ...]
 
-# Relative round-off of a product of a few factors in another order.
-_ROUND_OFF = 1e-12
 
 # Quantity whose unit an element has, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
@@ -177,26 +175,16 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     by_link = [_of_link(harmonics, kind, indices, s) for s in links]
     polynomial = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
     table = to_products(polynomial, harmonics.velocities, noise, deciding=3)
-    table = _large(arm, table.only(np.abs(table.weights[:, 0]) > noise), min_share)
-    sized = [
-        (abs(float(row[0])) * _largest_value(arm, factors), factors, row)
-        for factors, row in zip(table.monomials(), table.weights, strict=True)
-    ]
-    largest = max((size for size, _, _ in sized), default=0.0)
-    terms = [
-        _term(factors, row, links, noise, size / largest)
-        for size, factors, row in sized
-        if size >= min_share * largest
-    ]
-    terms.sort(key=lambda term: (falling(term.share), term.factors))
-    return Equation(kind + joined(indices), unit, tuple(terms))
-
-
-def _large(arm: RobotArm, table: ProductTable, min_share: float) -> ProductTable:
-    """Drop products well below `min_share` while they are still arrays."""
+    table = table.only(np.abs(table.weights[:, 0]) > noise)
     values = [[_largest_value(arm, name) for name in names] for names in table.names]
     sizes = np.abs(table.weights[:, 0]) * table.largest(values)
-    return table.only(sizes >= (1.0 - _ROUND_OFF) * min_share * sizes.max(initial=0.0))
+    shares = sizes / sizes.max(initial=0.0)
+    large = shares >= min_share
+    table = table.only(large)
+    found = zip(table.monomials(), table.weights, shares[large].tolist(), strict=True)
+    terms = [_term(factors, row, links, noise, share) for factors, row, share in found]
+    terms.sort(key=lambda term: (falling(term.share), term.factors))
+    return Equation(kind + joined(indices), unit, tuple(terms))
 
 
 def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:

@@ -43,13 +43,15 @@ class TrigonometricPolynomial:
     @classmethod
     def stacked(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
         """Concatenate the polynomials of all parts."""
-        multiples, places = _together(parts)
-        out = np.zeros((sum(len(part.coefficients) for part in parts), len(multiples)), dtype=complex)
-        row = 0
-        for part, place in zip(parts, places, strict=True):
-            out[row : row + len(part.coefficients), place] = part.coefficients
-            row += len(part.coefficients)
-        return cls(parts[0].prismatic, multiples, out)
+        multiples = np.concatenate([part.multiples for part in parts])
+        _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
+        out = np.zeros((sum(len(part.coefficients) for part in parts), len(first)), dtype=complex)
+        row, column = 0, 0
+        for part in parts:
+            height, width = part.coefficients.shape
+            out[row : row + height, place[column : column + width]] = part.coefficients
+            row, column = row + height, column + width
+        return cls(parts[0].prismatic, multiples[first], out)
 
     @classmethod
     def summed(cls, parts: Sequence[TrigonometricPolynomial]) -> TrigonometricPolynomial:
@@ -239,13 +241,6 @@ def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
     """Number rows (K, n) of small integers so that the numbers order, and have signs, as the rows do."""
     radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
     return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
-
-
-def _together(parts: Sequence[TrigonometricPolynomial]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
-    """Multiples of the harmonics in any part, and the places of each part's own."""
-    multiples = np.concatenate([part.multiples for part in parts])
-    _, first, place = np.unique(numbers(multiples), return_index=True, return_inverse=True)
-    return multiples[first], np.split(place, np.cumsum([len(part) for part in parts])[:-1])
 
 
 def _euler(degree: int) -> Array:
