@@ -46,15 +46,6 @@ def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, 
     assert min(step.operations for step in model.accuracy.steps) == model.operations.total
 
 
-def test_by_level_and_the_curve_lead_through_the_model_shown(findings):
-    table = findings.tables["trade_off"].sel(kind=findings.model.level.name, factor=1.0)
-    assert table.operations == findings.model.operations.total
-    assert table.largest_share == findings.model.accuracy.errors.largest_share.max()
-    path = findings.tables["budgets"].sel(factor=1.0)
-    assert path.operations == findings.model.operations.total
-    np.testing.assert_array_equal(path.largest_error, findings.model.accuracy.errors.largest)
-
-
 SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse("3%"))
 
 
@@ -84,7 +75,11 @@ def test_curves_lead_through_the_model(arm, motion, settings):
     own = (table.level.values == model.level.name) & (table.refit.values == settings.refit)
     (at_one,) = operations[own][:, table.factor.values == 1.0]
     assert at_one == model.operations.total
+    (share,) = table.largest_share.values[own][:, table.factor.values == 1.0]
+    assert share == model.accuracy.errors.largest_share.max()
     budgets = found.tables["budgets"]
     assert budgets.operations.values[budgets.factor.values == 1.0] == model.operations.total
+    path = budgets.largest_error.sel(factor=1.0)
+    np.testing.assert_array_equal(path, model.accuracy.errors.largest)
     assert (np.diff(budgets.operations.values) <= 0).all()
     assert (budgets.operations.values <= full).all()

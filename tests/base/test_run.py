@@ -13,9 +13,8 @@ import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
 from gd_analyze.files import RESULT_FILES, mark_in, require_one_run
 from gd_analyze.studies.study_files import write_findings
-from strategies import names_in
 
-EVERY, QUICK = sorted(RESULT_FILES.values()), ("h5", "json", "csv")
+EVERY = sorted(RESULT_FILES.values())
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +45,6 @@ def warned(work, *words) -> str:
         warnings.simplefilter("always", GdAnalyzeWarning)
         work(*words)
     return "\n".join(str(warning.message) for warning in caught)
-
-
-def claimed(folder, findings, formats=RESULT_FILES, *, overwrite=False):
-    return require_one_run(folder, RESULT_FILES, formats, mark(findings), overwrite=overwrite)
 
 
 def test_every_file_carries_the_mark(folder, swing_findings):
@@ -86,27 +81,7 @@ def test_a_file_of_no_run_is_noticed_and_not_replaced_and_one_of_another_name_is
     (folder / "model.json").write_bytes(b"mine")
     assert "model.json" in warned(gd.load_findings, folder / "analysis.h5")
     with pytest.raises(OutputError, match="another run"):
-        claimed(folder, swing_findings)
-
-
-def test_the_same_run_again_replaces_the_files(folder, two_link, swing, swing_findings):
-    assert claimed(folder, swing_findings) == claimed(folder, swing_findings, QUICK) == ()
-    # Of another arm under the same name: all files or none.
-    fixed = gd.find(dataclasses.replace(two_link, gravity=two_link.gravity * 1.001), swing)
-    assert claimed(folder, fixed) == ()
-    with pytest.raises(OutputError, match="another run") as caught:
-        claimed(folder, fixed, QUICK)
-    assert caught.value.details["found"] == "report.html, report.pdf"
-
-
-def test_another_run_is_replaced_only_when_told_to(folder, other_budget):
-    for formats in (RESULT_FILES, ("csv",)):
-        with pytest.raises(OutputError, match="holds files of another run") as caught:
-            claimed(folder, other_budget, formats)
-        assert caught.value.details["found"] == ", ".join(RESULT_FILES.values())
-    others = claimed(folder, other_budget, QUICK, overwrite=True)
-    write_findings(other_budget, folder, QUICK, others)
-    assert names_in(folder) == sorted(RESULT_FILES[name] for name in QUICK)
+        require_one_run(folder, RESULT_FILES, RESULT_FILES, mark(swing_findings))
 
 
 def test_a_mixture_is_mended_from_the_analysis(folder, other_budget):

@@ -125,24 +125,19 @@ def _other_dataset(random: Random, file: h5py.File) -> None:
     """A dataset of another shape or kind in the place of one."""
     old = _some(random, file, h5py.Dataset)
     name, shape, values = old.name, old.shape, old[()]
-    kind = random.randrange(7)
-    if kind == 0:
+    kind, rows = random.randrange(7), np.atleast_1d(values)
+    if kind < 5:
         odd = [0.0, "text", np.zeros((0,)), np.zeros((2,) * 9), h5py.Empty("f")]
-        _made_again(file, old, random.choice(odd))
-    elif kind == 1:
-        _made_again(file, old, np.concatenate([np.atleast_1d(values)] * 2))
-    elif kind == 2:
-        _made_again(file, old, np.atleast_1d(values)[:-1])
-    elif kind == 3:
-        _made_again(file, old, np.zeros(shape, [("a", "f8"), ("b", "i4")]))
-    elif kind == 4:
-        _made_again(file, old, np.zeros(shape, random.choice(["c16", "f2", "i1", "u8", "S3", "bool"])))
+        other = random.choice(["c16", "f2", "i1", "u8", "S3", "bool"])
+        compound = np.zeros(shape, [("a", "f8"), ("b", "i4")])
+        made = (random.choice(odd), [*rows, *rows], rows[:-1], compound, np.zeros(shape, other))
+        _made_again(file, old, made[kind])
+        return
+    del file[name]
+    if kind == 5:
+        file.create_dataset(name, (HUGE,), "f8", chunks=(1024,), fletcher32=True)
     else:
-        del file[name]
-        if kind == 5:
-            file.create_dataset(name, (HUGE,), "f8", chunks=(1024,), fletcher32=True)
-        else:
-            file.create_dataset(name, shape, h5py.string_dtype())
+        file.create_dataset(name, shape, h5py.string_dtype())
 
 
 def _link(random: Random, file: h5py.File) -> None:

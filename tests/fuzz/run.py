@@ -56,11 +56,9 @@ class Run:
             self._shrinking = False
             self.outcomes, self.times = map(Counter, before)
             try:
-                held()
+                return held()
             except BrokenError as error:  # shrunk; the rest of the batch is tried again without it
                 self._keep(error)
-            else:
-                return
 
     def _hold(self, plan: Plan) -> None:
         self._plan = plan

@@ -143,12 +143,7 @@ def _inline(value: Any) -> str:
 
 def _text(value: str) -> str:
     """A TOML string that says it exactly, by escapes where TOML needs them."""
-    return '"' + "".join(map(_letter, value)) + '"'
-
-
-def _letter(letter: str) -> str:
-    plain = letter >= " " and letter not in '"\\\x7f'
-    return letter if plain else f"\\u{ord(letter):04x}"
+    return '"' + re.sub(r'[\x00-\x1f"\\\x7f]', lambda sign: f"\\u{ord(sign[0]):04x}", value) + '"'
 
 
 STAGES = (Stage(TREE_CHANGES, toml, weight=3),)
@@ -156,41 +151,31 @@ STAGES = (Stage(TREE_CHANGES, toml, weight=3),)
 
 def use(arm: RobotArm) -> None:
     """What is read comes back from description and TOML, is finite, and its effects sum to the torque."""
-    n = arm.n_joints
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading
+    n, drives = arm.n_joints, bool(arm.drives)
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading, or of limits that are not stated
         again = arm_from_description(describe_in_full(arm))
-        written = _written_and_read(arm)
+        path = Path(folder) / "written.toml"
+        path.write_text(toml_of(arm), encoding="utf-8")
+        written = read_arm(path)
+        drawn = states_in_box(arm, 3)
     assert fingerprint(again) == fingerprint(arm), "another arm by its description"
-    assert fingerprint(written, drives=bool(arm.drives)) == fingerprint(arm, drives=bool(arm.drives)), (
-        "another arm by its TOML"
-    )
+    assert fingerprint(written, drives) == fingerprint(arm, drives), "another arm by its TOML"
     json.dumps(describe_in_full(arm), allow_nan=False)
     if n > MOST_JOINTS:
         return
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
-        drawn = states_in_box(arm, 3)
     assert all(np.isfinite(x).all() for x in drawn.arrays), "states that are not finite"
     random = np.random.default_rng(0)
     states = States(*(random.uniform(-2.0, 2.0, (3, n)) for _ in range(3)))
-    found = decompose_states(arm, states, drives=bool(arm.drives))
+    found = decompose_states(arm, states, drives=drives)
     for name, values in found.items():
         assert np.isfinite(values).all(), f"{name} is not finite"
     forces = np.einsum("keij,kj->kei", found["inertia"], states.qdd) + found["coriolis_centrifugal"]
     loads = [forces[:, 0], forces[:, 1], found["gravity_loading"]]
-    if arm.drives:
-        loads.append(found["drive_torque"])
+    loads += [found["drive_torque"]] if drives else []
     # Sums of some ten products each, in two orders.
     scale = np.abs(found["inertia"]).sum(axis=(1, 3)) * 2.0 + sum(map(np.abs, loads))
     assert (np.abs(sum(loads) - found["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
-
-
-def _written_and_read(arm: RobotArm) -> RobotArm:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "written.toml"
-        path.write_text(toml_of(arm), encoding="utf-8")
-        return read_arm(path)
 
 
 FORMAT = text_format(BASES, STAGES, read_arm, use)
