@@ -48,12 +48,11 @@ def moved(link: Link, about: str, mass: float, com: FloatArray, inertia: FloatAr
 def parameters(uncertainty: LinkUncertainty) -> list[tuple[float, FloatArray, FloatArray]]:
     """Each parameter's own change by one standard uncertainty."""
     out = [(uncertainty.mass, np.zeros(3), np.zeros((3, 3)))]
-    out += [(0.0, uncertainty.com[k] * np.eye(3)[k], np.zeros((3, 3))) for k in range(3)]
-    for a in range(3):
-        for b in range(a, 3):
-            entry = np.zeros((3, 3))
-            entry[a, b] = entry[b, a] = uncertainty.inertia[a, b]
-            out.append((0.0, np.zeros(3), entry))
+    out += [(0.0, step, np.zeros((3, 3))) for step in np.diag(uncertainty.com)]
+    for a, b in zip(*np.triu_indices(3), strict=True):
+        entry = np.zeros((3, 3))
+        entry[a, b] = entry[b, a] = uncertainty.inertia[a, b]
+        out.append((0.0, np.zeros(3), entry))
     return out
 
 
