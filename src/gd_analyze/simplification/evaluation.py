@@ -296,7 +296,7 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     TermRanking
         Of no terms, all of them unlisted, where no joint needs any torque at the states.
     """
-    exact = exact.all_alike.thinned()
+    exact = exact.weighed(None).thinned()
     if not exact.needs_torque:
         return TermRanking(unlisted=len(level.terms(exact.form)))
     whole = exact.allowed(_WHOLE)

@@ -354,11 +354,6 @@ class ExactDynamics:
             weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
         return self.weighed(weights)
 
-    @property
-    def all_alike(self) -> ExactDynamics:
-        """The same, every error counting alike."""
-        return self if self.states.weights is None else self.weighed(None)
-
     def weighed(self, weights: FloatArray | None) -> ExactDynamics:
         """The same with errors that count as weights (N, n) say, see `States.weights`; alike where None."""
         other = replace(self, states=replace(self.states, weights=weights))

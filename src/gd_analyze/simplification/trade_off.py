@@ -129,12 +129,10 @@ def trade_off(
         elif not isinstance(level, CandidateLevel):
             models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
             found = _best_of(exact, models, allowed, order)
+        elif (candidates := of_level(level)) is None:
+            found = _best_of(exact, (), allowed, order)
         else:
-            candidates = of_level(level)
-            if candidates is None:
-                found = _best_of(exact, (), allowed, order)
-            else:
-                found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
+            found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
         best: list[_Found] = []
         others = without.get(level, [])
         for k, (factor, each) in enumerate(zip(order, found, strict=True)):
