@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 
-import h5py
 import numpy as np
 import pytest
 
 import gd_analyze as gd
 from gd_analyze.dynamics import decomposition
-from gd_analyze.errors import StoreError
 from gd_analyze.results.motion_result import strict_notice, verdict_rows
 from gd_analyze.results.run_result import run_result, subtitle
-from gd_analyze.results.store import SEAL_LENGTH, load_findings, save_results, seal
 from gd_analyze.studies.main_job import default_folder
 from gd_analyze.studies.study_files import write_findings
 from several_motions import swung
@@ -82,14 +79,10 @@ def test_the_order_changes_nothing_but_the_order(two_link, together):
     assert {*other_way.model.terms} == {*together.model.terms}
 
 
-def test_of_one_motion_nothing_is_said_of_motions(alone, two_link):
-    findings = alone["slow"]
-    assert "motions" not in findings.tables
-    in_a_list = gd.analyze(two_link, [SLOW], budget="20%")
-    assert in_a_list.provenance["run"] == findings.provenance["run"]
-
-
-def test_run_and_folder_are_those_of_all(two_link, together):
+def test_run_and_folder_are_those_of_all(two_link, together, alone):
+    one = gd.analyze(two_link, [SLOW], budget="20%")
+    assert "motions" not in one.tables
+    assert one.provenance["run"] == alone["slow"].provenance["run"]
     other = gd.analyze(two_link, [SLOW, swung(2.1, "fast")], budget="20%")
     renamed = gd.analyze(two_link, [SLOW, dataclasses.replace(FAST, name="quick")], budget="20%")
     marks = [one.provenance["run"].removeprefix("gd-run:").split("-") for one in (together, other, renamed)]
@@ -98,38 +91,6 @@ def test_run_and_folder_are_those_of_all(two_link, together):
     assert marks[0][0] != marks[2][0]
     folder = default_folder(two_link, together.trajectory, gd.Settings())
     assert folder.name == "two_link-slow+fast"
-
-
-def test_everything_comes_back(together, tmp_path):
-    save_results(together, tmp_path / "analysis.h5")
-    read = load_findings(tmp_path / "analysis.h5")
-    assert read.trajectory.motions == together.trajectory.motions
-    assert read.trajectory.fingerprint == together.trajectory.fingerprint
-    for findings, folder in ((together, tmp_path / "found"), (read, tmp_path / "read")):
-        write_findings(findings, folder, ("h5", "json", "csv"))
-    for path in (tmp_path / "found").iterdir():
-        assert path.read_bytes() == (tmp_path / "read" / path.name).read_bytes(), path.name
-
-
-EDITS = {
-    "set_points of motions": lambda file: file["motions/set_points"].__setitem__(0, 7),
-    "largest_error of motions": lambda file: file["motions/largest_error"].__setitem__((0, 0), 7.0),
-    "verdict of motions": lambda file: file["motions/verdict"].__setitem__((0, 0), b"fine"),
-    "motions of the model": lambda file: file.__delitem__("motions"),
-}
-
-
-@pytest.mark.parametrize("named", EDITS)
-def test_a_results_file_that_contradicts_itself(together, tmp_path, named):
-    path = tmp_path / "analysis.h5"
-    save_results(together, path)
-    path.write_bytes(path.read_bytes()[:-SEAL_LENGTH])
-    with h5py.File(path, "r+") as file:
-        EDITS[named](file)
-    seal(path)
-    with pytest.raises(StoreError) as caught:
-        load_findings(path)
-    assert named in str(caught.value)
 
 
 def test_the_ranking_as_csv_has_a_column_per_motion(together, tmp_path):
