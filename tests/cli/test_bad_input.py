@@ -54,31 +54,22 @@ def toml_with(**lines: str) -> str:
 
 
 MOTION = csv(*ROWS)
-# Content of x.csv, and what the message must name; the arm is two_link.
+# Content of x.csv, and what the message must name; the arm is two_link. Others are tested where it is read.
 MOTIONS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
-    "empty file": ("", ("empty",)),
     "header only": (HEADER + "\n", ("header",)),
     "no header": ("\n".join(ROWS), ("line 1", "--columns")),
     "wrong column": (csv(*ROWS, header="time,q1,shoulder"), ("line 1", "shoulder")),
-    "duplicate column": (csv(*ROWS, header="time,q1,q1"), ("line 1, column 3",)),
     "no time": (csv(*ROWS, header="q3,q1,q2"), ("line 1", "found: q3, q1, q2")),
     "a word for a number": (replaced(4, "1.0,abc,0.0"), ("line 6, column 2", "found: 'abc'")),
     "empty cell": (replaced(4, "1.0,,0.0"), ("line 6, column 2",)),
     "short line": (replaced(8, "2.0,0.1"), ("line 10", "expected: 3", "found: 2")),
-    "no finite number": (replaced(2, "0.5,nan,0.0"), ("line 4, column 2",)),
-    "too large": (replaced(0, "-1e308,0,0"), ("line 2, column 1",)),
     "huge velocity": (
         csv("0,0,0,1e150,0", "1,1,1,1e150,0", header=HEADER + ",qd1,qd2"),
         ("line 2, column 4", "1e+12"),
     ),
     "instants too near": (csv(*(f"{k}e-200,0.{k},0" for k in range(9))), ("1e-200 s",)),
     "too few rows": (csv(*ROWS[:3]), ("found: 3",)),
-    "time repeats": (replaced(3, "0.5,0.1,0.1"), ("line 5, column 1",)),
     "a joint too many": (csv("0,0,0,0", header=HEADER + ",q3"), ("line 1, column 4", "q3")),
-    "several families": (
-        csv("0,0,0,0,0", header="time,position_0,position_1,q_0,q_1"),
-        ("line 1", "--family position or --family q"),
-    ),
     "UTF-16": (MOTION.encode("utf-16"), ("found: UTF-16",)),
     "binary": (b"\x89HDF\r\n\x1a\n\0\0", ("binary",)),
     "a header that acts": (MOTION.replace("q2", "\x1b[2J\u202e\x9b\x07" * 1000), ("x.csv",)),
@@ -88,17 +79,14 @@ MASSLESS = ARM.replace("mass = 1.0", "mass = 0.0").replace(
     "xx = 0.0, yy = 0.1, zz = 0.1", "xx = 0, yy = 0, zz = 0"
 )
 INDEFINITE = ARM.replace("zz = 0.1", "zz = -1.0")
-# Content of own.toml, and what the message must name.
+# Content of own.toml, and what the message must name. Others are tested where the file is read.
 ARMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "malformed TOML": (ARM.replace("mass = 2.0", "mass = = 2.0"), ("line 8, column 8",)),
-    "unknown key": (ARM.replace("mass = 2.0", "mas = 2.0"), ("links[1]",)),
     "missing key": (ARM.replace("mass = 2.0\n", ""), ("line 7", "links[1].mass")),
-    "word for a number": (ARM.replace("2.0", '"heavy"', 1), ("line 8", "found: 'heavy'")),
     "too large": (ARM.replace("mass = 2.0", "mass = 1e300"), ("line 8", "1e+12")),
     "negative mass": (ARM.replace("mass = 2.0", "mass = -2.0"), ("line 7", "mass of link 1")),
     "a link too few": (ARM[: ARM.rindex("[[links]]")], ("expected: 2", "found: 1")),
     "no text": (b"\xff\xfe\0\0", ("own.toml",)),
-    "other TOML": ('name = "x"\n', ("format",)),
     "an integer of thousands of digits": (toml_with(joint="d = " + "7" * 5000), ("line 4",)),
     "an integer that no float holds": (toml_with(joint="d_mm = 1" + "0" * 400), ("joints[1].d",)),
     "nested lists": (toml_with(top="sources = " + "[" * 5000 + "]" * 5000), ("own.toml",)),
@@ -107,7 +95,7 @@ ARMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "a long value": (toml_with(joint='d = "' + "x" * 100_000 + '"'), ("joints[1].d", "characters")),
 }
 # Content of model.json.
-MODELS = ["[" * 100_000, '{"format": ' + "7" * 5000 + "}", "{}", "{", '{"some": "thing"}']
+MODELS = ["[" * 100_000, "{}"]
 
 CONTROL = "control m.json two-link-swing"
 # Words of the command, those behind "|" as one, and what the message must name.
@@ -336,13 +324,7 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
 
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     (here / "own.toml").write_text(toml_of(arm_of(["askew"] * 7, rng)))
-    (here / "x.csv").write_text(
-        "time,"
-        + ",".join(f"q{j}" for j in range(1, 8))
-        + "\n"
-        + "".join(f"{k},{','.join(f'{0.1 * k * j}' for j in range(7))}\n" for k in range(9))
-    )
-    result = run("rank own.toml x.csv")
+    result = run("rank own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "at most 60000 torque terms" in result.err
     assert "--level recursive" in result.err

@@ -17,19 +17,8 @@ from conftest import PROGRAM
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.effort import kept_programs
 
-SLOW = {
-    "numpy",
-    "scipy",
-    "pandas",
-    "xarray",
-    "h5py",
-    "matplotlib",
-    "pinocchio",
-    "typst",
-    "jinja2",
-    "pydantic",
-}
-SLOW |= {"rich"}
+SLOW = {"numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio"}
+SLOW |= {"typst", "jinja2", "pydantic", "rich"}
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="of POSIX: signals, terminals, closed streams")
 
 
