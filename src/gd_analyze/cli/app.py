@@ -124,7 +124,7 @@ def _show_version(context: click.Context) -> None:
     cls=MainJobGroup,
     epilog=EPILOG,
     no_args_is_help=True,
-    context_settings={"max_content_width": 80, "help_option_names": ["-h", "--help"]},
+    context_settings={"max_content_width": 80, "help_option_names": ["-h", "--help"], "show_default": True},
 )
 @click.option(
     "--version",

@@ -6,30 +6,24 @@ from pathlib import Path
 
 import click
 
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import (
-    command_line,
-    formats_option,
-    out_option,
-    overwrite_option,
-    payload_option,
-    trajectory_argument,
-)
+from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Compare the formulations' cost, speed and torques.")
 @robot_given
-@trajectory_argument("Without one: torques are compared at random states.")
+@options.trajectory("Without one: torques are compared at random states.")
 @log_options
-@payload_option
+@options.payload
 @click.option(
     "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
 )
-@out_option("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
-@overwrite_option
-@formats_option()
+@options.out("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
+@options.overwrite
+@options.formats()
 @reporting
 def compare(
     robot: GivenRobot,

@@ -10,18 +10,9 @@ from typing import Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import (
-    command_line,
-    formats_option,
-    model_argument,
-    out_option,
-    overwrite_option,
-    payload_option,
-    positive_number,
-    together,
-    trajectory_argument,
-)
+from gd_analyze.cli.options import command_line, positive_number, together
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import number_in
 
@@ -53,7 +44,6 @@ _loop_options = together(
         "rates",
         type=_numbers("continuous"),
         default="continuous,500,100",
-        show_default=True,
         metavar="LIST",
         help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` has no period.",
     ),
@@ -61,7 +51,6 @@ _loop_options = together(
         "--speeds",
         type=_numbers(),
         default="0.25,0.5,1,2",
-        show_default=True,
         metavar="LIST",
         help="Speeds of the motion, as multiples of the planned one, comma-separated.",
     ),
@@ -69,7 +58,6 @@ _loop_options = together(
         "--bandwidth",
         type=positive_number,
         default=20.0,
-        show_default=True,
         metavar="NUMBER",
         help="Natural frequency of every joint's error, rad/s; 6.28 rad/s are 1 Hz.",
     ),
@@ -77,7 +65,6 @@ _loop_options = together(
         "--damping",
         type=positive_number,
         default=1.0,
-        show_default=True,
         metavar="NUMBER",
         help="Damping ratio of every joint's error; 1 is critical.",
     ),
@@ -86,7 +73,6 @@ _loop_options = together(
         "limits",
         type=_scale,
         default="1.0",
-        show_default=True,
         metavar="NUMBER|off",
         help="Torque limits, as a multiple of those of the arm's drives, or none.",
     ),
@@ -97,21 +83,20 @@ _loop_options = together(
 
 
 @click.command(short_help="Control the arm with a simplified model, and see how it tracks.")
-@model_argument()
-@trajectory_argument()
+@options.model()
+@options.trajectory()
 @log_options
-@payload_option
+@options.payload
 @_loop_options
 @click.option(
     "--within",
     default="0.1deg,1mm",
-    show_default=True,
     metavar="LIST",
     help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.",
 )
-@out_option("Folder for a report; nothing is written without it.")
-@overwrite_option
-@formats_option()
+@options.out("Folder for a report; nothing is written without it.")
+@options.overwrite
+@options.formats()
 @reporting
 def control(
     model: Path,

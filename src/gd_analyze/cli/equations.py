@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import digits_option, out_option
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
@@ -39,7 +39,6 @@ def _share(words: str) -> float:
     metavar="SHARE",
     type=_share,
     default="0%",
-    show_default=True,
     help="Leave out terms that stay below this share of the element's largest term.",
 )
 @click.option(
@@ -47,7 +46,6 @@ def _share(words: str) -> float:
     "form",
     type=click.Choice(["text", "latex", "mathml", "sympy"]),
     default="text",
-    show_default=True,
     help="How to write them: sympy is a Python script, the others are one equation each.",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
@@ -57,8 +55,8 @@ def _share(words: str) -> float:
     help="Print the base (minimal) inertial parameters instead, each with the combination of the links' "
     "masses, first moments and inertias that it is.",
 )
-@digits_option("Significant digits of coefficients; sympy keeps all.")
-@out_option("Write the equations into this file.")
+@options.digits("Significant digits of coefficients; sympy keeps all.")
+@options.out("Write the equations into this file.")
 @reporting
 def equations(
     robot: GivenRobot,

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.options import NameList, OutputPath, drives_option
+from gd_analyze.cli.options import NameList, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
 from gd_analyze.exporting.names import LANGUAGES
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     "--what",
     type=click.Choice(["torque", "decomposition"]),
     default="torque",
-    show_default=True,
     help="torque, D, h and c; or the exact D and h by effect, translation and rotation, and c, of the links.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names; by default made of the arm's name.")
@@ -44,10 +44,8 @@ if TYPE_CHECKING:
     default=True,
     help="Of a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
 )
-@drives_option
-@click.option(
-    "-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.  [default: this one]"
-)
+@options.drives
+@click.option("-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.")
 @click.option("--overwrite", is_flag=True, help="Replace files that are there already.")
 @reporting
 def export(

@@ -11,16 +11,9 @@ from typing import Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motions
-from gd_analyze.cli.options import (
-    DRAWN,
-    ROBOT,
-    drives_option,
-    payload_option,
-    states_options,
-    together,
-    trajectories_argument,
-)
+from gd_analyze.cli.options import DRAWN, ROBOT, together
 
 _picking_options = together(
     click.option(
@@ -115,5 +108,5 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
     def verb(**words: Any) -> None:
         function(given=Given(**{name: words.pop(name) for name in names}), **words)
 
-    options = (log_options, drives_option, payload_option, states_options)
-    return together(robot_given, trajectories_argument(DRAWN), *options)(verb)
+    shared = (log_options, options.drives, options.payload, options.states)
+    return together(robot_given, options.trajectories(DRAWN), *shared)(verb)

@@ -9,23 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motions
-from gd_analyze.cli.options import (
-    FILE,
-    budget_option,
-    command_line,
-    drives_option,
-    formats_option,
-    level_option,
-    margin_option,
-    out_option,
-    overwrite_option,
-    payload_option,
-    simplify_options,
-    top_option,
-    trajectories_argument,
-)
+from gd_analyze.cli.options import FILE, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import RESULT_FILES, require_one_run
 
@@ -54,24 +41,24 @@ class MainJob(click.Command):
 
 @click.command(cls=MainJob, hidden=True)
 @robot_given
-@trajectories_argument()
+@options.trajectories()
 @log_options
-@out_option("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
-@overwrite_option
-@formats_option(FORMATS)
-@budget_option()
-@level_option()
-@simplify_options
-@drives_option
-@payload_option
-@margin_option("How far states may be from the motion for which the model's errors are proven")
+@options.out("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
+@options.overwrite
+@options.formats(FORMATS)
+@options.budget()
+@options.level()
+@options.simplify
+@options.drives
+@options.payload
+@options.margin("How far states may be from the motion for which the model's errors are proven")
 @click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(
     "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")
-@top_option
+@options.top
 @reporting
 def analyze(
     robot: GivenRobot,
@@ -106,10 +93,10 @@ def analyze(
 
 @click.command(short_help="Make the reports of a stored analysis again.")
 @click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
-@out_option("Folder for the reports.  [default: the file's own]")
-@overwrite_option
-@formats_option(MADE_AGAIN)
-@top_option
+@options.out("Folder for the reports.  [default: the file's own]")
+@options.overwrite
+@options.formats(MADE_AGAIN)
+@options.top
 @reporting
 def report(
     analysis: Path, out: Path | None, overwrite: bool, formats: tuple[str, ...], top: int, output: Output

@@ -8,9 +8,10 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
-from gd_analyze.cli.options import TRAJECTORY, command_line, number_option, out_option, positive_number
+from gd_analyze.cli.options import TRAJECTORY, command_line, positive_number
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
@@ -67,22 +68,25 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
 @click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
 @click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@number_option("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
+@options.number("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
 @click.option(
-    "--duration", required=True, type=positive_number, metavar="SECONDS", help="Time from start to goal."
+    "--duration",
+    required=True,
+    type=positive_number,
+    metavar="SECONDS",
+    help="Time from start to goal.",
 )
 @click.option(
     "--profile",
     type=click.Choice(PROFILE_NAMES),
     default="4-3-4",
-    show_default=True,
     metavar="NAME",
     help=f"{', '.join(PROFILE_NAMES[:-1])} or {PROFILE_NAMES[-1]}.",
 )
 @click.option(
     "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations above their limits."
 )
-@out_option("CSV file; left out, the CSV goes to standard output.")
+@options.out("CSV file; left out, the CSV goes to standard output.")
 @reporting
 def plan(
     robot: GivenRobot,

@@ -104,45 +104,44 @@ def together(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-def number_option(
+def number(
     name: str, default: int | None, words: str, least: int = 0, most: int | None = None
 ) -> Callable[[F], F]:
     """An option that takes a whole number."""
     kind = click.IntRange(least, most)
-    return click.option(name, type=kind, default=default, show_default=True, metavar="NUMBER", help=words)
+    return click.option(name, type=kind, default=default, metavar="NUMBER", help=words)
 
 
-def digits_option(words: str) -> Callable[[F], F]:
+def digits(words: str) -> Callable[[F], F]:
     """--digits, three by default; a double has no more than seventeen."""
-    return click.option("--digits", type=click.IntRange(1, 17), default=3, show_default=True, help=words)
+    return click.option("--digits", type=click.IntRange(1, 17), default=3, help=words)
 
 
-def out_option(words: str) -> Callable[[F], F]:
+def out(words: str) -> Callable[[F], F]:
     """--out, a file or a folder."""
     return click.option("-o", "--out", type=OutputPath(), help=words)
 
 
-overwrite_option = click.option(
+overwrite = click.option(
     "--overwrite",
     is_flag=True,
     help="Replace a run of another arm, motion or other options that the folder holds.",
 )
 
 
-def formats_option(names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
+def formats(names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
     """--format, some of the files that a verb can write; all by default."""
     return click.option(
         "--format",
         "formats",
         type=NameList(names, "format"),
         default=",".join(names),
-        show_default=True,
         metavar="LIST",
         help="Which files to write, comma-separated.",
     )
 
 
-def margin_option(words: str) -> Callable[[F], F]:
+def margin(words: str) -> Callable[[F], F]:
     """--margin; None where it is not given."""
     return click.option(
         "--margin",
@@ -153,7 +152,7 @@ def margin_option(words: str) -> Callable[[F], F]:
     )
 
 
-def model_argument(made_by: str = "gd-analyze") -> Callable[[F], F]:
+def model(made_by: str = "gd-analyze") -> Callable[[F], F]:
     """MODEL, a model.json."""
     return click.argument("model", type=FILE, help=f"A model.json that {made_by} wrote.")
 
@@ -162,13 +161,13 @@ _TRAJECTORY_WORDS = "CSV file, log (options: `gd-analyze columns --help`), name 
 DRAWN = "Without one: states drawn from the arm's limits."
 
 
-def trajectory_argument(without: str = "") -> Callable[[F], F]:
+def trajectory(without: str = "") -> Callable[[F], F]:
     """TRAJECTORY, which may be left out where `without` says what happens then."""
     words = f"{_TRAJECTORY_WORDS}or - for standard input. {without}".rstrip()
     return click.argument("trajectory", type=TRAJECTORY, required=not without, help=words)
 
 
-def trajectories_argument(
+def trajectories(
     without: str = "", several: str = "of several motions the budget holds on each"
 ) -> Callable[[F], F]:
     """TRAJECTORY..., one or several; optional where `without` says what happens then."""
@@ -183,25 +182,25 @@ def trajectories_argument(
     )
 
 
-payload_option = click.option(
+payload = click.option(
     "--payload",
     metavar="LIST",
     help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
     "link's frame, inertia about the payload's own centre of mass.",
 )
 
-drives_option = click.option(
+drives = click.option(
     "--drives/--no-drives",
     default=None,
     help="Include the drives' inertia, or take the links alone.  [default: included where there are drives]",
 )
 
-states_options = together(
-    number_option("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
-    number_option("--seed", 0, "Seed of these states; the same seed draws the same states."),
+states = together(
+    number("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
+    number("--seed", 0, "Seed of these states; the same seed draws the same states."),
 )
 
-top_option = number_option("--top", 12, "Rows of the ranking to print.")
+top = number("--top", 12, "Rows of the ranking to print.")
 
 BUDGET = (
     "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
@@ -211,12 +210,12 @@ BUDGET = (
 _CHEAPEST = "cheapest"
 
 
-def budget_option(words: str = BUDGET) -> Callable[[F], F]:
+def budget(words: str = BUDGET) -> Callable[[F], F]:
     """--budget."""
-    return click.option("--budget", default="1%", show_default=True, metavar="LIST", help=words)
+    return click.option("--budget", default="1%", metavar="LIST", help=words)
 
 
-def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEAPEST) -> Callable[[F], F]:
+def level(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEAPEST) -> Callable[[F], F]:
     """--level; None for the cheapest."""
     words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
     if default == _CHEAPEST:
@@ -226,20 +225,19 @@ def level_option(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEA
         "--level",
         type=click.Choice(names),
         default=default,
-        show_default=True,
         callback=lambda context, option, chosen: None if chosen == _CHEAPEST else chosen,
         help=f"{'; '.join(words)}.",
     )
 
 
-simplify_options = together(
+simplify = together(
     click.option(
         "--refit",
         is_flag=True,
         help="Refit what is kept, so that it makes up for what is dropped (levels term and energy; level "
         "recursive always does).",
     ),
-    number_option(
+    number(
         "--operations",
         None,
         "Most multiplications and additions of the model; the budget is scaled until it has no more.",

@@ -8,33 +8,23 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import (
-    BUDGET,
-    budget_option,
-    command_line,
-    digits_option,
-    level_option,
-    margin_option,
-    number_option,
-    out_option,
-    simplify_options,
-)
+from gd_analyze.cli.options import BUDGET, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@budget_option(
+@options.budget(
     f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states)."
 )
-@level_option()
-@simplify_options
+@options.level()
+@options.simplify
 @click.option(
     "--effort",
     type=click.FloatRange(0.0, 1000.0, min_open=True),
     default=1.0,
-    show_default=True,
     metavar="FACTOR",
     help="Length of the search, as a multiple of the usual one, which takes seconds (seven joints: half a "
     "minute) and at most a minute; the result is the best model found by then.",
@@ -45,9 +35,9 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     help="Prove the budget for every state within the arm's limits or, if a trajectory is given, for every "
     "state within --margin of the motion, between its set points too.",
 )
-@margin_option("With --certified and a trajectory: how far states may be from the motion")
-@digits_option("Significant digits of the equations printed; files keep all.")
-@out_option("Write the model into this JSON file.")
+@options.margin("With --certified and a trajectory: how far states may be from the motion")
+@options.digits("Significant digits of the equations printed; files keep all.")
+@options.out("Write the model into this JSON file.")
 @reporting
 def simplify(
     given: Given,
@@ -120,8 +110,8 @@ def simplify(
 
 @click.command(short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
-@level_option(("term", "energy"), "term")
-@number_option("--top", 20, "Terms to print; --json has all.")
+@options.level(("term", "energy"), "term")
+@options.number("--top", 20, "Terms to print; --json has all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by their torque, alone and together with all terms ranked below.
@@ -146,7 +136,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
 @given_dynamics
-@budget_option("The budget that is multiplied, as for `simplify`.")
+@options.budget("The budget that is multiplied, as for `simplify`.")
 @click.option(
     "--quick",
     is_flag=True,

@@ -8,29 +8,19 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
+from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import (
-    DRAWN,
-    TRAJECTORY,
-    OutputPath,
-    margin_option,
-    model_argument,
-    out_option,
-    payload_option,
-    states_options,
-    trajectories_argument,
-    trajectory_argument,
-)
+from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Evaluate a simplified model on another motion.")
-@model_argument()
-@trajectory_argument(DRAWN)
+@options.model()
+@options.trajectory(DRAWN)
 @log_options
-@payload_option
-@states_options
-@out_option("CSV file for exact and simplified torque over time.")
+@options.payload
+@options.states
+@options.out("CSV file for exact and simplified torque over time.")
 @reporting
 def evaluate(
     model: Path,
@@ -75,8 +65,8 @@ def evaluate(
 
 
 @click.command(short_help="Pass or fail a model on files of motions.")
-@model_argument()
-@trajectories_argument(several="each motion is judged by itself")
+@options.model()
+@options.trajectories(several="each motion is judged by itself")
 @log_options
 @click.option(
     "--fail-over",
@@ -131,7 +121,7 @@ def validate(
 
 
 @click.command(short_help="Bound a model's torque error along a motion or over a box.")
-@model_argument("`simplify`")
+@options.model("`simplify`")
 @click.option(
     "--along",
     type=TRAJECTORY,
@@ -141,12 +131,11 @@ def validate(
     "limits.",
 )
 @log_options
-@margin_option("With --along: how far states may be from the motion")
+@options.margin("With --along: how far states may be from the motion")
 @click.option(
     "--effort",
     type=click.IntRange(min=1),
     default=250_000,
-    show_default=True,
     help="Positions per joint at which the error is evaluated; ten times as many for every angle beyond the "
     "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes; for D a "
     "thirtieth as many positions. Any number gives a valid bound, more give a tighter one.",
