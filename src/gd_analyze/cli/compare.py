@@ -21,9 +21,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 @click.option(
     "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
 )
-@options.out("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
-@options.overwrite
-@options.formats()
+@options.folder("Folder for the results.  [default: reports/compare-ROBOT[-TRAJECTORY]]")
 @reporting
 def compare(
     robot: GivenRobot,

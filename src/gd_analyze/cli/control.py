@@ -94,9 +94,7 @@ _loop_options = together(
     metavar="LIST",
     help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.",
 )
-@options.out("Folder for a report; nothing is written without it.")
-@options.overwrite
-@options.formats()
+@options.folder("Folder for a report; nothing is written without it.")
 @reporting
 def control(
     model: Path,

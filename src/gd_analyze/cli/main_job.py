@@ -43,9 +43,7 @@ class MainJob(click.Command):
 @robot_given
 @options.trajectories()
 @log_options
-@options.out("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]")
-@options.overwrite
-@options.formats(FORMATS)
+@options.folder("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]", FORMATS)
 @options.budget()
 @options.level()
 @options.simplify
@@ -93,9 +91,7 @@ def analyze(
 
 @click.command(short_help="Make the reports of a stored analysis again.")
 @click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
-@options.out("Folder for the reports.  [default: the file's own]")
-@options.overwrite
-@options.formats(MADE_AGAIN)
+@options.folder("Folder for the reports.  [default: the file's own]", MADE_AGAIN)
 @options.top
 @reporting
 def report(

@@ -122,22 +122,15 @@ def out(words: str) -> Callable[[F], F]:
     return click.option("-o", "--out", type=OutputPath(), help=words)
 
 
-overwrite = click.option(
-    "--overwrite",
-    is_flag=True,
-    help="Replace a run of another arm, motion or other options that the folder holds.",
-)
-
-
-def formats(names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
-    """--format, some of the files that a verb can write; all by default."""
-    return click.option(
-        "--format",
-        "formats",
-        type=NameList(names, "format"),
-        default=",".join(names),
-        metavar="LIST",
-        help="Which files to write, comma-separated.",
+def folder(words: str, names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
+    """--out, a folder; --overwrite; --format, some of the files that a verb can write in it."""
+    replaced = "Replace a run of another arm, motion or other options that the folder holds."
+    chosen, every = "Which files to write, comma-separated.", ",".join(names)
+    kind = NameList(names, "format")
+    return together(
+        out(words),
+        click.option("--overwrite", is_flag=True, help=replaced),
+        click.option("--format", "formats", type=kind, default=every, metavar="LIST", help=chosen),
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -56,15 +55,9 @@ def tell(kind: str, text: str) -> None:
     colour = "red" if kind == "error" else "yellow"
     text = "\n".join(map(visible, text.split("\n")))
     if kind == "warning" and sys.stderr.isatty():
-        begun = " " * len("warning: ")
-        text = textwrap.fill(
-            text,
-            _terminal_width(),
-            initial_indent=begun,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        ).lstrip()
+        from gd_analyze.report.terminal import wrapped
+
+        text = "\n".join(wrapped(f"warning: {text}", _terminal_width(), "  ")).removeprefix("warning: ")
     click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
 
 

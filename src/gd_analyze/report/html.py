@@ -50,22 +50,18 @@ def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str 
         scripts.append("report.js")
     mark = f'<meta name="gd-analyze-run" content="{escape(run)}">\n' if run else ""
     held = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
+    colours = (f"--{name}: light-dark({light}, {dark});" for name, (light, dark) in COLOURS.items())
     nav = "\n".join(f'    <a href="#{escape(key)}">{escape(name)}</a>' for key, name in links)
     return template("page.html").format(
         mark=mark,
         title=escape(title),
-        style=_colours() + "".join(map(template, styles)),
+        colours=" ".join(colours),
+        style="".join(map(template, styles)),
         nav=nav,
         body=body,
         held=held,
         script="".join(map(template, scripts)),
     )
-
-
-def _colours() -> str:
-    """Every colour as a variable that follows the theme."""
-    pairs = (f"--{name}: light-dark({light}, {dark});" for name, (light, dark) in COLOURS.items())
-    return f":root {{ {' '.join(pairs)} }}\n"
 
 
 @cache

@@ -29,9 +29,7 @@ class MainReport(NamedTuple):
     arm: Drawing
     contributions: Drawing
     errors: Table
-    trade_off: (
-        tuple[Drawing, Table] | None
-    )  # None where no budget gives fewer operations than the exact torque
+    trade_off: tuple[Drawing, Table] | None  # where a budget gives fewer operations than the exact torque
     appendices: tuple[Section, ...]
     numbers: Numbers
 
@@ -78,14 +76,8 @@ def _trade_off_table(findings: Findings) -> Table:
     """Operations and error of every kind of model, by budget."""
     table = findings.tables["trade_off"]
     columns = [Column("", "budget", table.budget.values.tolist(), shown="text")]
-    kinds = zip(
-        table.level.values,
-        table.refit.values,
-        table.operations.values,
-        table.largest_share.values,
-        strict=True,
-    )
-    for level, refit, counts, shares in kinds:
+    names = ("level", "refit", "operations", "largest_share")
+    for level, refit, counts, shares in zip(*(table[name].values for name in names), strict=True):
         columns.append(Column("", kind_name(level, refit), counts.tolist(), shown="count"))
         columns.append(Column("", "error", shares.tolist(), shown="percent"))
     title = f"Operations, and largest error of the {findings.model.accuracy.asked.shares_of}, by budget"

@@ -156,16 +156,12 @@ def _operations(key: str, model: SimplifiedModel) -> Table:
     before, after = (
         [getattr(count, name) for name in names] for count in (model.operations_full, model.operations)
     )
+    saved = [1 - b / a if a else 0.0 for a, b in zip(before, after, strict=True)]
     columns = (
         Column("", "operations", words, shown="text"),
         Column("", "exact", before, shown="count"),
         Column("", "model", after, shown="count"),
-        Column(
-            "",
-            "saved",
-            [1 - b / a if a else 0.0 for a, b in zip(before, after, strict=True)],
-            shown="percent",
-        ),
+        Column("", "saved", saved, shown="percent"),
     )
     return Table(key, "Operations for one evaluation of all torques", columns)
 
@@ -178,18 +174,11 @@ def _recursion(findings: Findings) -> tuple[Part, ...]:
 def beyond_section(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and what a payload or uncertain parameters do."""
     rows = joint_rows(findings, "simplified_model", "beyond", "tube")
-    parts = [_near(findings, rows)] if tube_bound(findings) is not None else []
-    ratios = "Errors as multiples of the allowed error, on a logarithmic scale."
-    return Section(
-        "beyond",
-        "Near this motion, and beyond it",
-        (
-            *parts,
-            Drawing("beyond", ratios, reach_figure(findings)),
-            _farther(findings, rows),
-            _payload(rows),
-        ),
-    )
+    near = [_near(findings, rows)] if tube_bound(findings) is not None else []
+    words = "Errors as multiples of the allowed error, on a logarithmic scale."
+    ratios = Drawing("beyond", words, reach_figure(findings))
+    parts = (*near, ratios, _farther(findings, rows), _payload(rows))
+    return Section("beyond", "Near this motion, and beyond it", parts)
 
 
 _ERRORS = {"allowed_error": ("allowed", "@effort_unit"), "largest_error": ("at set points", "@effort_unit")}

@@ -64,13 +64,11 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
         ("operations", "Operations of the model", model.operations),
         ("operations_full", "Operations of the exact torque", model.operations_full),
     )
-    return (
-        *(
-            Fact(key, label, asdict(count) | {"total": count.total}, text=str(count))
-            for key, label, count in counts
-        ),
-        Fact("saves", "", model.saves),
+    facts = (
+        Fact(key, label, asdict(count) | {"total": count.total}, text=str(count))
+        for key, label, count in counts
     )
+    return (*facts, Fact("saves", "", model.saves))
 
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
