@@ -130,9 +130,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "arms robot.urdf --tip lowre": ("did you mean lower",),
     "arms robot.urdf --lock left_finger": ("expected: joint=value",),
     "arms robot.urdf --tip lower --limits none.yaml": ("none.yaml",),
-    "rank two_link x.csv --payload 1e300,0,0,0": ("payload",),
     "two_link x.csv --payload 2,0,0,heavy": ("payload", "'heavy'"),
-    "compare two_link x.csv --payload -1,0,0,0": ("payload",),
     "evaluate m.json --payload 1,0,0": ("payload is not 4, 7 or 10 numbers",),
     # Verbs and arguments
     "two_link": ("TRAJECTORY...", "gd-analyze --help"),
@@ -148,7 +146,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "export two_link": ("--to",),
     # Values of options
     "two_link x.csv --format html,doc": ("--format", "'doc'"),
-    "two_link x.csv --top -1": ("--top",),
     "two_link x.csv --budget -1": ("--budget, entry 1", "found: '-1'"),
     "trade-off two_link x.csv --budget 1e308": ("--budget, entry 1", "1e+12"),
     "simplify two_link --budget 1%,1%,1%": ("--budget", "found: 3"),
@@ -160,9 +157,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "rank two_link x.csv --level element": ("--level",),
     "simplify two_link --operations -3": ("-3",),
     "simplify two_link --effort 0": ("--effort",),
-    "certify m.json --effort 0": ("--effort",),
-    "evaluate m.json --states 0": ("--states",),
-    "rank two_link --seed -1": ("--seed",),
     "columns two_link x.csv --rate 0": ("'--rate'",),
     "equations two_link --min-share 2": ("'2' is not a share of 0 to 1",),
     "equations two_link --digits 0": ("1<=x<=17",),

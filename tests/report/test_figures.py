@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from report_cases import made_findings
 
 from gd_analyze.figures.arm import arm_figure, playable, skeleton, upright_frame, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Panel, broken, ticks, value_axis
+from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Panel, broken, joint_label, ticks, value_axis
 from gd_analyze.figures.joints import (
     Contributions,
     contributions_figure,
@@ -26,6 +25,7 @@ from gd_analyze.figures.joints import (
 from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
 from gd_analyze.figures.trade_off import reach_figure, trade_off_figure
 from gd_analyze.results.findings import Findings
+from gd_analyze.robots.parts import Joint
 
 
 def corners(path: str) -> list[np.ndarray]:
@@ -144,9 +144,7 @@ def test_points_left_out_lie_on_the_line(values: list[float]) -> None:
     left = without_straights(points)
     drawn = np.interp(points[:, 0], left[:, 0], left[:, 1])
     # Six rounds of 1/25 pt, along a slope of at most 50.
-    distance = np.abs(drawn - points[:, 1]) / np.hypot(
-        1.0, np.gradient(points[:, 1]) if len(points) > 1 else 1.0
-    )
+    distance = np.abs(drawn - points[:, 1]) / np.hypot(1.0, np.gradient(points[:, 1]))
     assert distance.max() <= 6 * 0.04 * 2
 
 
@@ -187,7 +185,10 @@ def test_measured_torque_is_what_the_table_has(measured_findings: Findings) -> N
         np.testing.assert_array_equal(drawn, torque[known, 0])
 
 
-def test_a_single_set_point_is_a_mark() -> None:
-    findings = made_findings(["revolute"], set_points=1)
-    for figure in (motion_figure(findings), contributions_figure(findings), error_figure(findings)):
-        assert "nan" not in figure_svg(figure)
+def test_a_long_name_keeps_the_end_that_tells_the_joint_apart() -> None:
+    panda = [Joint(f"panda_joint{k}", "revolute") for k in range(1, 8)]
+    assert joint_label(panda, 6, 100.0) == "7 panda_joint7"
+    assert joint_label(panda, 6, 35.0) == "7 …_joint7"
+    ur = [Joint(f"shoulder_{k}_joint", "revolute") for k in ("pan", "lift")]
+    assert joint_label(ur, 1, 50.0) == "2 …der_lift…"
+    assert joint_label([Joint("1", "revolute")], 0, 50.0) == "1"

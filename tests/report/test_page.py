@@ -12,7 +12,7 @@ from page_reader import Page
 from report_cases import HOSTILE, made_findings
 
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.report.budget import BudgetPath, budget_words
+from gd_analyze.report.budget import BudgetPath
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
@@ -94,11 +94,6 @@ def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
     page = Page(render_html(find("two_link", "two-link-swing", Settings(budget="0.001%"))))
     assert "budget-slider" not in page.identifiers
     assert "nothing can be dropped" in words_of(page)
-
-
-def test_budgets_are_named_in_their_own_terms() -> None:
-    assert budget_words("5.01187%") == "5.01 % of peak torque"
-    assert budget_words("1% or 10% friction, 0.2 N m") == "1 % of peak torque or 10 % of friction, 0.2 N m"
 
 
 @pytest.mark.parametrize("make", MAKES)

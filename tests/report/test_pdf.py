@@ -54,6 +54,15 @@ def test_every_part_is_there_in_order(puma_pdf: bytes, puma_findings: Findings, 
     assert 9 <= len(re.findall(rb"/Type\s*/Page\b", puma_pdf)) <= 13
 
 
+def test_no_heading_stands_alone(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
+    """Below it, on its page, is the caption of a figure or a table, or an equation."""
+    pages = [" ".join(page.split()) for page in read(puma_pdf, tmp_path).replace("’", "'").split("\f")]
+    for letter, section in zip("ABCDEFGHIJ", sections(puma_findings), strict=False):
+        heading = f"{letter} {section.title}"
+        below = next(page.partition(heading)[2] for page in pages if heading in page)
+        assert re.search(r"(Figure|Table) \d+\.|\(3\.4", below), heading
+
+
 def test_same_findings_give_the_same_bytes(swing_findings: Findings) -> None:
     made = prepare_pdf(swing_findings)()
     assert made.startswith(b"%PDF-")
