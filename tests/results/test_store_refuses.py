@@ -322,7 +322,7 @@ def test_what_no_report_can_be_made_of_is_refused(everything_stored, tmp_path, e
     assert str(path) in caught.value.details["where"]
 
 
-def test_every_coordinate_and_attribute_is_declared(everything_found):
-    for group, table in everything_found.tables.items():
+def test_every_coordinate_and_attribute_is_declared(measured_findings):
+    for group, table in measured_findings.tables.items():
         assert set(table.coords) <= set(COORDINATES[group])
-        assert set(table.attrs) - set(ATTRIBUTES.get(group, {})) <= set(everything_found.provenance)
+        assert set(table.attrs) - set(ATTRIBUTES.get(group, {})) <= set(measured_findings.provenance)
