@@ -173,7 +173,7 @@ def test_evaluated_at_drawn_states(run, model):
     assert of(told["joints"], "largest_error") == expected.largest.tolist()
     assert of(told["joints"], "peak_torque") == expected.peak_torque.tolist()
     effect = gd.payload_effect(model, gd.states_in_box(model.arm, 300, 7))
-    assert told["mass_within_budget"] == effect.largest_mass > 0
+    assert told["mass_within_budget"] == effect.largest_mass
     assert of(told["joints"], "torque_per_kg") == effect.torque_per_kg.tolist()
     assert (told["states"], told["seed"], told["trajectory"], told["set_points"]) == (300, 7, None, None)
     assert told["held_against"] == {"arm": "two_link", "drives": False, "payload": None}

@@ -190,5 +190,5 @@ def test_a_long_name_keeps_the_end_that_tells_the_joint_apart() -> None:
     assert joint_label(panda, 6, 100.0) == "7 panda_joint7"
     assert joint_label(panda, 6, 35.0) == "7 …_joint7"
     ur = [Joint(f"shoulder_{k}_joint", "revolute") for k in ("pan", "lift")]
-    assert joint_label(ur, 1, 50.0) == "2 …der_lift…"
+    assert joint_label(ur, 1, 50.0) == "2 …ulder_lift…"
     assert joint_label([Joint("1", "revolute")], 0, 50.0) == "1"

@@ -57,7 +57,8 @@ def tell(kind: str, text: str) -> None:
     if kind == "warning" and sys.stderr.isatty():
         from gd_analyze.report.terminal import wrapped
 
-        text = "\n".join(wrapped(f"warning: {text}", _terminal_width(), "  ")).removeprefix("warning: ")
+        text = f"warning: {' '.join(text.split())}"
+        text = "\n".join(wrapped(text, _terminal_width(), "  ")).removeprefix("warning: ")
     click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
 
 

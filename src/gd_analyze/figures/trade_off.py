@@ -13,6 +13,7 @@ from gd_analyze.figures.figure import (
     Curve,
     Figure,
     Item,
+    Marker,
     Panel,
     Words,
     decades_axis,
@@ -25,13 +26,9 @@ from gd_analyze.text import LEVEL_NAMES
 # Errors below this share of the largest stand at the axis: they would leave no room for the others.
 _DECADES = 4
 # Colour and mark of every level.
-_SERIES: tuple[tuple[str, Any], ...] = (
-    ("series-6", "square"),
-    ("series-3", "circle"),
-    ("series-2", "triangle"),
-    ("series-4", "diamond"),
-)
-_OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(_SERIES)))
+_COLOURS = ("series-6", "series-3", "series-2", "series-4")
+_MARKERS: tuple[Marker, ...] = ("square", "circle", "triangle", "diamond")
+_OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(zip(_COLOURS, _MARKERS, strict=True))))
 
 
 def trade_off_figure(run: Run) -> Figure:

@@ -177,7 +177,7 @@ def beyond_section(findings: Findings) -> Section:
     near = [_near(findings, rows)] if tube_bound(findings) is not None else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
-    parts = (*near, ratios, _farther(findings, rows), _payload(rows))
+    parts: tuple[Part, ...] = (*near, ratios, _farther(findings, rows), _payload(rows))
     return Section("beyond", "Near this motion, and beyond it", parts)
 
 

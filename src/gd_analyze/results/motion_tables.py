@@ -57,8 +57,13 @@ def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
     motion = tables["trajectory"]
     gaps = (motion.stretch_from.values[1:] - 1).tolist() if "stretch_from" in motion else ()
     return Trajectory(
-        *(motion[name].values for name in ("time", "q", "qd", "qdd")),
-        *(motion.attrs[name] for name in ("name", "origin", "velocities")),
+        motion.time.values,
+        motion.q.values,
+        motion.qd.values,
+        motion.qdd.values,
+        motion.attrs["name"],
+        motion.attrs["origin"],
+        motion.attrs["velocities"],
         gaps=tuple(gaps),
         motions=_motions_in(tables["motions"]) if "motions" in tables else (),
         recording=_recording_in(tables) if "recording" in tables else None,

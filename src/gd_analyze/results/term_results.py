@@ -88,30 +88,21 @@ def trade_off_result(
     """Operations by level and budget."""
     arm, full, by_kind = exact.arm, exact.form.operations, curves(tuple(points))
     budgets = [point.budget for point in next(iter(by_kind.values()), ())]
-    curve = Table(
-        "",
-        "Multiplications and additions of one torque evaluation, by budget",
-        (
-            Column("", "budget", budgets, shown="text"),
-            *(
-                Column("", kind_name(level.name, refit), [p.operations.total for p in row], shown="count")
-                for (level, refit), row in by_kind.items()
-            ),
-        ),
-        note="Where no model takes fewer operations, the exact torque counts.",
-    )
-    rows = Table(
-        "points",
-        "",
-        (
-            Column("level", "", [point.level.name for point in points]),
-            *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
-            Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
-            Column("largest_share", "", [point.error_share for point in points]),
-        ),
+    columns = [Column("", "budget", budgets, shown="text")]
+    for (level, refit), row in by_kind.items():
+        counts = [point.operations.total for point in row]
+        columns.append(Column("", kind_name(level.name, refit), counts, shown="count"))
+    title = "Multiplications and additions of one torque evaluation, by budget"
+    note = "Where no model takes fewer operations, the exact torque counts."
+    every = (
+        Column("level", "", [point.level.name for point in points]),
+        *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
+        Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
+        Column("largest_share", "", [point.error_share for point in points]),
     )
     saves = any(point.operations.total < full.total for point in points)
     absent = [level.name for level, refit in KINDS if not refit and (level, refit) not in kinds]
+    why = too_many_terms(exact.form)
     exact_operations = asdict(full) | {"total": full.total}
     drives = drives_text(arm, exact.form.drives)
     return Result(
@@ -125,9 +116,7 @@ def trade_off_result(
             Fact("shares_of", "", budget.shares_of),
             Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
             Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
-            Fact(
-                "levels_not_tried", "Levels not tried" * bool(absent), absent, note=too_many_terms(exact.form)
-            ),
+            Fact("levels_not_tried", "Levels not tried" * bool(absent), absent, note=why),
         ),
-        parts=(curve, rows),
+        parts=(Table("", title, tuple(columns), note), Table("points", "", every)),
     )
