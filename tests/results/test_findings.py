@@ -68,7 +68,7 @@ def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, mo
     tried = {one.level: one for one in model.accuracy.levels}
     assert tried["recursive"].operations == model.operations.total <= findings.element_model.operations.total
     assert tried["term"].operations is None
-    assert not findings.is_written_out
+    assert not findings.tables["terms"].attrs["written_out"]
     assert findings.ranked_terms == {}
     budgets = findings.tables["budgets"]
     counts, errors = budgets.operations.values, budgets.largest_error.values

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
@@ -14,10 +15,11 @@ import click
 
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
-from gd_analyze.cli.terminal import Stages, line, print_json, show_result, stages, warnings_collected
+from gd_analyze.cli.terminal import Stages, colour, stages, warnings_collected, width
 from gd_analyze.errors import UsageError
 from gd_analyze.files import require_writable
 from gd_analyze.simplification.cache import without_cache
+from gd_analyze.text import visible
 
 if TYPE_CHECKING:
     from gd_analyze.result import Result
@@ -48,11 +50,15 @@ class Output:
         written = [path for path in files if path is not None]
         if self.as_json:
             ends = {"warnings": self.warnings, "files": list(map(str, written))}
-            print_json(result.document() | ends)
+            # In ASCII and without the NaN and Infinity that JSON does not know.
+            click.echo(json.dumps(result.document() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
-            show_result(result)
+            from gd_analyze.report.terminal import text_of
+
+            text = text_of(result, width(), functools.partial(click.style, bold=True))
+            click.echo(text, nl=False, color=colour())
             for path in written:
-                line(f"wrote {path}")
+                click.echo(visible(f"wrote {path}"))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

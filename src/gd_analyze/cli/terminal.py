@@ -1,8 +1,7 @@
-"""What every verb prints with: results, JSON, warnings and progress; control signs are made `visible`."""
+"""What every verb prints with: lines, errors, warnings and progress; control signs are made `visible`."""
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import warnings
@@ -18,15 +17,8 @@ from gd_analyze.text import visible
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from gd_analyze.result import Result
-
 # Columns where the terminal's own number is unknown.
 WIDTH = 80
-
-
-def line(text: str) -> None:
-    """Print a line that must stay whole, such as a path."""
-    click.echo(visible(text), color=_colour())
 
 
 def lines(text: str) -> None:
@@ -36,30 +28,16 @@ def lines(text: str) -> None:
     click.echo(text, nl=False)
 
 
-def show_result(result: Result) -> None:
-    """Print a result for people."""
-    from gd_analyze.report.terminal import text_of
-
-    click.echo(text_of(result, width(), lambda text: click.style(text, bold=True)), nl=False, color=_colour())
-
-
-def print_json(value: Any) -> None:
-    """Print plain values as JSON, in ASCII and without the NaN and Infinity that JSON does not know."""
-    from gd_analyze.result import plain
-
-    click.echo(json.dumps(plain(value), indent=2, allow_nan=False))
-
-
 def tell(kind: str, text: str) -> None:
     """Print an error or a warning to standard error; on a terminal a warning is wrapped between words."""
-    colour = "red" if kind == "error" else "yellow"
+    named = "red" if kind == "error" else "yellow"
     text = "\n".join(map(visible, text.split("\n")))
     if kind == "warning" and sys.stderr.isatty():
         from gd_analyze.report.terminal import wrapped
 
         text = f"warning: {' '.join(text.split())}"
         text = "\n".join(wrapped(text, _terminal_width(), "  ")).removeprefix("warning: ")
-    click.echo(f"{click.style(kind, fg=colour, bold=True)}: {text}", err=True, color=_colour())
+    click.echo(f"{click.style(kind, fg=named, bold=True)}: {text}", err=True, color=colour())
 
 
 @contextmanager
@@ -88,18 +66,19 @@ class Stages:
     """Says on standard error what is going on; silent without a progress display."""
 
     def __init__(self, display: Progress | None = None) -> None:
-        self._display = display
-        self._task = display.add_task("") if display is not None else None
+        self._shown = None if display is None else (display, display.add_task(""))
 
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
-        if self._display is not None and self._task is not None:
-            self._display.reset(self._task, description=visible(label), total=total)
+        if self._shown:
+            display, task = self._shown
+            display.reset(task, description=visible(label), total=total)
 
     def advance(self, steps: int) -> None:
         """Note that some steps are done."""
-        if self._display is not None and self._task is not None:
-            self._display.advance(self._task, steps)
+        if self._shown:
+            display, task = self._shown
+            display.advance(task, steps)
 
 
 @contextmanager
@@ -119,7 +98,7 @@ def stages(quiet: bool) -> Iterator[Stages]:
         yield Stages(display)
 
 
-def _colour() -> bool | None:
+def colour() -> bool | None:
     """Whether to colour: never where NO_COLOR asks for none, else if it is a terminal."""
     return False if os.environ.get("NO_COLOR") else None
 

@@ -8,16 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.errors import UsageError
+from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Figure, Panel, Words
-from gd_analyze.figures.joints import (
-    contributions_figure,
-    error_figure,
-    measured_figure,
-    measured_joints,
-    motion_figure,
-)
 from gd_analyze.figures.run import Run
 from gd_analyze.figures.trade_off import trade_off_figure
 
@@ -47,17 +41,17 @@ class Plots:
 
     def torque(self) -> list[Axes]:
         """Torque of every joint over time, stacked by contribution."""
-        return axes_of(contributions_figure(self.run))
+        return axes_of(joints.contributions_figure(self.run))
 
     def errors(self) -> list[Axes]:
         """Exact and simplified torque, and the error beside the allowed one; two panels per joint."""
-        return axes_of(error_figure(self.run))
+        return axes_of(joints.error_figure(self.run))
 
     def measured(self) -> list[Axes]:
         """Measured and exact torque, and the difference; two panels per measured joint."""
-        if not measured_joints(self.run):
+        if not joints.measured_joints(self.run):
             raise UsageError("no torque was measured along this trajectory", where="measured()")
-        return axes_of(measured_figure(self.run))
+        return axes_of(joints.measured_figure(self.run))
 
     def trade_off(self) -> list[Axes]:
         """Operations against largest error."""
@@ -73,7 +67,7 @@ class Plots:
 
     def motion(self) -> list[Axes]:
         """Positions, velocities and accelerations; three panels per joint."""
-        return axes_of(motion_figure(self.run))
+        return axes_of(joints.motion_figure(self.run))
 
     def inertia(self) -> list[Axes]:
         """Elements of D by effect."""

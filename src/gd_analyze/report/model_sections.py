@@ -18,8 +18,7 @@ from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.motion_result import effect_of
-from gd_analyze.results.rows import dropped_parts, element_rows, joint_rows, table_of
+from gd_analyze.results.rows import dropped_parts, effect_of, element_rows, joint_rows, table_of
 from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
 from gd_analyze.results.simplified_result import recursion_parts
 from gd_analyze.simplification.element import ELEMENT

@@ -20,21 +20,10 @@ from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.writing import part_symbol, term_formula, torque_legend, torque_symbol
 from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
+from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.motion_result import (
-    MOST_COLUMNS,
-    effect_of,
-    friction_tables,
-    mark_of,
-    measured_table,
-    motion_rows,
-    recording_parts,
-    strict_notice,
-    verdict_rows,
-    worst_fact,
-)
-from gd_analyze.results.rows import element_rows, joint_rows, rows_of, table_of
+from gd_analyze.results.rows import effect_of, element_rows, joint_rows, mark_of, rows_of, table_of
 from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
@@ -92,7 +81,7 @@ def _motion(findings: Findings) -> Section:
 
 def _recording(findings: Findings) -> Section:
     table = findings.tables["recording"]
-    (readings,) = recording_parts(findings)
+    (readings,) = motion_result.recording_parts(findings)
     assert isinstance(readings, Section)
     names = ("column", "column_role", "column_joint", "column_unit", "column_why")
     rows = list(zip(*(table[name].values.tolist() for name in names), strict=True))
@@ -120,8 +109,8 @@ def _measured(findings: Findings) -> Section:
     figure = measured_figure(findings)
     parts: tuple[Part, ...] = (
         Drawing("measured", "Measured and exact torque, and their difference.", figure),
-        measured_table(table, findings.arm),
-        *friction_tables(table, findings.arm),
+        motion_result.measured_table(table, findings.arm),
+        *motion_result.friction_tables(table, findings.arm),
     )
     note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
     return Section("measured", "Measured torque beside the model's", parts, note)
@@ -204,7 +193,7 @@ def _ranking(findings: Findings) -> Section:
 
 
 def _motions(findings: Findings) -> Section:
-    rows, verdicts = motion_rows(findings), verdict_rows(findings)
+    rows, verdicts = motion_result.motion_rows(findings), motion_result.verdict_rows(findings)
     columns = [
         Column("", "no.", range(1, len(rows) + 1), shown="count"),
         Column("", "motion", [row["motion"] for row in rows], shown="name"),
@@ -216,11 +205,11 @@ def _motions(findings: Findings) -> Section:
         cells = [f"{percent(row['used'][i])}, {peak}" for row, peak in zip(rows, peaks, strict=True)]
         columns.append(_words(f"{i + 1} {joint.name}", cells))
     title = "Each motion by itself: error of allowed, and peak torque, by joint"
-    parts: list[Part] = [worst_fact(rows), Table("motions", title, tuple(columns))]
+    parts: list[Part] = [motion_result.worst_fact(rows), Table("motions", title, tuple(columns))]
     changing = [row for row in verdicts if row["changes"]]
     if changing:
         columns = [Column("", "element", [_symbol(row["element"]) for row in changing], shown="math")]
-        if len(rows) <= MOST_COLUMNS:
+        if len(rows) <= motion_result.MOST_COLUMNS:
             for k, motion in enumerate(rows):
                 found = [row["verdicts"][k] for row in changing]
                 marks = [f"{verdict} {mark_of(verdict)}" for verdict in found]
@@ -232,12 +221,13 @@ def _motions(findings: Findings) -> Section:
         title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
         parts.append(Table("verdicts", title, tuple(columns)))
     note = "The budget is measured along each motion by itself, and holds on each."
-    return Section("motions", "Motion by motion", tuple(parts), f"{note}\n{strict_notice(findings)}".rstrip())
+    note = f"{note}\n{motion_result.strict_notice(findings)}".rstrip()
+    return Section("motions", "Motion by motion", tuple(parts), note)
 
 
 def _terms(findings: Findings) -> Section:
     table, title = findings.tables["terms"], "Single terms ranked by torque"
-    if not findings.is_written_out:
+    if not table.attrs["written_out"]:
         rank = f"`gd-analyze rank {findings.arm.name}`"
         return Section(
             "terms", title, (), f"Too many terms to rank here; {rank} ranks those that matter most."

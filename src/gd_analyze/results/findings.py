@@ -68,11 +68,6 @@ class Findings(Run):
         """The report's figures as lists of matplotlib axes: `plot.torque()`, `plot.errors()`, and more."""
         return Plots(self)
 
-    @property
-    def is_written_out(self) -> bool:
-        """Whether the exact equations are few enough to be ranked and shown term by term."""
-        return bool(self.tables["terms"].attrs["written_out"])
-
 
 def provenance(command: str) -> dict[str, str]:
     """Flat description of where a result comes from, stored with it and shown in every report."""

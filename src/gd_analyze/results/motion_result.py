@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
-from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import Row, rows_of, table_of
+from gd_analyze.results.rows import NOTHING, Row, effect_of, mark_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import UNITS
 from gd_analyze.simplification.accuracy import share_of
@@ -21,8 +20,6 @@ from gd_analyze.text import amount, named_joints, number, with_error
 if TYPE_CHECKING:
     import xarray as xr
 
-# Verdicts that say that an element does not matter.
-_NOTHING = {"negligible", "neither"}
 # Elements that a fact names, and motions that have a column each.
 _NAMED, MOST_COLUMNS = 8, 12
 # A motion that allows a joint so many times less than others is named: it may be what costs the operations.
@@ -35,17 +32,6 @@ _CHECK = {
     "another joint's": ("the order of the columns",),
     "does not follow": ("the columns of the torques", "the units of the motion"),
 }
-
-
-def effect_of(row: Row, what: str = "verdict") -> str:
-    """The "verdict", "dominant" or "kept" effect of a row of `element_rows`; gravity has no effects."""
-    effect: str = row[what]
-    return "gravity" if row["quantity"] == "gravity_loading" and effect not in _NOTHING else effect
-
-
-def mark_of(verdict: str) -> str:
-    """A verdict where there is no room for words."""
-    return "–" if verdict == "negligible" else LETTERS[verdict]
 
 
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
@@ -158,7 +144,7 @@ def verdict_rows(findings: Findings) -> list[Row]:
         *(table[name].values.tolist() for name in names), strict=True
     ):
         verdicts = [effect_of({"quantity": quantity, "verdict": verdict}) for verdict in found]
-        changes = len({"" if verdict in _NOTHING else verdict for verdict in verdicts}) > 1
+        changes = len({"" if verdict in NOTHING else verdict for verdict in verdicts}) > 1
         rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from gd_analyze.dynamics.dominance import text_verdicts
+from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Shown, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.simplification.element import kept_effects
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Row = dict[str, Any]
+# Verdicts that say that an element does not matter.
+NOTHING = {"negligible", "neither"}
 
 
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
@@ -42,6 +45,17 @@ def element_rows(findings: Findings) -> list[Row]:
         {"rank": rank, **row, "kept": kept[row["element"]], "text_verdict": verdicts.get(row["element"], "")}
         for rank, row in enumerate(rows_of(findings.dominance, "element"), start=1)
     ]
+
+
+def effect_of(row: Row, what: str = "verdict") -> str:
+    """The "verdict", "dominant" or "kept" effect of a row of `element_rows`; gravity has no effects."""
+    effect: str = row[what]
+    return "gravity" if row["quantity"] == "gravity_loading" and effect not in NOTHING else effect
+
+
+def mark_of(verdict: str) -> str:
+    """A verdict where there is no room for words."""
+    return "–" if verdict == "negligible" else LETTERS[verdict]
 
 
 class DroppedParts(NamedTuple):

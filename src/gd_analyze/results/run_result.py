@@ -15,6 +15,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.trajectory import in_words
 from gd_analyze.result import Fact, Result, Table
+from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
     drives_text,
@@ -24,20 +25,13 @@ from gd_analyze.results.model_facts import (
     operation_facts,
     worst_error,
 )
-from gd_analyze.results.motion_result import (
-    effect_of,
-    mark_of,
-    measured_parts,
-    motion_parts,
-    recording_notices,
-    recording_parts,
-    strict_notice,
-)
 from gd_analyze.results.rows import (
     budget_rows,
     dropped_parts,
+    effect_of,
     element_rows,
     joint_rows,
+    mark_of,
     rows_of,
     table_of,
 )
@@ -62,9 +56,9 @@ def run_result(findings: Findings, top: int = 12) -> Result:
             *_settings(findings),
             joint_errors(model, tube_bound(findings)),
             *more_facts(findings),
-            *measured_parts(findings),
-            *motion_parts(findings, top),
-            *recording_parts(findings),
+            *motion_result.measured_parts(findings),
+            *motion_result.motion_parts(findings, top),
+            *motion_result.recording_parts(findings),
             ranking_table(findings, top),
             *_tables(findings),
         ),
@@ -199,8 +193,8 @@ def bound_ratio(findings: Findings) -> float | None:
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before believing the numbers."""
     note = str(findings.tables["tube"].attrs["note"])
-    said = [*recording_notices(findings), strict_notice(findings), findings.model.notice, note]
-    return tuple(filter(None, [*said, _symmetry_notice(findings)]))
+    of_motions = *motion_result.recording_notices(findings), motion_result.strict_notice(findings)
+    return tuple(filter(None, (*of_motions, findings.model.notice, note, _symmetry_notice(findings))))
 
 
 def _symmetry_notice(findings: Findings) -> str:
