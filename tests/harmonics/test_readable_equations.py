@@ -15,7 +15,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import equations
-from gd_analyze.harmonics.products import to_terms
+from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -67,9 +67,8 @@ def assert_read_exactly(arm, seed: int) -> None:
         allowed = 2 * noise * count * len(harmonics.velocities.runs) + 10 * count * np.finfo(float).eps * size
         assert np.abs(values.sum(axis=0) - written).max() <= allowed, equation.symbol
         # By effect as well, where a term may have nothing left in the whole.
-        rows = to_terms(
-            TrigonometricPolynomial.stacked([parts.total(), parts]), harmonics.velocities, noise, deciding=3
-        )
+        stacked = TrigonometricPolynomial.stacked([parts.total(), parts])
+        rows = to_products(stacked, harmonics.velocities, noise, deciding=3).terms()
         for k, exact in enumerate(values):
             written = sum(row[1 + k] * value(factors, q) for factors, row in rows.items())
             assert np.abs(exact - written).max() <= allowed, (equation.symbol, k)
@@ -92,7 +91,8 @@ def test_reading_loses_nothing_small(rng):
     q = rng.uniform(-3, 3, (2, 50))
     multiples = [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 1)]
     polynomial = {(Factor("cos", m),): 1.0 + 1e-11 * (k == 3) for k, m in enumerate(multiples)}
-    rows = to_terms(to_polynomial([polynomial], [False, False]), AbsoluteVelocities.of(arm), noise=1e-14)
+    whole = to_polynomial([polynomial], [False, False])
+    rows = to_products(whole, AbsoluteVelocities.of(arm), noise=1e-14).terms()
     written = sum(row[0] * value(factors, q) for factors, row in rows.items())
     exact = sum(weight * value(factors, q) for factors, weight in polynomial.items())
     # Twenty roundings of values near 6.

@@ -13,7 +13,7 @@ from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.formulas.formula import Product
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import powers
-from gd_analyze.harmonics.products import to_terms
+from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.catalogue import load_arm
@@ -110,7 +110,7 @@ def test_coefficients_scale_with_the_masses(arm, power):
 
 
 def named(harmonics: Harmonics, polynomial: TrigonometricPolynomial) -> dict[str, float]:
-    rows = to_terms(polynomial, harmonics.velocities, harmonics.noise[0])
+    rows = to_products(polynomial, harmonics.velocities, harmonics.noise[0]).terms()
     return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.products import to_terms
+from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.robots.arm import RobotArm
 from harmonic_arms import states_of, to_polynomial
@@ -81,7 +81,7 @@ def test_sums_and_stacks_are_those_of_the_values(arm, seed):
 def test_to_terms_and_back(arm, seed):
     polynomial = random_polynomial(arm, np.random.default_rng(seed), polynomials=1)
     # Draws may come close to each other by chance; 1e-14 apart never.
-    terms = to_terms(polynomial, AbsoluteVelocities.of(arm), 1e-14)
+    terms = to_products(polynomial, AbsoluteVelocities.of(arm), 1e-14).terms()
     back = to_polynomial([{monomial: float(row[0]) for monomial, row in terms.items()}], polynomial.prismatic)
     # A harmonic goes through a sum of some 2^runs products and back: as many roundings of numbers below 5.
     rest = (polynomial + -1.0 * back).above(1e3 * EPS)

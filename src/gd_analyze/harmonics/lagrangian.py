@@ -22,7 +22,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.products import to_terms
+from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -55,7 +55,7 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
         {
             EnergyTerm(i, j, monomial): float(weight[0])
             for i, j, polynomial, noise in elements
-            for monomial, weight in to_terms(polynomial, harmonics.velocities, noise).items()
+            for monomial, weight in to_products(polynomial, harmonics.velocities, noise).terms().items()
             # Rewriting may leave noise of terms that cancel.
             if abs(weight[0]) > noise
         }

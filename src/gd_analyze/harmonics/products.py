@@ -7,7 +7,7 @@ forms are exact; the second has fewer terms or simpler ones.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,24 +58,17 @@ class ProductTable:
             for code in self.codes.tolist()
         ]
 
+    def terms(self) -> dict[Monomial, FloatArray]:
+        """Weights (K,) by monomial, the largest of the first sum first."""
+        pairs = zip(self.monomials(), self.weights, strict=True)
+        return dict(sorted(pairs, key=lambda item: (falling(item[1][0]), item[0])))
+
     def largest(self, values: Sequence[Sequence[float]]) -> FloatArray:
         """Largest value of every product, given that of every run's monomials, shape (T,)."""
         out = np.ones(len(self))
         for value, code in zip(values, self.codes.T, strict=True):
             out *= np.array(value)[code]
         return out
-
-
-def to_terms(
-    polynomial: TrigonometricPolynomial,
-    velocities: AbsoluteVelocities,
-    noise: float = 0.0,
-    deciding: int = 1,
-) -> dict[Monomial, FloatArray]:
-    """Weights of shape (K,) by monomial, see `to_products`; largest of the first polynomial first."""
-    table = to_products(polynomial, velocities, noise, deciding)
-    joined = zip(table.monomials(), table.weights, strict=True)
-    return dict(sorted(joined, key=lambda item: (falling(item[1][0]), item[0])))
 
 
 def to_products(
@@ -95,12 +88,10 @@ def to_products(
     table = _table(keys[kept], weights.T[kept], polynomial.prismatic, velocities)
     for r, run in enumerate(velocities.runs):
         if not polynomial.prismatic[run[0]]:
-            one_angle = has_one_double(table, r)
-            table = (
-                _with_squares(table, r, 2 * noise)
-                if one_angle
-                else _with_products(table, r, 2 * noise, velocities.is_part)
-            )
+            if has_one_double(table, r):
+                table = _with_squares(table, r, 2 * noise)
+            else:
+                table = _with_products(table, r, 2 * noise, velocities)
     return table
 
 
@@ -208,15 +199,13 @@ def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
     return table.rewritten(r, names, codes[order], weights[order])
 
 
-def _with_products(
-    table: ProductTable, r: int, close: float, is_part: Callable[[FloatArray], bool]
-) -> ProductTable:
+def _with_products(table: ProductTable, r: int, close: float, velocities: AbsoluteVelocities) -> ProductTable:
     """Rewrite run r group by group; weights that differ by up to `close` count as equal."""
     names = {name: k for k, name in enumerate(table.names[r])}
     codes, weights = [], []
     for members in _members(table.groups(r)):
         group = {table.names[r][table.codes[t, r]]: table.weights[t] for t in members}
-        for product, value in _squared(_paired(group, close, is_part), close).items():
+        for product, value in _squared(_paired(group, close, velocities), close).items():
             code = table.codes[members[0]].copy()
             code[r] = names.setdefault(product, len(names))
             codes.append(code)
@@ -233,7 +222,7 @@ def _members(group: NDArray[np.int64]) -> list[NDArray[np.int64]]:
 
 
 def _paired(
-    group: dict[Monomial, FloatArray], close: float, is_part: Callable[[FloatArray], bool]
+    group: dict[Monomial, FloatArray], close: float, velocities: AbsoluteVelocities
 ) -> dict[Monomial, FloatArray]:
     """Turn two functions of equal weight, of the sum and difference of two angles, into one product."""
     out = dict(group)
@@ -247,7 +236,7 @@ def _paired(
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
             total, difference = np.array(u.multiples), sign * np.array(v.multiples)
             alpha, beta = (total + difference) / 2, (total - difference) / 2
-            if is_part(alpha) and is_part(beta) and not np.array_equal(alpha, beta):
+            if all(map(velocities.is_part, (alpha, beta))) and not np.array_equal(alpha, beta):
                 a, b = tuple(int(x) for x in alpha), tuple(int(x) for x in beta)
                 # kind(a + b) and kind(a - b); an odd function takes the sign out of its argument.
                 same_sign = ratio * (sign if u.kind == "sin" else 1) > 0
