@@ -15,7 +15,6 @@ from hypothesis import given
 from rounded_programs import assert_same, evaluated, slope
 from running import STRICT, called, compiled, imported, needs_gcc, needs_gpp, run_compiled, run_imported
 
-import gd_analyze as gd
 from few_tries import few_tries
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
@@ -151,21 +150,36 @@ int main()
     }
 }
 """
+BOX = """
+#include "two_link.hpp"
+#include "two_link.hpp"
+#include <cstdio>
+int main()
+{
+    using namespace two_link;
+    double x[6];
+    while (std::fread(x, 8, 6, stdin) == 6) {
+        const double found[5] = {double(is_within(x, x + 2, x + 4)), error_bound[0], error_bound[1],
+                                 joint_shoulder, joint_elbow};
+        std::fwrite(found, 8, 5, stdout);
+    }
+}
+"""
 
 
-def run_cpp(what: ExportInput, text: str, folder: Path, drawn: gd.States, *flags: str) -> np.ndarray:
-    """What a program prints, given the states one after the other."""
+def run_cpp(what: ExportInput, text: str, folder: Path, given: np.ndarray, *flags: str) -> np.ndarray:
+    """What a program prints, given states one after the other."""
     written(what, "cpp").save(folder)
     (folder / "main.cpp").write_text(text, encoding="ascii")
     program = compiled("cpp", [folder / "main.cpp"], folder / "run", *flags)
-    return np.frombuffer(called(program, given=np.hstack(drawn.arrays).tobytes()))
+    return np.frombuffer(called(program, given=given.tobytes()))
 
 
 @needs_gpp
 def test_types_that_differentiate_themselves_work(tmp_path):
     """Values and slopes of the torque by q2, by dual numbers whose sin and cos are their own."""
     what, drawn = subject("stanford"), states("stanford", 100)
-    found = run_cpp(what, DUAL, tmp_path, drawn).reshape(100, 6, 2)
+    found = run_cpp(what, DUAL, tmp_path, np.hstack(drawn.arrays)).reshape(100, 6, 2)
     assert_same(found[..., 0].T, what.torque.program, drawn)
     exact = slope(what.torque.program, drawn, "q2")
     # Some hundred products of sizes up to the largest slope's.
@@ -177,7 +191,8 @@ def test_types_that_differentiate_themselves_work(tmp_path):
 def test_vectors_of_eigen(tmp_path):
     what, drawn = subject("two_link energy"), states("two_link", 20)
     # Eigen's own headers have warnings that are not ours.
-    apart = run_cpp(what, EIGEN, tmp_path, drawn, "-isystem", "/usr/include/eigen3", "-Wno-unused-parameter")
+    flags = ("-isystem", "/usr/include/eigen3", "-Wno-unused-parameter")
+    apart = run_cpp(what, EIGEN, tmp_path, np.hstack(drawn.arrays), *flags)
     largest = np.abs(evaluated(what.torque.program, drawn)[0]).max()
     # A dozen roundings of sums of the torque's size.
     assert apart.size == 40
@@ -187,31 +202,10 @@ def test_vectors_of_eigen(tmp_path):
 @needs_gpp
 def test_cpp_states_the_box_in_every_standard(tmp_path):
     what = subject("two_link energy")
-    lines = []
-    for k, state in enumerate([*EDGES, *BEYOND]):
-        rows = ("{" + ", ".join("NAN" if math.isnan(x) else repr(x) for x in row) + "}" for row in state)
-        lines.append(f"const double a{k}[3][2] = {{{', '.join(rows)}}};")
-        lines.append(f"found[{k}] = is_within(a{k}[0], a{k}[1], a{k}[2]);")
-    count = len(EDGES) + len(BEYOND)
-    text = f"""
-#include "two_link.hpp"
-#include "two_link.hpp"
-#include <cmath>
-#include <cstdio>
-int main()
-{{
-    using namespace two_link;
-    double found[{count + 4}] = {{0}};
-    {" ".join(lines)}
-    found[{count}] = error_bound[0], found[{count + 1}] = error_bound[1];
-    found[{count + 2}] = joint_shoulder, found[{count + 3}] = joint_elbow;
-    std::fwrite(found, 8, {count + 4}, stdout);
-}}
-"""
-    found = run_cpp(what, text, tmp_path, states("two_link", 1))
-    assert found[:count].tolist() == [1] * len(EDGES) + [0] * len(BEYOND)
-    assert (found[count : count + 2] >= what.certificate.certified).all()
-    assert found[count + 2 :].tolist() == [0, 1]
+    found = run_cpp(what, BOX, tmp_path, np.reshape([*EDGES, *BEYOND], (-1, 6))).reshape(-1, 5)
+    assert found[:, 0].tolist() == [1] * len(EDGES) + [0] * len(BEYOND)
+    assert (found[0, 1:3] >= what.certificate.certified).all()
+    assert found[0, 3:].tolist() == [0, 1]
     for standard in ("c++14", "c++17", "c++20"):
         called("g++", f"-std={standard}", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
 

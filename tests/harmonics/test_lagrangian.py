@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.robots.arm import RobotArm
@@ -133,23 +133,3 @@ def test_a_scara_collapses_to_few_terms():
     assert lines.keys() == {"12", "14", "24"}
     assert lines["12"] == "C2"
     assert {f.multiples for t in energies for f in t.monomial if (t.i, t.j) == (0, 3)} == {(0, 1, 0, -1)}
-
-
-def test_one_term_by_hand():
-    """C2 in D'_12: tau'_1 = C2 pd2 + S2 .., where q2 = the difference of the absolute angles."""
-    arm = two_link_of(1.0, 1.0, 1.0)
-    term = next(t for t in energy_terms(harmonics_of(arm)) if (t.i, t.j) == (0, 1))
-    velocities = harmonics_of(arm).velocities
-    cos, sin = (("cos", (0, 1)),), (("sin", (0, 1)),)
-    named = {
-        (t.row, tuple((r.order, r.joint) for r in t.velocities), t.monomial): weight
-        for t, weight in torques_of(term, velocities).items()
-        if weight
-    }
-    # T = cos(a2 - a1) p1 p2, d/dt dT/dp1 - dT/da1 = C2 pd2 - S2 p2^2, and C2 pd1 + S2 p1^2 likewise.
-    assert named == {
-        (0, ((2, 1),), cos): 1.0,
-        (0, ((1, 1), (1, 1)), sin): -1.0,
-        (1, ((2, 0),), cos): 1.0,
-        (1, ((1, 0), (1, 0)), sin): 1.0,
-    }
