@@ -115,13 +115,9 @@ def rank(
     peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
     given = array_of(budget, "budget", UsageError)
     if given.shape not in ((), (n,)) or not (given >= 0.0).all():
-        raise UsageError(
-            "this is no budget",
-            where="budget",
-            expected=f"a share of 0 or more, or {n} torques",
-            found=str(given.tolist()),
-            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
-        )
+        wanted, found = f"a share of 0 or more, or {n} torques", str(given.tolist())
+        hint = "budgets in words, such as 1%, are for `simplify` and `analyze`"
+        raise UsageError("this is no budget", where="budget", expected=wanted, found=found, next_step=hint)
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
     every = elements(n)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -238,11 +239,11 @@ def _facts(found: Comparison) -> Iterator[Fact]:
     label, text = "Exact torque that simplified models are counted against", f"{found.exact.total} operations"
     yield Fact("operations_full", label, asdict(found.exact), text=text)
     fastest = min(METHODS, key=found.seconds.__getitem__)
-    for key, label, name, note in (
-        ("", "Shortest time per set point", fastest, METHODS[fastest].short),
-        ("seconds_pinocchio", "Time per set point, Pinocchio in a loop", PINOCCHIO, ""),
-    ):
-        yield Fact(key, label, found.seconds[name], text=f"{1e6 * found.seconds[name]:.2f} µs", note=note)
+    least, loop = found.seconds[fastest], found.seconds[PINOCCHIO]
+    label, note = "Shortest time per set point", METHODS[fastest].short
+    yield Fact("", label, least, text=f"{1e6 * least:.2f} µs", note=note)
+    label = "Time per set point, Pinocchio in a loop"
+    yield Fact("seconds_pinocchio", label, loop, text=f"{1e6 * loop:.2f} µs")
     slopes = {name: grown.slope(name, "executed") or 0.0 for name in METHODS}
     flattest, *_, steepest = sorted(slopes, key=slopes.__getitem__)
     note = f"{METHODS[flattest].short}, {METHODS[steepest].short}"
@@ -352,8 +353,7 @@ def growth_figure(grown: Growth, which: Literal["executed", "folded"]) -> Figure
     """Operations of every method over the number of joints, both axes logarithmic; FGL87's dashed."""
     totals = {
         (name, counted): [float(count.total) for count in grown.counts(name, counted)]
-        for counted in _COUNTED
-        for name in METHODS
+        for name, counted in itertools.product(METHODS, _COUNTED)
     }
     # Both figures of a report have one scale.
     every = [total for row in totals.values() for total in row]

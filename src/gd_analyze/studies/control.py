@@ -203,9 +203,8 @@ def control(
         world = _world(model, moved, followed, settings)
     loops = [Loop(c, r, s) for s in settings.speeds for r in settings.rates for c in CONTROLLERS]
     tracked = follow(world, loops, progress)
-    proven = None
-    if arm is None and not settings.friction:
-        proven = certified(model, world, followed, settings.usual_speed)
+    is_known = arm is None and not settings.friction
+    proven = certified(model, world, followed, settings.usual_speed) if is_known else None
     inputs = [describe_in_full(moved), motion.fingerprint, model.provenance.get("command", "")]
     return ControlStudy(
         model=model,
@@ -272,12 +271,8 @@ def followable(motion: Trajectory) -> Trajectory:
             next_step="give one of its parts as a trajectory of its own",
         )
     if motion.n_set_points < 2:
-        raise TrajectoryError(
-            "there is no motion to follow",
-            where=f"trajectory {motion.name}",
-            expected="two set points or more",
-            found="1 set point",
-        )
+        what, where = "there is no motion to follow", f"trajectory {motion.name}"
+        raise TrajectoryError(what, where=where, expected="two set points or more", found="1 set point")
     between = Reference.of(motion)
     middles = between.time[:-1] + np.diff(between.time) * np.array([[0.25], [0.5], [0.75]])
     largest = np.abs(between.at(middles)[2]).max(axis=(1, 2))

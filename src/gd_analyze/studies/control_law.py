@@ -73,8 +73,7 @@ class Gains:
     def error_per_acceleration(self) -> float:
         """Integral of abs(g) over all time, s^2: the most error per unexpected acceleration.
 
-        1 / w^2 without overshoot (zeta >= 1), where g has one sign; else coth(pi zeta / (2 sqrt(1 - zeta^2)))
-        times that, the geometric series of half waves of alternating sign.
+        1 / w^2 where g has one sign (zeta >= 1); else half waves make a geometric series of that.
         """
         if self.damping >= 1.0:
             return 1.0 / self.stiffness
@@ -115,12 +114,8 @@ class Tolerance:
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
-                raise UsageError(
-                    "no error is within this tolerance",
-                    where="tolerance",
-                    expected="a positive angle or length",
-                    found=f"{value:g}",
-                )
+                what, wanted = "no error is within this tolerance", "a positive angle or length"
+                raise UsageError(what, where="tolerance", expected=wanted, found=f"{value:g}")
 
     @classmethod
     def parse(cls, text: str) -> Tolerance:
@@ -204,20 +199,13 @@ class ControlSettings:
         ):
             for value in values:
                 if not low <= value <= high:
-                    raise UsageError(
-                        f"the setting {name} is out of range",
-                        where=name,
-                        expected=f"{low:g} to {high:g} {unit}".rstrip(),
-                        found=f"{value:g}",
-                    )
+                    what, wanted = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
+                    raise UsageError(what, where=name, expected=wanted.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
-                raise UsageError(
-                    f"these are no {name} to be compared",
-                    where=name,
-                    expected=f"1 to {_MOST} different ones",
-                    found=", ".join(f"{value:g}" for value in values) or "none",
-                )
+                what, wanted = f"these are no {name} to be compared", f"1 to {_MOST} different ones"
+                found = ", ".join(f"{value:g}" for value in values) or "none"
+                raise UsageError(what, where=name, expected=wanted, found=found)
         if min(self.rates) < self.bandwidth:
             raise UsageError(
                 "the loop is too slow for its bandwidth: it cannot be stable",
@@ -352,10 +340,8 @@ class Bank:
         self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
         self._multiplies = where(lambda c: c.multiplies)
         velocities, inertia = where(lambda c: c.knows_velocities), where(lambda c: c.knows_inertia)
-        by_simplified, by_any = (
-            where(lambda c: c.knows == "simplified"),
-            where(lambda c: c.knows != "nothing"),
-        )
+        by_simplified = where(lambda c: c.knows == "simplified")
+        by_any = where(lambda c: c.knows != "nothing")
         self._models = []
         for program, uses in ((world.exact, by_any - by_simplified), (world.simplified, by_simplified)):
             chosen = np.flatnonzero(uses)

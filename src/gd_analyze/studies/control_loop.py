@@ -221,15 +221,13 @@ class _Run:
         energies = [(torque * qd).sum(axis=0), (resistance * qd).sum(axis=0)]
         return np.concatenate([qd, solved[..., 0].T, energies])
 
-    def _energy(self, state: FloatArray) -> float:
-        form, (q, qd) = self.world.plant, state[: 2 * self.n].reshape(2, -1)
-        return float(kinetic_energy(form.arm, q, qd, drives=form.drives) + potential_energy(form.arm, q))
-
     def tracked(self, j: int) -> TrackedLoop:
         """What came of one loop."""
         lost, count, end = np.isfinite(self.lost_at[j]), int(self.count[j]), self.state[:, j]
-        kept = count // self.stride + 1
+        kept, form = count // self.stride + 1, self.world.plant
         work, dissipated = end[-2:].tolist()
+        q, qd = np.stack([self.start[:-2, j], end[:-2]]).reshape(2, 2, -1).swapaxes(0, 1)
+        energy = kinetic_energy(form.arm, q, qd, drives=form.drives) + potential_energy(form.arm, q)
         return TrackedLoop(
             *self.loops[j],
             peak_error=np.full(self.n, np.inf) if lost else self.peak[:, j],
@@ -240,7 +238,7 @@ class _Run:
             lost_at=float(self.lost_at[j]) if lost else None,
             work=work,
             dissipated=dissipated,
-            energy_residual=self._energy(end) - self._energy(self.start[:, j]) - work + dissipated,
+            energy_residual=float(energy[1] - energy[0] - work + dissipated),
             end=end[: 2 * self.n].reshape(2, -1),
             time=np.arange(kept) * (self.stride * self.length[j]),
             error=self.history[:kept, :, j].astype(float),

@@ -23,22 +23,10 @@ from gd_analyze.figures.figure import (
     value_axis,
 )
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
+from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control import ControlStudy
 from gd_analyze.studies.control_bounds import CertifiedTracking
-from gd_analyze.studies.control_law import (
-    CONTINUOUS,
-    CONTROLLERS,
-    EXACT,
-    FIXED_GAINS,
-    GRAVITY_ONLY,
-    NOTHING,
-    PD_ALONE,
-    PD_EXACT,
-    PD_SIMPLIFIED,
-    SIMPLIFIED,
-    WITHOUT_H,
-    Controller,
-)
+from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, FIXED_GAINS, SIMPLIFIED, Controller
 from gd_analyze.studies.control_loop import TrackedLoop
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number, rounded_up
@@ -48,12 +36,12 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     EXACT: ("ink", ()),
     SIMPLIFIED: ("series-3", ()),
     FIXED_GAINS: ("series-3", (4.0, 1.6)),
-    WITHOUT_H: ("series-2", ()),
-    GRAVITY_ONLY: ("series-1", ()),
-    NOTHING: ("series-7", ()),
-    PD_EXACT: ("series-1", (4.0, 1.6)),
-    PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
-    PD_ALONE: ("series-5", (4.0, 1.6)),
+    laws.WITHOUT_H: ("series-2", ()),
+    laws.GRAVITY_ONLY: ("series-1", ()),
+    laws.NOTHING: ("series-7", ()),
+    laws.PD_EXACT: ("series-1", (4.0, 1.6)),
+    laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
+    laws.PD_ALONE: ("series-5", (4.0, 1.6)),
 }
 # Expected errors beyond this, rad (m), are of a D that is nearly singular; errors below this share of the
 # largest would leave no room in the figure for the others.
@@ -170,7 +158,7 @@ def _headline(study: ControlStudy) -> str:
 def _facts(study: ControlStudy) -> Iterator[Fact]:
     """Figures for people, most of them also in JSON."""
     settings, judged = study.settings, _judged(study)
-    names = {judged: "simplified model", EXACT: "exact model", WITHOUT_H: "exact model without h"}
+    names = {judged: "simplified model", EXACT: "exact model", laws.WITHOUT_H: "exact model without h"}
     for controller, name in names.items():
         worst = _worst_text(study, _usual(study, controller).peak_error)
         law = " with fixed gains" * (controller == FIXED_GAINS)
@@ -305,7 +293,7 @@ def _worst(study: ControlStudy, label: str, rate: float, speed: float) -> Column
 
 
 def _torque_table(study: ControlStudy) -> Table:
-    loops = [_usual(study, controller) for controller in (EXACT, SIMPLIFIED, WITHOUT_H)]
+    loops = [_usual(study, controller) for controller in (EXACT, SIMPLIFIED, laws.WITHOUT_H)]
     units = [joint.effort_unit for joint in study.arm.joints]
     limits = [limit if math.isfinite(limit) else None for limit in study.limits.tolist()]
     columns = (

@@ -6,9 +6,10 @@ import difflib
 import re
 import warnings
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -54,7 +55,8 @@ _QUICK_CURVES = (ELEMENT, TERM, ENERGY)
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
 # Of certificates: close to the truth in a box as small as a trajectory's, and around a motion.
-_EFFORT, _EFFORT_OF_TUBE = 5_000, 100_000
+_Efforts: TypeAlias = tuple[int, int] | None
+_EFFORTS = 5_000, 100_000
 # The same of a model that is not chosen by its terms, where it has no more than so many: a few seconds.
 _LITTLE, _MOST_WRITTEN = (500, 2_000), 150_000
 
@@ -190,12 +192,8 @@ def analyze(
     names = [entry.name for entry in fields(Settings)]
     for name in sorted(options.keys() - names):
         near = difflib.get_close_matches(name, names, n=1)
-        raise UsageError(
-            f"there is no option {name!r}",
-            where=name,
-            expected=", ".join(names),
-            next_step=f"did you mean {near[0]!r}?" if near else None,
-        )
+        what, hint = f"there is no option {name!r}", f"did you mean {near[0]!r}?" if near else None
+        raise UsageError(what, where=name, expected=", ".join(names), next_step=hint)
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object, or its fields")
     how = settings or Settings(**options)
@@ -268,10 +266,8 @@ def find(
         warn_without_torque(exact)
         measured = None
         if trajectory.recording is not None and trajectory.recording.torque is not None:
-            comparison = compared(arm, trajectory, np.asarray(dataset.torque.values))
-            measured = motion_tables.measured_torque_table(
-                comparison, trajectory, fit_friction=how.fit_friction
-            )
+            beside, fit = compared(arm, trajectory, np.asarray(dataset.torque.values)), how.fit_friction
+            measured = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
             if not is_described(measured):
                 warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
@@ -288,9 +284,11 @@ def find(
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
-    own = [str(item.message) for item in caught if issubclass(item.category, GdAnalyzeWarning)]
-    for item in caught:  # what other libraries say is passed on
-        if not issubclass(item.category, GdAnalyzeWarning):
+    said = [*warned]
+    for item in caught:
+        if issubclass(item.category, GdAnalyzeWarning):
+            said.append(str(item.message))
+        else:  # what other libraries say is passed on
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
@@ -331,7 +329,7 @@ def find(
         model=model,
         element_model=elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=tuple(dict.fromkeys([*warned, *own])),
+        warnings=tuple(dict.fromkeys(said)),
         provenance=source,
     )
 
@@ -343,22 +341,19 @@ def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
-def _efforts(model: SimplifiedModel, many: bool) -> tuple[int, int] | None:
+def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
     """Efforts of the certificates in a box and along a motion; None for a model of too many terms for any."""
     if not many:
-        return _EFFORT, _EFFORT_OF_TUBE
-    if not model.saves:
-        return None
-    try:
-        written = expansion_of(model)
-    except TooLongError:
-        return None
-    terms = sum(np.count_nonzero(row.coefficients) for row in written.rows)
-    return _LITTLE if terms <= _MOST_WRITTEN else None
+        return _EFFORTS
+    with suppress(TooLongError):
+        if model.saves:
+            terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
+            return _LITTLE if terms <= _MOST_WRITTEN else None
+    return None
 
 
 def _beyond(
-    exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, efforts: tuple[int, int] | None
+    exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, efforts: _Efforts
 ) -> xr.Dataset:
     """Try a model at states that it was not fitted on."""
     arm, states = exact.arm, exact.states
@@ -374,11 +369,7 @@ def _beyond(
 
 
 def _tube(
-    exact: ExactDynamics,
-    model: SimplifiedModel,
-    motion: Trajectory,
-    margin: Margin,
-    efforts: tuple[int, int] | None,
+    exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, efforts: _Efforts
 ) -> xr.Dataset:
     """Bound a model's errors around the motion, where its equations are few enough to be written out."""
     arm, certificate = exact.arm, None

@@ -66,9 +66,7 @@ def write_findings(
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         pdf: Future[bytes] | None = None
-        report = None
-        if {"pdf", "html"} & places.keys():
-            report = main_report(findings)
+        report = main_report(findings) if {"pdf", "html"} & places.keys() else None
         if "pdf" in places:
             pdf = beside.submit(prepare_pdf(findings, report))
         if "html" in places:

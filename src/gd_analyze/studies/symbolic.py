@@ -31,12 +31,8 @@ class ClosedForms(NamedTuple):
 
     def entries(self) -> dict[str, str]:
         """Entries as text by their names: D12, h1, c2."""
-        return {
-            f"{symbol}{i + 1}{j + 1 if symbol == 'D' else ''}": str(matrix[i, j])
-            for symbol, matrix in zip("Dhc", self, strict=True)
-            for i in range(matrix.rows)
-            for j in range(matrix.cols)
-        }
+        labels = ("D11", "D12", "D21", "D22", "h1", "h2", "c1", "c2")
+        return dict(zip(labels, (str(entry) for matrix in self for entry in matrix), strict=True))
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
@@ -86,12 +82,8 @@ def text_closed_forms() -> ClosedForms:
 def symbolic_result(robot: str) -> Result:
     """D, h and c of the two-link arm by every formulation, and whether they are the founding text's."""
     if robot != "two_link":
-        raise UsageError(
-            "only the founding text's two-link arm has closed forms here",
-            where="--symbolic",
-            expected="two_link",
-            found=robot,
-        )
+        what = "only the founding text's two-link arm has closed forms here"
+        raise UsageError(what, where="--symbolic", expected="two_link", found=robot)
     text = text_closed_forms()
     forms = {name: two_link_closed_forms(name) for name in METHODS}
     methods = {name: found.entries() | {"is_the_text's": same(found, text)} for name, found in forms.items()}

@@ -99,6 +99,7 @@ def _joints(trial: Trial) -> Table:
     model, effect, bare = trial.model, trial.effect, trial.without_payload
     accuracy, errors, promised = model.accuracy, trial.evaluation.errors, model.accuracy.errors
     per_joint, nothing = accuracy.asked.norm is None, [None] * model.arm.n_joints
+    norm = not per_joint
     units = [joint.effort_unit for joint in model.arm.joints]
     # Where the promise was not measured again it is the file's word.
     heading = "unloaded" if bare else "promised" if accuracy.measured else "stated"
@@ -107,13 +108,8 @@ def _joints(trial: Trial) -> Table:
         *joint_columns(trial.evaluation.dynamics.arm.joints),
         Column("peak_torque", "peak here", errors.peak_torque, units),
         Column("largest_error", "error", errors.largest, units),
-        Column(
-            "largest_share_of_peak_here",
-            "" if per_joint else "of peak",
-            errors.largest_share,
-            shown="percent",
-        ),
-        Column("rms_error", "" if per_joint else "RMS", errors.rms, units),
+        Column("largest_share_of_peak_here", "of peak" * norm, errors.largest_share, shown="percent"),
+        Column("rms_error", "RMS" * norm, errors.rms, units),
     ]
     for key, label, values, of in (
         ("allowed_error", "allowed", accuracy.allowed, units),

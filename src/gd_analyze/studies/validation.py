@@ -133,10 +133,9 @@ class ValidatedMotion:
             return "no torque error beyond round-off"
         share = percent(float(errors.largest_share[joint]))
         text = f"largest torque error {amount(largest, unit)} at {self.at[joint]:.6g} s, {share} of its peak"
-        if most is None:
-            return text
-        allowed = float(most[joint])
-        return f"{text}, {largest / allowed:.4g} times its limit {amount(allowed, unit)}"
+        if most is not None:
+            text += f", {largest / most[joint]:.4g} times its limit {amount(float(most[joint]), unit)}"
+        return text
 
 
 @dataclass(frozen=True, eq=False)
