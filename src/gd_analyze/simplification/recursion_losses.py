@@ -193,53 +193,39 @@ def torque_alone(
     recursion: Recursion, changes: Sequence[Mapping[int, Instead]], states: States
 ) -> tuple[FloatArray, FloatArray]:
     """Largest torque that each change by itself takes away, (K, n), and that there is, (n,)."""
-    n, inputs = len(recursion.outputs), inputs_of(states)
-    torque, peak = np.zeros((len(changes), n)), np.zeros(n)
+    steps, arguments, inputs = recursion.steps, recursion.arguments, inputs_of(states)
+    place = {step.order: k for k, step in enumerate(steps)}
+    outputs = [place[x.order] if isinstance(x, Expression) else x for x in recursion.outputs]
+    needed = set(reached(recursion.outputs))
+    live = [k for k, step in enumerate(steps) if step.operation != "input" and step.order in needed]
+    lost, peak = np.zeros((len(changes), len(outputs))), np.zeros(len(outputs))
     for few in chunks(len(states)):
-        run = _Run(recursion, {name: values[few] for name, values in inputs.items()})
-        peak = np.maximum(peak, np.abs(run.torque).max(axis=1))
-        for row, steps in zip(torque, changes, strict=True):
-            np.maximum(row, run.lost(steps), out=row)
-    return torque, peak
+        values = Program(steps, steps).run({name: rows[few] for name, rows in inputs.items()})
+        exact = _rows(outputs, values, {})
+        peak = np.maximum(peak, np.abs(exact).max(axis=1))
+        for row, instead in zip(lost, changes, strict=True):
+            changed = {k: _standing_in(arguments[k], own, values) for k, own in instead.items()}
+            first = min(instead)
+            for k in live:
+                operands = (x for x in arguments[k] if isinstance(x, int))
+                if k > first and k not in instead and any(x in changed for x in operands):
+                    changed[k] = UFUNCS[steps[k].operation](*_rows(arguments[k], values, changed))
+            np.maximum(row, np.abs(_rows(outputs, values, changed) - exact).max(axis=1), out=row)
+    return lost, peak
 
 
-class _Run:
-    """The exact recursion carried out, every step kept."""
+def _rows(places: Sequence[Any], values: FloatArray, changed: Mapping[int, FloatArray]) -> FloatArray:
+    """Values of steps by place, or of constants, once some are changed."""
+    found = [changed.get(x, values[x]) if isinstance(x, int) else x for x in places]
+    return np.array([np.broadcast_to(x, values.shape[1:]) for x in found])
 
-    def __init__(self, recursion: Recursion, inputs: Mapping[str, FloatArray]) -> None:
-        self.steps, self.arguments = recursion.steps, recursion.arguments
-        place = {step.order: k for k, step in enumerate(self.steps)}
-        self.outputs = [place[x.order] if isinstance(x, Expression) else x for x in recursion.outputs]
-        self.values = Program(self.steps, self.steps).run(inputs)
-        needed = set(reached(recursion.outputs))
-        self.needed = [k for k, x in enumerate(self.steps) if x.operation != "input" and x.order in needed]
-        self.torque = self._torque({})
 
-    def _of(self, x: Any, changed: Mapping[int, Any]) -> Any:
-        """Value of a step by its place, or a constant."""
-        return changed.get(x, self.values[x]) if isinstance(x, int) else x
-
-    def _torque(self, changed: Mapping[int, Any]) -> FloatArray:
-        return np.array([np.broadcast_to(self._of(x, changed), self.values.shape[1:]) for x in self.outputs])
-
-    def lost(self, steps: Mapping[int, Instead]) -> FloatArray:
-        """Largest difference of each joint's torque once others stand in for some steps, (n,)."""
-        changed = {place: self._standing_in(place, instead) for place, instead in steps.items()}
-        first = min(steps)
-        for k in self.needed:
-            operands = (x for x in self.arguments[k] if isinstance(x, int))
-            if k > first and k not in steps and any(x in changed for x in operands):
-                changed[k] = UFUNCS[self.steps[k].operation](
-                    *(self._of(x, changed) for x in self.arguments[k])
-                )
-        return np.abs(self._torque(changed) - self.torque).max(axis=1)
-
-    def _standing_in(self, place: int, instead: Instead) -> Any:
-        """What stands in for a step, of exact values."""
-        if CONSTANT in instead:
-            (x,) = (x for x in self.arguments[place] if isinstance(x, int))
-            return instead[CONSTANT] * self.values[x]
-        return sum(number * (1.0 if k == NUMBER else self.values[k]) for k, number in instead.items())
+def _standing_in(arguments: Sequence[Any], instead: Instead, values: FloatArray) -> Any:
+    """What stands in for a step, of exact values."""
+    if CONSTANT in instead:
+        (x,) = (x for x in arguments if isinstance(x, int))
+        return instead[CONSTANT] * values[x]
+    return sum(number * (1.0 if k == NUMBER else values[k]) for k, number in instead.items())
 
 
 @dataclass(frozen=True)
