@@ -24,7 +24,7 @@ from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.main_job import Settings, find
-from recorded_logs import CUTOFF, recorded
+from recordings import CUTOFF, recorded
 from strategies import PROFILE
 
 settings.load_profile(PROFILE)

@@ -1,4 +1,4 @@
-"""Models of chosen terms, made without a search: all of an arm's terms, or some of its parts."""
+"""Models of chosen terms, made without a search, and budgets from numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import Allowance, Budget
 from gd_analyze.simplification.effort import COUNTING, Effort
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
@@ -99,3 +99,13 @@ def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) 
         np.testing.assert_array_equal(
             getattr(again.accuracy.errors, name), getattr(model.accuracy.errors, name)
         )
+
+
+def of_shares(*shares: float) -> Budget:
+    """Shares of peak torque, one for all joints or one each."""
+    return Budget(tuple((Allowance(share),) for share in shares))
+
+
+def of_torque(amount: float) -> Budget:
+    """One torque for all joints, N m."""
+    return Budget.of_torques([amount])

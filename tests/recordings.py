@@ -1,14 +1,19 @@
-"""Motions known exactly, and readings of them."""
+"""Motions known exactly, readings and logs of them, and motions to be taken together."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.logged import Logged
+from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.motions.logged import ColumnUse, Logged, Recording
+from gd_analyze.motions.states import states_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
 
 # Of the sines that a motion consists of, Hz.
 FREQUENCIES = np.array([0.23, 0.61, 1.4])
@@ -53,3 +58,70 @@ def readings(time: FloatArray, q: FloatArray, **more: Any) -> Logged:
 def rms(values: FloatArray) -> FloatArray:
     """Root mean square of every column."""
     return np.asarray(np.sqrt(np.square(values).mean(axis=0)))
+
+
+# Hz of the readings and of the filter they passed.
+RATE, CUTOFF = 125.0, 8.0
+# Readings of a log that nobody asks for more: four seconds.
+MEASURED = 500
+
+
+def swinging(arm: RobotArm, count: int = MEASURED, gaps: Sequence[int] = ()) -> Trajectory:
+    """All joints swing, each at its own frequency and not about zero, with the exact velocities."""
+    joints = np.arange(arm.n_joints)
+    time, omega = np.arange(count) / RATE, 2.0 * np.pi * (0.31 + 0.13 * ((5 * joints) % 7) / 2.0)
+    phase = time[:, None] * omega + joints
+    for gap in gaps:
+        time[gap:] += 2.0
+    q, qd, qdd = np.sin(phase), omega * np.cos(phase), -(omega**2) * np.sin(phase)
+    return Trajectory(time, 0.3 + 0.5 * q, 0.5 * qd, 0.5 * qdd, "log", gaps=tuple(gaps))
+
+
+def friction_of(motion: Trajectory, coulomb: float, viscous: float, offset: float) -> FloatArray:
+    """The friction that the fit is about, shape (N, n)."""
+    return coulomb * np.sign(motion.qd) + viscous * motion.qd + offset
+
+
+def with_torques(motion: Trajectory, torque: FloatArray, cutoff: float | None = None) -> Trajectory:
+    """The motion as recorded with these torques, without noise in its positions."""
+    n = motion.n_joints
+    frequency = None if cutoff is None else np.full(n, cutoff)
+    filtered = None if cutoff is None else torque
+    noise = np.full(n, 1e-4)
+    columns = (ColumnUse("Time", "time", unit="s", why="by name"), ColumnUse("temp", "unused"))
+    recording = Recording(motion.q, torque, filtered, frequency, noise, 100 * noise, columns, ("smoothed",))
+    return replace(motion, recording=recording)
+
+
+def recorded(
+    arm: RobotArm,
+    *,
+    count: int = MEASURED,
+    gain: Sequence[float] | float = 1.0,
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    noise: float = 0.0,
+    seed: int = 0,
+    cutoff: float | None = None,
+    gaps: Sequence[int] = (),
+) -> Trajectory:
+    """A log of a swinging arm whose torques are exact times a gain, and friction and white noise beside."""
+    motion = swinging(arm, count, gaps)
+    torque = torque_of(arm, states_of(motion)) * np.asarray(gain) + friction_of(motion, *friction)
+    torque += noise * np.random.default_rng(seed).normal(size=torque.shape)
+    return with_torques(motion, torque, cutoff)
+
+
+def swung(duration: float, name: str, count: int = 41) -> Trajectory:
+    """Swing both joints to and fro in so many seconds."""
+    time = np.linspace(0.0, duration, count)
+    rate = 2.0 * np.pi / duration
+    size = np.array([0.6, 0.9])
+    angle = np.stack([rate * time, rate * time + 0.7], axis=1)
+    return Trajectory(
+        time,
+        0.3 + size * np.sin(angle),
+        size * rate * np.cos(angle),
+        -size * rate**2 * np.sin(angle),
+        name,
+        f"made up: {name}",
+    )

@@ -18,7 +18,7 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.studies.study_files import write_findings
 from parallel_axes import arm_of, scara
-from recorded_logs import swinging
+from recordings import swinging
 from strategies import random_states
 
 # How each joint stands to the one before; "askew" eight times over is an arm of a million terms and more.

@@ -10,8 +10,8 @@ from attacks import damaged, drawn_box, drawn_states, errors_at, model_with, rou
 from hypothesis import given
 from hypothesis import strategies as st
 
+import changed_recursions as pruning
 import gd_analyze as gd
-import pruned_recursions as pruning
 from gd_analyze.certification.certificate import largest_torque
 from gd_analyze.certification.error_field import harmonics_slack
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, UsageError

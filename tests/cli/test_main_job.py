@@ -16,7 +16,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
-from several_motions import swung
+from recordings import swung
 
 
 def test_the_formats_are_those_of_the_library():

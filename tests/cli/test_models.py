@@ -19,8 +19,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.studies.control_result import control_result
 from made_models import by_elements, model_of
-from recorded_logs import recorded
-from several_motions import swung
+from recordings import recorded, swung
 
 TWO = "simplify two_link two-link-swing"
 PUMA = "simplify puma560 pick-and-place"

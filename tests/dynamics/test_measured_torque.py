@@ -16,7 +16,7 @@ from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from recorded_logs import CUTOFF, friction_of, recorded, swinging, with_torques
+from recordings import CUTOFF, friction_of, recorded, swinging, with_torques
 from strategies import arms, examples
 
 GIVEN = (1.5, 0.7, -0.4)

@@ -26,7 +26,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest, load_model, save_model
 from gd_analyze.simplification.simplify import simplify
 from made_models import exact_model
-from several_motions import swung
+from recordings import swung
 
 
 def _bases() -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory, write_trajectory
-from several_motions import swung
+from recordings import swung
 
 
 @st.composite

@@ -24,8 +24,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.text import LARGEST
-from recordings import Motion
-from several_motions import swung
+from recordings import Motion, swung
 from strategies import examples
 
 # Prismatic joints without limits: any number is a possible position, so no warning gets in the way.

@@ -19,8 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.main_job import Settings, find
-from recordings import Motion
-from several_motions import swung
+from recordings import Motion, swung
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from gd_analyze.results.motion_result import strict_notice, verdict_rows
 from gd_analyze.results.run_result import run_result, subtitle
 from gd_analyze.studies.main_job import default_folder
 from gd_analyze.studies.study_files import write_findings
-from several_motions import swung
+from recordings import swung
 
 # Allowed errors and shares of them are quotients, rounded once or twice.
 ROUNDED = 1.0 + 4 * float(np.finfo(float).eps)

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from gd_analyze.errors import StoreError
 from gd_analyze.results.store import load_findings, load_results, save_results, seal
 from gd_analyze.schema import ATTRIBUTES, COORDINATES
-from recorded_logs import MEASURED
+from recordings import MEASURED
 from strategies import examples, names_in
 
 Edit = Callable[[h5py.File], Any]

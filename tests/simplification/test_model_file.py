@@ -26,7 +26,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import load_model, measured_at, require_terms_computed, save_model
 from gd_analyze.simplification.simplify import simplify_exact
 from made_models import assert_same, exact_model, model_of, signed
-from several_motions import swung
+from recordings import swung
 from strategies import arms, arms_with_states, examples
 
 Document = dict[str, Any]

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from budgets import of_shares, of_torque
 from few_tries import few_tries
 from gd_analyze.arrays import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
@@ -32,7 +31,7 @@ from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import search
 from gd_analyze.simplification.simplify import simplify, simplify_exact
 from gd_analyze.studies.comparison_costs import generic_chain
-from made_models import by_elements, model_of
+from made_models import by_elements, model_of, of_shares, of_torque
 from strategies import arms_with_states, examples, motions, two_link_of
 
 _FORM = ExactForm(two_link_of(1.0, 1.0, 1.0))

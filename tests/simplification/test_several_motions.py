@@ -16,7 +16,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import load_model, save_model
-from several_motions import swung
+from recordings import swung
 from strategies import arms_with_states, examples, random_states
 
 # Allowed errors and shares of them are quotients, rounded once or twice.

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from budgets import of_shares
 from few_tries import few_tries
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactDynamics
@@ -19,6 +18,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import FACTORS, KINDS, PATH_FACTORS, budget_path, curves, trade_off
+from made_models import of_shares
 from strategies import examples, motions
 
 

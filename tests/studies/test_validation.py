@@ -18,8 +18,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.validation import box_exits, validate
 from gd_analyze.studies.validation_result import junit_xml
 from made_models import ROUND_OFF, exact_model
-from recorded_logs import recorded
-from several_motions import swung
+from recordings import recorded, swung
 from strategies import examples
 
 SLOW, BRISK, FAST = swung(6.0, "slow"), swung(2.0, "brisk"), swung(1.0, "fast")
