@@ -92,16 +92,11 @@ class Noise:
 
     @classmethod
     def of(
-        cls,
-        times: Sequence[FloatArray],
-        readings: Sequence[FloatArray],
-        rate: float,
-        order: int,
-        highest: float,
+        cls, parts: Sequence[tuple[FloatArray, FloatArray]], rate: float, order: int, highest: float
     ) -> Noise:
-        """Tell motion and noise of a joint apart, stretch by stretch; above `highest`, Hz, all is noise."""
-        piece = min(max(int(_PIECE * rate), _SHORTEST), max(map(len, readings)) - order)
-        pairs = [(t, x) for t, x in zip(times, readings, strict=True) if len(x) - order >= piece]
+        """Tell a joint's motion and noise apart, stretch by stretch; above `highest`, Hz, all is noise."""
+        piece = min(max(int(_PIECE * rate), _SHORTEST), max(len(x) for _, x in parts) - order)
+        pairs = [(t, x) for t, x in parts if len(x) - order >= piece]
         total = sum(power(t, x, rate, order, piece) * len(x) for t, x in pairs)
         frequency: FloatArray = np.asarray(np.fft.rfftfreq(piece, 1 / rate)[1:], dtype=float)
         density = _averaged((np.asarray(total) / sum(len(x) for _, x in pairs))[1:])
@@ -114,7 +109,7 @@ class Noise:
         noise = np.where(frequency > edge, density, law)
         beyond = density[stands_out & (frequency > highest)]
         missed = math.sqrt(float(beyond.sum() * frequency[0]))
-        seconds = float(np.mean([time[-1] - time[0] for time in times]))
+        seconds = float(np.mean([time[-1] - time[0] for time, _ in parts]))
         return cls(frequency, density - noise, noise, seconds, missed)
 
     def left(self, cutoff: float) -> float:
@@ -172,10 +167,9 @@ class Source:
     @classmethod
     def of(cls, sampling: Sampling, values: FloatArray, order: int) -> Source:
         """Look at the spectra of readings, shape (N, n)."""
-        times = [sampling.time[stretch] for stretch in sampling.stretches]
-        highest, rate = _highest(sampling), 1 / sampling.step
-        parts = ([x[stretch] for stretch in sampling.stretches] for x in values.T)
-        return cls(values, order, tuple(Noise.of(times, x, rate, order, highest) for x in parts))
+        of_joints = ([(sampling.time[part], x[part]) for part in sampling.stretches] for x in values.T)
+        rate, highest = 1 / sampling.step, _highest(sampling)
+        return cls(values, order, tuple(Noise.of(parts, rate, order, highest) for parts in of_joints))
 
     def left(self, cutoffs: FloatArray) -> FloatArray:
         """Standard deviation of the noise that cut-offs leave in the accelerations, shape (n,)."""

@@ -64,39 +64,39 @@ class Family:
 
 def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
     """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
-    groups: dict[tuple[str, Words, Kind, int, str], list[int]] = {}
-    # A log that numbers its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
-    beside = any(m.role in ROLES and m.number is not None and not m.label for m in meanings)
+    groups: dict[tuple[str, Words, Kind, int, str], dict[int, Meaning]] = {}
     for column, meaning in enumerate(meanings):
         if meaning.role in ROLES:
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
-            groups.setdefault(key, []).append(column)
+            groups.setdefault(key, {})[column] = meaning
+    # A log that numbers its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
+    beside = any(
+        m.number is not None and not m.label for columns in groups.values() for m in columns.values()
+    )
     found: list[Family] = []
     for group, columns in groups.items():
         make = partial(Family, *group)
-        named = _by(columns, lambda c: meanings[c].joint)
-        rest = [c for c in columns if meanings[c].joint is None]
-        affixed = None if named else _by_affix(make, rest, meanings, names)
+        named = _by({c: m.joint for c, m in columns.items()})
+        rest = {c: m for c, m in columns.items() if m.joint is None}
+        affixed = None if named else _by_affix(make, rest, names)
         if named:
             found.append(make((), named, tuple(rest), "by name"))
         elif affixed is not None:
             found.append(affixed)
         else:
-            labels = dict.fromkeys(meanings[c].label for c in rest if meanings[c].number is not None)
-            told = None if beside else written
-            tried = [_by_number(make, label, rest, meanings, names, told) for label in labels]
+            labels = dict.fromkeys(m.label for m in rest.values() if m.number is not None)
+            tried = (_by_number(make, label, rest, names, None if beside else written) for label in labels)
             counted = [family for family in tried if family is not None]
-            if len(names) == len(rest) == 1 and not counted and not meanings[rest[0]].label:
-                counted = [make((), {0: (rest[0],)}, (), "the arm's only joint")]
+            if len(names) == len(rest) == 1 and not counted and not any(m.label for m in rest.values()):
+                counted = [make((), {0: tuple(rest)}, (), "the arm's only joint")]
             found += counted
     return found
 
 
-def _by(columns: Sequence[int], joint_of_column: Callable[[int], int | None]) -> dict[int, tuple[int, ...]]:
-    """Columns by their joint, those of none left out."""
+def _by(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
+    """Columns of each joint, given the joint of each column."""
     found: dict[int, tuple[int, ...]] = {}
-    for column in columns:
-        joint = joint_of_column(column)
+    for column, joint in joints.items():
         if joint is not None:
             found[joint] = (*found.get(joint, ()), column)
     return found
@@ -114,8 +114,7 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 def _by_number(
     make: Callable[..., Family],
     label: Words,
-    columns: Sequence[int],
-    meanings: Sequence[Meaning],
+    columns: Mapping[int, Meaning],
     names: Sequence[str],
     written: Sequence[str] | None,
 ) -> Family | None:
@@ -126,26 +125,25 @@ def _by_number(
     counts = arms_numbers(names)
     if label and written is not None and counts is None:
         return None
-    logged = [(c, meanings[c].number) for c in columns if meanings[c].label == label]
-    numbers = {c: number for c, number in logged if number is not None}
+    numbers = {c: m.number for c, m in columns.items() if m.label == label and m.number is not None}
     base = 0 if 0 in numbers.values() else 1
     own = range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
     joints = {number + base: joint for joint, number in enumerate(own)}
-    matched = _by(list(numbers), lambda c: joints.get(numbers[c]))
+    matched = _by({column: joints.get(number) for column, number in numbers.items()})
     extra = tuple(column for column, number in numbers.items() if number not in joints)
     renamed: tuple[tuple[str, str], ...] = ()
     if label and written is not None and counts is not None and counts[0] != label:
         firsts = [(of[0], joint) for joint, of in sorted(matched.items())]
-        renamed = tuple((as_written(meanings[c].token, written[c]), names[joint]) for c, joint in firsts)
+        renamed = tuple((as_written(columns[c].token, written[c]), names[joint]) for c, joint in firsts)
     return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
 def _by_affix(
-    make: Callable[..., Family], columns: Sequence[int], meanings: Sequence[Meaning], names: Sequence[str]
+    make: Callable[..., Family], columns: Mapping[int, Meaning], names: Sequence[str]
 ) -> Family | None:
     """Match names that differ in the same words before all of them, such as a prefix of the robot."""
     own = [without_fillers(words_of(name)) for name in names]
-    logged = {c: without_fillers(meanings[c].token) for c in columns}
+    logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
     if not all(any(not word.isdigit() for word in words) for words in own):
         return None
     # Words that the log has before a joint's; after "", words that it lacks.

@@ -75,11 +75,10 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
     meanings = _meanings(table, arm, reading)
     plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
-    if table.set_points and not reading.map:
-        for k, name in enumerate(plain):
-            if name in plain[:k]:
-                found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
-                raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
+    for k, name in enumerate(plain if table.set_points and not reading.map else ()):
+        if name in plain[:k]:
+            found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
+            raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
     # q1 of a file of set points is the arm's first joint, whatever its name.
     names = [str(k + 1) if table.set_points else joint.name for k, joint in enumerate(arm.joints)]
     log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain, count
 from os import PathLike
 from pathlib import Path
 
@@ -38,8 +39,8 @@ def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajecto
     if isinstance(given, Trajectory):
         return given
     several = _several(given)
-    folder = len(several) == 1 and _is_folder(several[0])
-    return pool(_each(several, arm, read), visible(Path(str(several[0])).resolve().name) if folder else None)
+    name = visible(Path(str(several[0])).resolve().name) if list(map(_is_folder, several)) == [True] else None
+    return pool(_each(several, arm, read), name)
 
 
 def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
@@ -52,19 +53,17 @@ def _several(given: GivenMotions) -> list[GivenMotion]:
 
 
 def _is_folder(given: GivenMotion) -> bool:
-    if not isinstance(given, str | PathLike) or str(given) in shipped_trajectories():
-        return False
-    return is_folder_of_motions(Path(given))
+    named = isinstance(given, str | PathLike) and str(given) not in shipped_trajectories()
+    return named and is_folder_of_motions(Path(str(given)))
 
 
 def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
     for one in several:
         if isinstance(one, Trajectory):
             yield one
-        elif _is_folder(one):
-            yield from (read(path, arm) for path in trajectory_files(Path(one)))
         else:
-            yield read(one, arm)
+            paths = trajectory_files(Path(one)) if _is_folder(one) else [one]
+            yield from (read(path, arm) for path in paths)
 
 
 def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
@@ -145,10 +144,8 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
             what, where = f"trajectory {one.name} is not of the arm of the others", f"trajectory {one.name}"
             expected, step = f"{first.n_joints} joints, as {first.name} has", "analyse the arms one by one"
             raise refusal(what, where, expected, f"{one.n_joints} joints", step)
-        name, again = one.name, 1
-        while name in taken:
-            again += 1
-            name = f"{one.name}-{again}"
+        others = (f"{one.name}-{number}" for number in count(2))
+        name = next(name for name in chain([one.name], others) if name not in taken)
         taken.add(name)
         found[k] = one if name == one.name else replace(one, name=name)
     return found
@@ -156,19 +153,12 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
 
 def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
     """Take a pool apart again, without readings; any other trajectory is its only motion."""
-    parts = [
-        Trajectory(
-            whole.time[of.rows] - whole.time[of.first] + of.start,
-            whole.q[of.rows],
-            whole.qd[of.rows],
-            whole.qdd[of.rows],
-            name=of.name,
-            origin=of.origin,
-            derivatives_from=of.derivatives_from,
-            gaps=tuple(row - of.first for row in whole.gaps if of.first < row < of.end),
-        )
-        for of in whole.motions
-    ]
+    parts = []
+    for of in whole.motions:
+        time = whole.time[of.rows] - whole.time[of.first] + of.start
+        q, qd, qdd = (x[of.rows] for x in (whole.q, whole.qd, whole.qdd))
+        gaps = tuple(row - of.first for row in whole.gaps if of.first < row < of.end)
+        parts.append(Trajectory(time, q, qd, qdd, of.name, of.origin, of.derivatives_from, gaps))
     return tuple(parts) or (whole,)
 
 

@@ -145,11 +145,10 @@ def read_log(
     """
     arm, reading = arm_of(arm), reading or Reading()
     path, name, origin, data = _source(path_or_name)
-    written = None if reading.save_mapping is None else Path(reading.save_mapping)
     for file in (path, reading.mapping):
         with suppress(OSError):
-            if file is not None and written is not None and written.samefile(file):
-                what, found = "the mapping would be written over what is read", str(written)
+            if file and reading.save_mapping and Path(reading.save_mapping).samefile(file):
+                what, found = "the mapping would be written over what is read", str(reading.save_mapping)
                 raise refusal(what, "--save-mapping", "another file", found)
     mapping = None
     if reading.mapping is not None:
