@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly
 
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
@@ -21,29 +22,17 @@ def drawn(seed: int, count: int = 4) -> Trajectory:
 
 
 def motions(motion: Trajectory, interval: int, joint: int, s: np.ndarray) -> np.ndarray:
-    """q, qd and qdd of all three motions by equations of their own, shape (3, 3, S)."""
+    """q, qd and qdd of all three motions by SciPy, shape (3, 3, S)."""
     width = motion.time[interval + 1] - motion.time[interval]
     ends = np.array([x[interval : interval + 2, joint] for x in (motion.q, motion.qd, motion.qdd)])
-    scaled = ends * width ** np.arange(3)[:, None]
-    out = np.empty((3, 3, len(s)))
-    for place, orders in enumerate((3, 2)):
-        powers = np.arange(2 * orders)
-        rows, given_values = [], []
-        for order in range(orders):
-            for end in (0.0, 1.0):
-                falling = np.array([np.prod(p - np.arange(order)) for p in powers], dtype=float)
-                rows.append(falling * end ** np.maximum(powers - order, 0))
-                given_values.append(scaled[order, int(end)])
-        coefficients = np.linalg.solve(rows, given_values)
-        for order in range(3):
-            out[place, order] = np.polynomial.Polynomial(coefficients).deriv(order)(s) / width**order
-    out[2] = ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * s
-    return out
+    quintic, cubic = (BPoly.from_derivatives([0.0, width], ends.T[:, :known]) for known in (3, 2))
+    smooth = [[path(width * s, order) for order in range(3)] for path in (quintic, cubic)]
+    return np.array([*smooth, ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * s])
 
 
 @examples(40)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.9), st.floats(0.01, 1.0))
-def test_motions_through_all_numbers_lie_in_the_range(seed: int, begin: float, width: float) -> None:
+def test_motions_through_all_numbers_lie_in_the_range(seed, begin, width):
     motion = drawn(seed)
     end = min(1.0, begin + width)
     between = Between.of(motion, EXACTLY, slice(0, 3))
@@ -61,7 +50,7 @@ def test_motions_through_all_numbers_lie_in_the_range(seed: int, begin: float, w
             np.testing.assert_allclose(between.differences[interval, :, joint], apart, atol=1e-9)
 
 
-def test_a_range_is_close_to_what_the_motions_take() -> None:
+def test_a_range_is_close_to_what_the_motions_take():
     """In a tenth of an interval Bernstein coefficients leave hardly anything free."""
     motion = drawn(3, 2)
     begins = np.arange(10) / 10
@@ -75,7 +64,7 @@ def test_a_range_is_close_to_what_the_motions_take() -> None:
 
 
 @pytest.mark.parametrize("width", [1e-3, 0.1])
-def test_what_counts_as_rounding_makes_no_acceleration(width: float) -> None:
+def test_what_counts_as_rounding_makes_no_acceleration(width):
     """The last digit of a position over a millisecond is an acceleration of many rad/s^2."""
     rest = np.zeros((2, 1))
     motion = Trajectory(np.array([0.0, width]), np.array([[0.0], [1e-6]]), rest, rest)

@@ -87,7 +87,6 @@ def test_too_few_readings_are_refused(time, found):
     with pytest.raises(TrajectoryError, match="too few readings in a row") as error:
         made(readings(time, np.zeros((len(time), 2))))
     assert error.value.details["found"] == found
-    assert ("--largest-gap" in error.value.details.get("next", "")) == ("gaps" in found)
 
 
 def test_jumps_of_full_turns(two_link):
@@ -336,7 +335,7 @@ def drawn(seed: int) -> tuple[Logged, gd.Treatment]:
     rng = np.random.default_rng(seed)
     count, rate = int(rng.choice([1, 2, 16, 17, 40, 100, 400])), 10.0 ** rng.uniform(-3, 5)
     time, half = np.arange(count) / rate, np.arange(count) < count // 2
-    changes = [
+    for change in (
         lambda t: t + rng.uniform(-1, 1, count) / rate * rng.choice([0.1, 0.6, 3.0]),
         lambda t: np.round(t * rate / 3) * 3 / rate,
         lambda t: np.where(half, t, t + 10.0 ** rng.uniform(-2, 9)),
@@ -344,10 +343,8 @@ def drawn(seed: int) -> tuple[Logged, gd.Treatment]:
         lambda t: t + 1.7e9,
         lambda t: np.where(np.arange(count) == 0, rng.choice([np.nan, 1e12, -1e12]), t),
         lambda t: np.where(half, t + count / rate / 3, t),
-    ]
-    for change in changes:
-        if rng.random() < 0.15:
-            time = change(time)
+    ):
+        time = change(time) if rng.random() < 0.15 else time
     q = rng.normal(size=(count, 2)) * 10.0 ** rng.uniform(-12, 10)
     q = [q, np.cumsum(q, axis=0), np.ones_like(q)][rng.integers(3)]
     if rng.random() < 0.2:
@@ -357,8 +354,8 @@ def drawn(seed: int) -> tuple[Logged, gd.Treatment]:
         torque[rng.random(torque.shape) < 0.3] = np.nan
     cutoff = 10.0 ** rng.uniform(-6, 2) if rng.random() < 0.2 else None
     gap = 10.0 ** rng.uniform(-3, 9) if rng.random() < 0.2 else None
-    treatment = gd.Treatment(cutoff=cutoff, largest_gap=gap)
-    return Logged(time, q, qd, qdd, torque, bool(rng.random() < 0.8)), treatment
+    measured = bool(rng.random() < 0.8)
+    return Logged(time, q, qd, qdd, torque, measured), gd.Treatment(cutoff=cutoff, largest_gap=gap)
 
 
 def test_whatever_is_logged_is_a_motion_or_an_error(two_link):
@@ -374,8 +371,7 @@ def test_whatever_is_logged_is_a_motion_or_an_error(two_link):
                 continue
             count += 1
             assert np.isfinite(motion.recording.q).all(), seed
-            for noise in (motion.recording.noise_q, motion.recording.noise_qdd):
-                assert (noise >= 0.0).all(), seed
-                assert np.isfinite(noise).all(), seed
+            noises = np.array([motion.recording.noise_q, motion.recording.noise_qdd])
+            assert (np.isfinite(noises) & (noises >= 0.0)).all(), seed
             assert (np.diff(motion.time) > 0).all(), seed
     assert count > 30

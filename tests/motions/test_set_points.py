@@ -33,8 +33,8 @@ TABLE = np.column_stack([np.arange(7) / 10, *(0.1 * k + np.arange(7) / 100 for k
 FULL = ["time", "q1", "q2", "qd1", "qd2", "qdd1", "qdd2"]
 
 
-def as_csv(names: list[str], table: np.ndarray, sign: str = ",", end: str = "\n") -> str:
-    return end.join([sign.join(names), *(sign.join(map(repr, row)) for row in table.tolist()), ""])
+def as_csv(names: list[str], table: np.ndarray, end: str = "\n") -> str:
+    return end.join([",".join(names), *(",".join(map(repr, row)) for row in table.tolist()), ""])
 
 
 @given(st.data())
@@ -53,14 +53,10 @@ def test_reading_back_gives_the_same_numbers(data):
     assert (read.name, read.derivatives_from) == ("any", "given")
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        "\ufeff# a comment\n\n" + as_csv([f" {name.upper()} " for name in FULL], TABLE, end="\n\n# more\n"),
-        as_csv([FULL[k] for k in (6, 0, 2, 1, 4, 3, 5)], TABLE[:, [6, 0, 2, 1, 4, 3, 5]]),
-    ],
-)
-def test_layouts(content, log, two_link):
+def test_layouts(log, two_link):
+    order = [6, 0, 2, 1, 4, 3, 5]
+    names = [f" {FULL[k].upper()} " for k in order]
+    content = "\ufeff# a comment\n\n" + as_csv(names, TABLE[:, order], end="\n\n# more\n")
     read = gd.read_trajectory(log(content), two_link)
     np.testing.assert_array_equal(np.column_stack([read.time, read.q, read.qd, read.qdd]), TABLE)
     assert read.recording is None
@@ -102,26 +98,16 @@ def csv(header="time,q1,q2", rows=ROWS, line=0, text=""):
 
 # What the message has to name beside the file: place or fact. Others are tested with the verbs.
 WRONG: dict[str, tuple[str, str]] = {
-    "comments only": ("# a\n\n", "empty"),
     "no positions": (csv("time,qd1,qd2"), "line 1"),
     "velocities of some": (csv("time,q1,q2,qd1", [f"{row},0" for row in ROWS]), "line 1, column 4"),
-    "no instant": (csv(line=5, text="nan,0,0"), "line 5, column 1"),
     "overflow": (csv(line=5, text="0.3,1e999,0"), "line 5, column 2"),
-    "underscores": (csv(line=4, text="0.2,1_000,0.2"), "line 4, column 2"),
     "digits of another script": (csv(line=4, text="0.2,\u0663,0.2"), "line 4, column 2"),
     "a cell of a page": (csv(line=4, text=f"0.2,{'x' * 9000},0"), "(9002 characters)"),
     "unclosed quote": (csv(line=6, text='0.4,0.5,"0.6'), "line 6"),
-    "time falls": (csv(line=4, text="0.05,0,0"), "line 4, column 1"),
     "one endless line": ("x" * 200_000, "line 1"),
     "XML": ("<robot name='x'>\n<link/>\n</robot>\n", "XML"),
-    "overflowing derivatives": (
-        csv(rows=[f"{k}e-300,{k * k / 10},0" for k in range(8)]),
-        "qd cannot be derived",
-    ),
-    "few between gaps": (
-        csv(rows=[*(f"{k / 10},{k / 10},0" for k in range(17)), "# gap", "1.7,0,0"]),
-        "found: 1",
-    ),
+    "overflowing derivatives": (csv(rows=[f"{k}e-300,{k * k},0" for k in range(8)]), "qd cannot be derived"),
+    "few between gaps": (csv(rows=[*ROWS, "# gap", "1.7,0,0"]), "found: 1"),
 }
 
 

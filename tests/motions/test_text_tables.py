@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from log_arms import UR, arm_of
+from log_arms import UR, arm_of, log_of
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.read import read_log
@@ -175,36 +175,29 @@ def test_ros2_topic_echo_csv(read):
 def test_rtde_takes_what_was_measured(read):
     kinds = "actual_q target_q actual_qd target_qd target_qdd actual_current target_moment"
     names = [f"{kind}_{joint}" for kind in kinds.split() for joint in (0, 1)]
-    names += ["actual_TCP_pose_0", "speed_scaling", "runtime_state"]
-    line = ",".join(str(k) for k in range(1, len(names) + 1))
-    text = f"timestamp,{','.join(names)}\n38.5,{line}\n38.502,{line}\n"
+    text = log_of(" ".join(names) + " actual_TCP_pose_0 speed_scaling runtime_state", "timestamp")
     measured, planned = read(text, TWO), read(text, TWO, family="target")
-    np.testing.assert_array_equal(measured.q[0], [1, 2])
-    np.testing.assert_array_equal(measured.qd[0], [5, 6])
+    np.testing.assert_array_equal([measured.q[0], measured.qd[0]], [[0, 1], [4, 5]])
     assert (measured.qdd, measured.torque, measured.measured) == (None, None, True)
-    np.testing.assert_array_equal(planned.q[0], [3, 4])
-    np.testing.assert_array_equal(planned.qdd[0], [9, 10])
-    np.testing.assert_array_equal(planned.torque[0], [13, 14])
+    np.testing.assert_array_equal(
+        [planned.q[0], planned.qdd[0], planned.torque[0]], [[2, 3], [8, 9], [12, 13]]
+    )
     assert not planned.measured
 
 
 def test_libfranka(read):
     kinds = "q q_d dq dq_d ddq_d tau_J tau_J_d dtau_J tau_ext_hat_filtered theta dtheta"
     names = [f"state.{kind}[{j}]" for kind in kinds.split() for j in range(2)]
-    line = ",".join(str(k) for k in range(len(names)))
-    text = f"time_ms,success_rate,{','.join(names)}\n0,1,{line}\n1,1,{line}\n"
-    logged = read(text, arm_of("panda_joint1", "panda_joint2"))
-    np.testing.assert_array_equal(logged.q[0], [0, 1])
-    np.testing.assert_array_equal(logged.qd[0], [4, 5])
-    np.testing.assert_array_equal(logged.torque[0], [10, 11])
+    logged = read(log_of(" ".join(names), "time_ms", (0, 1)), arm_of("panda_joint1", "panda_joint2"))
+    np.testing.assert_array_equal([logged.q[0], logged.qd[0], logged.torque[0]], [[0, 1], [4, 5], [10, 11]])
     assert (logged.qdd, logged.measured) == (None, True)
     assert logged.time[1] == 0.001
 
 
 def test_families_of_zeros_are_left_out(read, warned):
     """As logs of a Gen3: torques of three kinds, of which only one is not 0 throughout."""
-    names = ["Position", "Velocity", "Torque", "TorqueSm", "TorqueCur", "PositionCmptd", "TorqueCmptd"]
-    header = ",".join(["Time", *(f"{name}{j}" for name in names for j in (1, 2))])
+    names = "Position Velocity Torque TorqueSm TorqueCur PositionCmptd TorqueCmptd"
+    header = ",".join(["Time", *(f"{name}{j}" for name in names.split() for j in (1, 2))])
     line = "1,2,3,4,0,0,0,0,9,10,11,12,0,0"
     with warned() as texts:
         logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)

@@ -95,17 +95,6 @@ def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points, 
     assert said == "qdd derived: C4 (quintic) spline through the given qd"
 
 
-def test_accelerations_converge_with_the_fourth_order():
-    errors = []
-    for n in (50, 100, 200):
-        time = np.linspace(0.3, 4.3, n + 1)
-        q = np.sin(2 * time)[:, None]
-        errors.append(np.abs(completed(time, q, None, None)[1] + 4 * q).max())
-    # 2^4 per halving in the limit; the next term of the series may take a quarter of it.
-    assert errors[0] / errors[1] > 12
-    assert errors[1] / errors[2] > 12
-
-
 def test_a_clock_that_counts_from_1970_costs_nothing():
     # Steps of 1/64 s and a whole number of seconds add without rounding: the results are the same bits.
     time = np.arange(50) / 64
