@@ -11,6 +11,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.studies.comparison_costs import generic_chain
 from made_models import signed
 from parallel_axes import arm_of
 from robot_files import fingers, two_joints
@@ -306,10 +307,7 @@ def test_a_file_name_does_not_act(run, here, model):
 
 @pytest.mark.parametrize("n", [12, 70])
 def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
-    joint = "[[joints]]\na = 0.3\nd = 0.1\nalpha_deg = 70.0\n"
-    inertia = "{ xx = 0.1, yy = 0.12, zz = 0.13, xy = 0.01 }"
-    link = f"[[links]]\nmass = 1.0\ncom = [-0.1, 0.02, 0.03]\ninertia = {inertia}\n"
-    (here / "chain.toml").write_text(f'format = "gd-analyze arm 1"\nname = "chain"\n{joint * n}{link * n}')
+    (here / "chain.toml").write_text(toml_of(generic_chain(n)))
     result = run("equations chain.toml")
     assert (result.code, result.out) == (2, "")
     assert f"{n} joints" in result.err

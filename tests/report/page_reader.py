@@ -15,7 +15,6 @@ class Page(HTMLParser):
         super().__init__()
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.scripts: list[str] = []
-        self.styles: list[str] = []
         self.text = ""
         self.inside = ""
         self.feed(text)
@@ -24,8 +23,8 @@ class Page(HTMLParser):
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
         self.elements.append((tag, {name: value or "" for name, value in attributes}))
         self.inside = tag
-        if tag in ("script", "style"):
-            (self.scripts if tag == "script" else self.styles).append("")
+        if tag == "script":
+            self.scripts.append("")
 
     def handle_endtag(self, tag: str) -> None:
         self.inside = ""
@@ -33,9 +32,7 @@ class Page(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self.inside == "script":
             self.scripts[-1] += data
-        elif self.inside == "style":
-            self.styles[-1] += data
-        else:
+        elif self.inside != "style":
             self.text += data
 
     def all(self, tag: str) -> list[dict[str, str]]:

@@ -7,18 +7,9 @@ import pytest
 from matplotlib import pyplot
 
 from gd_analyze.errors import UsageError
+from gd_analyze.figures.axes import Plots
 
-NAMES = [
-    "torque",
-    "errors",
-    "trade_off",
-    "arm",
-    "views",
-    "motion",
-    "inertia",
-    "coriolis_centrifugal",
-    "gravity_loading",
-]
+NAMES = [name for name in vars(Plots) if not name.startswith("_") and name != "run"]
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +18,7 @@ def figures_closed():
     pyplot.close("all")
 
 
-@pytest.mark.parametrize("name", [*NAMES, "measured"])
+@pytest.mark.parametrize("name", NAMES)
 def test_every_plot_gives_axes_that_can_be_drawn(measured_findings, name, tmp_path):
     axes = getattr(measured_findings.plot, name)()
     assert f"{name}()" in repr(measured_findings.plot)

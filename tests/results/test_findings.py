@@ -27,8 +27,6 @@ def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("options", "more"),
     [
-        ({"budget": "1%"}, ""),
-        ({"budget": "0.5%"}, "-budget-0.5pct"),
         ({"budget": "1%,0.2"}, "-budget-1pct_0.2_N_m"),
         (
             {"level": "energy", "refit": True, "christoffel": False, "operations": 90},

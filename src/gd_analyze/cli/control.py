@@ -33,10 +33,6 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     return read
 
 
-def _scale(words: str) -> float | None:
-    return None if words == "off" else positive_number(words)
-
-
 # Named as the fields of `ControlSettings`.
 _loop_options = together(
     click.option(
@@ -71,7 +67,7 @@ _loop_options = together(
     click.option(
         "--torque-limits",
         "limits",
-        type=_scale,
+        type=lambda words: None if words == "off" else positive_number(words),
         default="1.0",
         metavar="NUMBER|off",
         help="Torque limits, as a multiple of those of the arm's drives, or none.",

@@ -33,13 +33,7 @@ class MainJobContext(click.Context):
         return self.parent.command_path if self.parent is not None else super().command_path
 
 
-class MainJob(click.Command):
-    """A command that stands for the program itself."""
-
-    context_class = MainJobContext
-
-
-@click.command(cls=MainJob, hidden=True)
+@click.command(hidden=True)
 @robot_given
 @options.trajectories()
 @log_options
@@ -87,6 +81,9 @@ def analyze(
         write_findings(findings, folder, formats, strangers)
         output.warn(findings.warnings)
     _give(findings, folder, formats, output, top)
+
+
+analyze.context_class = MainJobContext
 
 
 @click.command(short_help="Make the reports of a stored analysis again.")
