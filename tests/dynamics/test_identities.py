@@ -14,12 +14,11 @@ from hypothesis import strategies as st
 import transforms as tf
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
-from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy, solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from strategies import States, arms_with_states, examples, random_states, two_link_of
+from strategies import States, arms_with_states, examples, random_states
 
 BUILT_IN = ["puma560", "stanford", "two_link"]
 
@@ -193,38 +192,3 @@ def test_round_off_bounds_are_neither_hit_nor_idle(name):
     assert 1e-6 * solved.bounds["inertia"] <= largest <= solved.bounds["inertia"]
     for quantity, values in theirs.items():
         assert solved.bounds[quantity] <= 1e-9 * np.abs(values).max(), quantity
-
-
-sizes = st.floats(0.01, 100.0)
-
-
-@examples(30)
-@given(sizes, sizes, sizes, st.just(0.0) | st.floats(1e-3, 30.0), st.integers(0, 2**32 - 1))
-def test_two_rods_are_the_texts_closed_forms(length, m1, m2, g, seed):
-    """D, h and c as [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 print them, with l the length of both rods."""
-    arm, states = two_link_of(length, m1, m2, g), random_states(2, 20, seed)
-    (th1, th2), (w1, w2) = states.q.T, states.qd.T
-    c1, c2, s2, c12 = np.cos(th1), np.cos(th2), np.sin(th2), np.cos(th1 + th2)
-    ll = length**2
-    d11 = m1 * ll / 3 + 4 / 3 * m2 * ll + m2 * c2 * ll
-    d12 = m2 * ll / 3 + m2 * ll * c2 / 2
-    d22 = np.full_like(d12, m2 * ll / 3)
-    h1 = -m2 * s2 * ll * w2**2 / 2 - m2 * s2 * ll * w1 * w2
-    h2 = m2 * s2 * ll * w1**2 / 2
-    g1 = m1 * g * length * c1 / 2 + m2 * g * length * c12 / 2 + m2 * g * length * c1
-    g2 = m2 * g * length * c12 / 2
-    found, bounds = decompose_states(arm, states), round_off_bounds(arm, *states.arrays)
-    # The closed form of a few roundings is one of the two correct programs that the bounds speak of.
-    for name, values in {
-        "inertia": np.array([[d11, d12], [d12, d22]]).transpose(2, 0, 1),
-        "coriolis_centrifugal": np.stack([h1, h2], -1),
-        "gravity_loading": np.stack([g1, g2], -1),
-    }.items():
-        whole = found[name] if name == "gravity_loading" else found[name].sum(axis=1)
-        assert np.abs(whole - values).max() <= bounds[name], name
-    # Both rods turn about one fixed direction: their rotation alone is quadratic in constants.
-    assert not found["coriolis_centrifugal"][:, 1].any()
-    assert not found["christoffel"][:, 1].any()
-    across = np.array([m1 + m2, m2, m2]) * ll / 12
-    rotation = found["inertia"][:, 1]
-    np.testing.assert_allclose(rotation[:, [0, 0, 1], [0, 1, 1]] - across, 0.0, atol=bounds["inertia"])
