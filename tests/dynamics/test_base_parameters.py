@@ -137,12 +137,11 @@ def test_counts_of_the_arms_supplied(name, counts):
 def test_a_general_arm_of_seven_joints_has_43():
     """KUKA's LBR, modified axes of Lloyd et al. 2021; published code for its like takes 43 of 70."""
     twists, offsets = [-90, 90, 90, -90, -90, 90, 0], [0.34, 0, 0.4, 0, 0.4, 0, 0.126]
-    rng = np.random.default_rng(0)
-    joints, links = [], []
-    for i, (twist, offset) in enumerate(zip(twists, offsets, strict=True), 1):
-        before, behind = standard_placements("revolute", DHRow(0.0, offset, 0.0, np.deg2rad(twist)))
-        joints.append(Joint(str(i), "revolute", before))
-        links.append(Link(str(i), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
+    rng, joints, links = np.random.default_rng(0), [], []
+    for i, twist in enumerate(twists):
+        before, behind = standard_placements("revolute", DHRow(0.0, offsets[i], 0.0, np.deg2rad(twist)))
+        joints.append(Joint(str(i + 1), "revolute", before))
+        links.append(Link(str(i + 1), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
     base = gd.base_parameters(RobotArm("lbr", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81])))
     assert len(base) == 43
     assert_minimal(base)
@@ -163,15 +162,14 @@ def test_a_scara_by_name():
 
 def test_the_pumas_by_name(puma):
     base = gd.base_parameters(puma)
-    forearm = [(1.0, "mx", 2)] + [(0.4318, "m", link) for link in (3, 4, 5, 6)]
-    assert [share[1:] for share in base["MX2"].combination] == [share[1:] for share in forearm]
-    assert [share[0] for share in base["MX2"].combination] == pytest.approx([x for x, *_ in forearm])
+    forearm = [("mx", 2), *(("m", link) for link in (3, 4, 5, 6))]
+    assert [share[1:] for share in base["MX2"].combination] == forearm
+    assert [share[0] for share in base["MX2"].combination] == pytest.approx([1.0, *[0.4318] * 4])
     assert base["PYY4"].combination == ((1.0, "Pyy", 4), (1.0, "Pzz", 5))
     assert ("J", 1) in [share[1:] for share in base["PXX1"].combination]
     # The second drive turns with its link across the first axis: as an inertia about its own.
-    assert [share[0] for one in base for share in one.combination if share[1:] == ("J", 2)] == pytest.approx(
-        [-0.5, 0.5, 0.5], rel=1e-12
-    )
+    second = [share[0] for one in base for share in one.combination if share[1:] == ("J", 2)]
+    assert second == pytest.approx([-0.5, 0.5, 0.5], rel=1e-12)
     assert base.never_acting == tuple((kind, 1) for kind in KINDS[:-1] if kind not in ("Pxx", "Pyy"))
 
 

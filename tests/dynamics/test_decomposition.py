@@ -75,9 +75,8 @@ def test_chunks_leave_no_seam(puma, count):
 @given(arms_with_states(max_joints=4))
 def test_any_leading_shape_goes_through_the_same_code(case):
     arm, states = case
-    flat = gd.decompose_states(arm, states)
-    nested = gd.decompose_states(arm, gd.States(*(x.reshape(2, 3, arm.n_joints) for x in states.arrays)))
-    single = gd.decompose_states(arm, states.at(4))
+    nested = gd.States(*(x.reshape(2, 3, arm.n_joints) for x in states.arrays))
+    flat, nested, single = (gd.decompose_states(arm, each) for each in (states, nested, states.at(4)))
     assert flat.keys() == nested.keys() == single.keys()
     allowed = max(round_off_bounds(arm, *states.arrays).values())
     for name, values in flat.items():

@@ -94,9 +94,8 @@ def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect
     assert np.abs(solved.christoffel - tf.h_ikm(solved.arm, q)).max() <= 2 * solved.christoffel_bound
     # D is at most quadratic in cos, sin, or a slide: its slope is at most twice as large; three make h_ijk.
     assert np.abs(solved.christoffel - tf.christoffel(solved.arm, q)).max() <= 6 * solved.christoffel_bound
-    gradient = np.array(
-        [tf.derivative(lambda x: tf.potential_energy(solved.arm, x), q, e) for e in np.eye(solved.n)]
-    )
+    units = np.eye(solved.n)
+    gradient = np.array([tf.derivative(lambda x: tf.potential_energy(solved.arm, x), q, e) for e in units])
     assert np.abs(solved.c - gradient).max() <= 2 * solved.bounds["gravity_loading"]
 
 
@@ -104,11 +103,11 @@ def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect
 @given(every_arm)
 def test_derivative_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
     solved = Solved(*case)
-    change = tf.derivative(
-        lambda x: dalembert.inertia_by_link(solved.arm, solve_kinematics(solved.arm, x.T)).sum(axis=1),
-        solved.states.q,
-        solved.states.qd,
-    )
+
+    def inertia(x):
+        return dalembert.inertia_by_link(solved.arm, solve_kinematics(solved.arm, x.T)).sum(axis=1)
+
+    change = tf.derivative(inertia, solved.states.q, solved.states.qd)
     skew = change - 2 * np.einsum("eijkN,kN->eijN", solved.christoffel, solved.qd)
     # dD/dt sums n slopes of D times a velocity, C n coefficients; the transpose doubles it.
     tolerance = 2 * (2 + 2) * np.abs(solved.qd).sum(axis=0).max() * solved.christoffel_bound

@@ -37,17 +37,17 @@ def test_a_gain_and_an_offset(two_link, gain, offset, sign):
     exact = exact_of(two_link, motion)
     left = (sign * gain - 1.0) * exact + offset
     found = gd.compare_torque(two_link, with_torques(motion, exact + left))
-    for values, wanted in (
-        (found.correlation, sign),
-        (found.slope, sign * gain),
-        (found.slope_beside_friction, sign * gain),
-        (found.bias, left.mean(axis=0)),
-        (found.rms, np.sqrt((left**2).mean(axis=0))),
-        (found.explained, 1.0 - (1.0 - sign / gain) ** 2),
-        (found.peak_model, np.abs(exact).max(axis=0)),
-        (found.peak_measured, np.abs(exact + left).max(axis=0)),
-    ):
-        np.testing.assert_allclose(values, wanted, rtol=CLOSE, atol=CLOSE)
+    for name, wanted in {
+        "correlation": sign,
+        "slope": sign * gain,
+        "slope_beside_friction": sign * gain,
+        "bias": left.mean(axis=0),
+        "rms": np.sqrt((left**2).mean(axis=0)),
+        "explained": 1.0 - (1.0 - sign / gain) ** 2,
+        "peak_model": np.abs(exact).max(axis=0),
+        "peak_measured": np.abs(exact + left).max(axis=0),
+    }.items():
+        np.testing.assert_allclose(getattr(found, name), wanted, rtol=CLOSE, atol=CLOSE)
 
 
 @given(arm=arms(massive=True), seed=st.integers(0, 99))
@@ -184,9 +184,8 @@ def test_standard_errors_are_as_large_as_the_errors_are(two_link, alike):
         noise = sosfiltfilt(low_pass, noise, axis=0) if alike else noise
         fitted = gd.compare_torque(two_link, with_torques(motion, clean + noise)).friction
         scores.append((fitted.terms - GIVEN) / fitted.errors)
-    # 60 logs of two joints: the mean square of a term's 120 scores is 1 +- sqrt(2 / 120) = 0.13 where errors
-    # are as they should; 4 of these upwards. Downwards a half more is room for what the correlation time is
-    # too long: velocities, which change as slowly as the motion, but a sign is as fast as can be.
+    # The mean square of a term's 120 scores is 1 +- sqrt(2 / 120) = 0.13 where errors are as they should; 4
+    # of these upwards. Downwards there is room for a correlation time that is too long, as of a sign's.
     of_terms = np.mean(np.square(scores), axis=(0, 1))
     assert (of_terms < 1.0 + 4 * 0.13).all(), of_terms
     assert (of_terms > 0.3).all(), of_terms
@@ -195,9 +194,7 @@ def test_standard_errors_are_as_large_as_the_errors_are(two_link, alike):
 def test_friction_that_would_drive_is_held_at_zero(two_link):
     fitted = gd.compare_torque(two_link, recorded(two_link, friction=(2.0, -0.3, 0.5), noise=0.1)).friction
     assert (fitted.terms[:, 1] == 0.0).all()
-    assert np.isnan(fitted.errors[:, 1]).all()
-    assert (fitted.terms[:, 0] >= 0.0).all()
-    assert np.isfinite(fitted.errors[:, [0, 2]]).all()
+    assert (np.isfinite(fitted.errors) == [True, False, True]).all()
 
 
 @pytest.mark.parametrize(
@@ -212,11 +209,9 @@ def test_friction_that_would_drive_is_held_at_zero(two_link):
 )
 def test_motions_that_do_not_tell_all_terms(two_link, steady, swing, wanted):
     motion = swinging(two_link)
-    qd, qdd, q = motion.qd.copy(), motion.qdd.copy(), motion.q.copy()
+    qd = motion.qd.copy()
     qd[:, 1] = steady + swing * np.sin(4.0 * motion.time)
-    qdd[:, 1] = np.gradient(qd[:, 1], motion.time)
-    q[:, 1] = np.cumsum(qd[:, 1]) * (motion.time[1] - motion.time[0])
-    motion = replace(motion, q=q, qd=qd, qdd=qdd)
+    motion = replace(motion, qd=qd)
     torque = exact_of(two_link, motion) + friction_of(motion, *GIVEN)
     fitted = gd.compare_torque(two_link, with_torques(motion, torque)).friction
     np.testing.assert_allclose(fitted.terms, [GIVEN, wanted], atol=CLOSE)

@@ -100,7 +100,7 @@ def test_a_joint_that_needs_no_torque_is_judged_by_the_other_motions(puma, pick_
 def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
     model = gd.simplify(two_link, SLOW, "5% norm at 95%")
     kept, broken = validate(model, [SLOW, FAST]).motions
-    assert (kept.keeps_promise.tolist(), kept.allowed) == ([True, True], None)
+    assert kept.keeps_promise.all()
     assert not broken.evaluation.keeps(model.accuracy.asked.norm)
     assert not broken.keeps_promise.any()
     with pytest.raises(UsageError, match="promises no joint an error of its own"):
@@ -108,8 +108,7 @@ def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
 
 
 def test_the_box_is_the_arms_limits_or_the_one_given(two_link, rough):
-    box = Box.of(two_link)
-    (one,) = validate(rough, FAST).motions
+    box, (one,) = Box.of(two_link), validate(rough, FAST).motions
     beyond = (FAST.q < box.lower) | (FAST.q > box.upper)
     beyond |= (np.abs(FAST.qd) > box.velocity) | (np.abs(FAST.qdd) > box.acceleration)
     assert beyond.any()

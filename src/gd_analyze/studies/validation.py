@@ -106,11 +106,6 @@ class ValidatedMotion:
         return np.zeros(len(largest), dtype=bool) if self.most is None else largest > self.most
 
     @property
-    def allowed(self) -> FloatArray | None:
-        """Error that the model promises each joint; None where its budget is of the norm."""
-        return self.accuracy.allowed if self.accuracy.asked.norm is None else None
-
-    @property
     def keeps_promise(self) -> NDArray[np.bool_]:
         """Whether each joint keeps what the model promises, shape (n,); all or none a promise of the norm."""
         asked, evaluation = self.accuracy.asked.norm, self.evaluation

@@ -115,8 +115,8 @@ def _section(one: ValidatedMotion, found: Validation, fit_friction: bool) -> Sec
 def _joint_table(one: ValidatedMotion) -> Table:
     errors, arm = one.evaluation.errors, one.evaluation.dynamics.arm
     units, nothing = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-    judged, per_joint = one.most is not None, one.allowed is not None
-    allowed = np.full(arm.n_joints, np.nan) if one.allowed is None else one.allowed
+    judged, per_joint = one.most is not None, one.accuracy.asked.norm is None
+    allowed = one.accuracy.allowed if per_joint else np.full(arm.n_joints, np.nan)
     columns = [
         *joint_columns(arm.joints),
         Column("peak_torque", "peak", errors.peak_torque, units),
