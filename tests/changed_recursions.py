@@ -10,7 +10,6 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import TERM
@@ -18,7 +17,6 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion import CONSTANT, NUMBER, Change, Changes, Recursion
 from gd_analyze.simplification.recursion_losses import torque_alone
 from made_models import promising_nothing
-from strategies import random_inertia, random_rotation
 
 
 def random_changes(recursion: Recursion, share: float, seed: int) -> dict[Change, float]:
@@ -125,14 +123,3 @@ def searched(model: SimplifiedModel, box: Box, joint: int, rng: np.random.Genera
             tried[0] = best
             best = tried[value(tried).argmax()]
     return best
-
-
-def general_arm(joints: int, rng: np.random.Generator, slides: bool) -> RobotArm:
-    """Axes in any direction, full inertias; perhaps the third joint slides."""
-    made, links = [], []
-    for i in range(joints):
-        placement = Placement(random_rotation(rng), rng.uniform(-0.3, 0.3, 3))
-        made.append(Joint(f"joint {i}", "prismatic" if slides and i == 2 else "revolute", placement))
-        com = rng.uniform(-0.1, 0.1, 3)
-        links.append(Link(f"link {i}", rng.uniform(0.5, 3.0), com, random_inertia(rng), Placement()))
-    return RobotArm("general", tuple(made), tuple(links), np.array([0.0, 0.0, -9.81]))

@@ -22,6 +22,7 @@ from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from made_models import exact_model
+from parallel_axes import arm_of
 from strategies import arms, examples, two_link_of
 
 
@@ -63,7 +64,7 @@ def test_no_state_exceeds_it_for_programs_with_something_left_out(arm, seed, eff
 def test_no_state_exceeds_it_for_many_joints(joints, slides):
     """Too many for one grid: few positions per angle prove a bound, if no close one; more come closer."""
     rng = np.random.default_rng(joints)
-    arm = pruning.general_arm(joints, rng, slides)
+    arm = arm_of(["slides" if slides and i == 2 else "askew" for i in range(joints)], rng)
     model = pruning.pruned(arm, 0.03, rng)
     middle = rng.uniform(-1.0, 1.0, joints)
     half = np.where(arm.is_revolute, rng.choice([0.1, 1.5, 2.9, 4.0], joints), 0.3)

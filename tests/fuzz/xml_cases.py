@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from random import Random
 
 import toml_cases
-from changes import Change, Stage, text_format
+from changes import Stage, text_format
 from hostile_values import number, text
 
 from gd_analyze.robots.catalogue import load_arm
@@ -79,12 +80,8 @@ def _tag(random: Random, old: str) -> str:
     return re.sub(rf"(</?){one}\b", rf"\g<1>{other}", old, count=random.choice([0, 2]))
 
 
-def _attribute_change(change: str) -> Change:
-    return lambda random, old: _change(random, old, change)
-
-
 CHANGES = {
-    f"attribute's {name}": _attribute_change(name) for name in ("word", "value", "key", "count", "gone")
+    f"attribute's {name}": partial(_change, change=name) for name in ("word", "value", "key", "count", "gone")
 }
 STAGES = (Stage({**CHANGES, "tag": _tag}, str, weight=3),)
 

@@ -59,7 +59,7 @@ def grouped(
 
 def carried(velocities: AbsoluteVelocities, joint: int) -> list[Piece]:
     """Torque of the next joint with a parallel axis, which a joint carries."""
-    outer = velocities.carried[joint]
+    outer = velocities.carried.get(joint)
     if outer is None:
         return []
     return [Piece(Product(float(outer.sign), (Power(torque_symbol(outer.joint)),)), "carried")]

@@ -63,30 +63,23 @@ class AbsoluteVelocities:
         return len(self.signs)
 
     @cached_property
-    def before(self) -> tuple[Signed | None, ...]:
-        """For every joint the one before it in its run, with their relative direction."""
-        out: list[Signed | None] = [None] * self.n_joints
-        for run in self.runs:
-            for inner, outer in itertools.pairwise(run):
-                out[outer] = Signed(inner, self.signs[inner] * self.signs[outer])
-        return tuple(out)
+    def before(self) -> dict[int, Signed]:
+        """By joint the one before it in its run, with their relative direction."""
+        pairs = (pair for run in self.runs for pair in itertools.pairwise(run))
+        found = {outer: Signed(inner, self.signs[inner] * self.signs[outer]) for inner, outer in pairs}
+        return dict(sorted(found.items()))
 
     @cached_property
-    def carried(self) -> tuple[Signed | None, ...]:
-        """For every joint the one behind it in its run, whose torque it carries, with its sign."""
-        out: list[Signed | None] = [None] * self.n_joints
-        for outer, inner in enumerate(self.before):
-            if inner:
-                out[inner.joint] = Signed(outer, inner.sign)
-        return tuple(out)
+    def carried(self) -> dict[int, Signed]:
+        """By joint the one behind it in its run, whose torque it carries, with its sign."""
+        return dict(sorted((inner, Signed(outer, sign)) for outer, (inner, sign) in self.before.items()))
 
     @cached_property
     def matrix(self) -> FloatArray:
         """A in qd = A p, shape (n, n)."""
         matrix = np.eye(self.n_joints)
-        for outer, inner in enumerate(self.before):
-            if inner:
-                matrix[outer, inner.joint] = -inner.sign
+        for outer, (inner, sign) in self.before.items():
+            matrix[outer, inner] = -sign
         return matrix
 
     def inboard(self, joint: int) -> tuple[Signed, ...]:
@@ -109,17 +102,15 @@ class AbsoluteVelocities:
     def absolute(self, own: Iterable[Any]) -> list[Any]:
         """Absolute velocities p from the joints' own, or of anything else that adds up likewise."""
         out = list(own)
-        for joint, inner in enumerate(self.before):
-            if inner:
-                out[joint] = _sum(out[joint], inner.sign, out[inner.joint])
+        for joint, (inner, sign) in self.before.items():
+            out[joint] = _sum(out[joint], sign, out[inner])
         return out
 
     def joint_rows(self, rows: Iterable[Any]) -> list[Any]:
         """Torques tau = A^-T tau' from the rows of tau'."""
         out = list(rows)
-        for joint, outer in reversed(list(enumerate(self.carried))):
-            if outer:
-                out[joint] = _sum(out[joint], outer.sign, out[outer.joint])
+        for joint, (outer, sign) in reversed(self.carried.items()):
+            out[joint] = _sum(out[joint], sign, out[outer])
         return out
 
 
