@@ -50,18 +50,18 @@ def evaluate(
         from gd_analyze.files import write_text
         from gd_analyze.robots.payload import parse_payload
         from gd_analyze.simplification.evaluation import torque_csv
-        from gd_analyze.studies.trial import trial_of, trial_result
+        from gd_analyze.studies.trial import tried
 
         body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
         motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
         given = gd.states_in_box(loaded.arm, states, seed) if motion is None else motion
         stage("evaluating")
-        trial = trial_of(loaded, given, body)
+        found, result = tried(loaded, given, body)
         if out is not None and motion is not None:
             stage(f"writing {out.name}")
-            write_text(out, torque_csv(motion, trial.evaluation))
-    output.give(trial_result(trial), out)
+            write_text(out, torque_csv(motion, found))
+    output.give(result, out)
 
 
 @click.command(short_help="Pass or fail a model on files of motions.")

@@ -80,12 +80,7 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
     for s in range(n):
         com = kinematics.com_from_joint[s]
         of_prismatic = of_prismatic + 2.0 * cross(before[s], prismatic[s] * qd[s])
-        accelerations = [
-            inboard[0],
-            inboard[1],
-            cross(omega[s], cross(omega[s], com)),
-            cross(b[s], com),
-        ]
+        accelerations = [*inboard, cross(omega[s], cross(omega[s], com)), cross(b[s], com)]
         link_omega, momentum, of_turning_axes = _couples(arm, kinematics, s, spin, omega[s])
         for i in range(s + 1):
             velocity = _com_velocity(kinematics, motions, i, s)

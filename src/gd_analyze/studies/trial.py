@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from gd_analyze.result import Column, Fact, Result, Table, columns_of, joint_col
 from gd_analyze.results.model_facts import drives_text, norm_facts, norms_text
 from gd_analyze.robots.parts import Link
 from gd_analyze.robots.payload import carrying
-from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.simplification.accuracy import Accuracy, share_of
 from gd_analyze.simplification.evaluation import (
     Evaluation,
     Loss,
@@ -28,48 +28,35 @@ from gd_analyze.simplification.model import SimplifiedModel
 _WORTH_A_LINE = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """A model, what the arm carried, and what came of it."""
+def tried(
+    model: SimplifiedModel, given: Trajectory | States, body: Link | None = None
+) -> tuple[Evaluation, Result]:
+    """Evaluate a model along a motion or at states, its arm carrying a payload if there is one.
 
-    model: SimplifiedModel  # with its accuracy along the motion, where that is one of those it was fitted on
-    fitted_on: Mapping[str, str | int]  # all that it was fitted on
-    payload: Link | None
-    evaluation: Evaluation
-    without_payload: Evaluation | None  # None where there is no payload
-    effect: PayloadEffect
-    lost: tuple[Loss, ...]  # along a motion, without a payload: there the error comes from what is dropped
-
-
-def trial_of(model: SimplifiedModel, given: Trajectory | States, body: Link | None = None) -> Trial:
-    """Evaluate a model along a motion or at states, also against its arm carrying a payload."""
-    along, fitted_on = isinstance(given, Trajectory), model.accuracy.fitted_on
+    The result has the error per joint beside what the model promises and, along a motion without a payload,
+    where the error comes from what is dropped, the largest losses.
+    """
+    along, fitted_on, arm = isinstance(given, Trajectory), model.accuracy.fitted_on, model.arm
     if isinstance(given, Trajectory):
         model = replace(model, accuracy=model.accuracy.along(given.fingerprint))
         given = states_of(given)
-    evaluation = evaluate(model, given, model.arm if body is None else carrying(model.arm, body))
-    lost = losses(model, evaluation.dynamics) if along and body is None else ()
-    without = None if body is None else evaluate(model, given)
-    return Trial(model, fitted_on, body, evaluation, without, payload_effect(model, given), lost)
-
-
-def trial_result(trial: Trial) -> Result:
-    """Torque error per joint beside what the model promises, and the largest losses."""
-    model, effect, body, found = trial.model, trial.effect, trial.payload, trial.evaluation
-    accuracy, exact, bare, arm = model.accuracy, found.dynamics, trial.without_payload, model.arm
+    found = evaluate(model, given, arm if body is None else carrying(arm, body))
+    lost = losses(model, found.dynamics) if along and body is None else ()
+    bare = None if body is None else evaluate(model, given)
+    effect, accuracy, exact = payload_effect(model, given), model.accuracy, found.dynamics
     where, asked = exact.states.described, accuracy.asked.norm
     kept = "" if asked is None else "kept here" if found.keeps(asked) else "not kept here"
     carried = body and {"mass": body.mass, "position": body.com, "inertia": body.inertia_com}
     within = (bare or found).within(accuracy.allowed).all()
-    fitted = in_words(trial.fitted_on) if trial.fitted_on else "states not named"
+    fitted = in_words(fitted_on) if fitted_on else "states not named"
     promised = "measured" if accuracy.measured else "stated by the file"
-    return Result(
+    return found, Result(
         title=f"{exact.arm.title or exact.arm.name}: torque error of a model of {arm.name}",
         subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives_text(arm, model.drives)])),
         facts=(
             Fact("arm", "", arm.name),
             Fact("level", "Level", model.level.name),
-            Fact("fitted_on", "Model fitted on", dict(trial.fitted_on), text=fitted),
+            Fact("fitted_on", "Model fitted on", dict(fitted_on), text=fitted),
             Fact("budget", "Budget", accuracy.budget, note=kept),
             Fact("promised", "", promised),
             Fact("held_against", "", {"arm": exact.arm.name, "drives": model.drives, "payload": carried}),
@@ -91,21 +78,19 @@ def trial_result(trial: Trial) -> Result:
             ),
             Fact("limiting_joint", "", effect.limiting_joint),
         ),
-        parts=(_joints(trial), *_lost(trial)),
+        parts=(_joints(accuracy, found, bare, effect), *_lost(accuracy, found, lost)),
     )
 
 
-def _joints(trial: Trial) -> Table:
-    model, effect, bare = trial.model, trial.effect, trial.without_payload
-    accuracy, errors, promised = model.accuracy, trial.evaluation.errors, model.accuracy.errors
-    per_joint, nothing = accuracy.asked.norm is None, [None] * model.arm.n_joints
-    norm = not per_joint
-    units = [joint.effort_unit for joint in model.arm.joints]
+def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effect: PayloadEffect) -> Table:
+    arm, errors, promised = found.dynamics.arm, found.errors, accuracy.errors
+    norm, nothing = accuracy.asked.norm is not None, [None] * arm.n_joints
+    units = [joint.effort_unit for joint in arm.joints]
     # Where the promise was not measured again it is the file's word.
     heading = "unloaded" if bare else "promised" if accuracy.measured else "stated"
     beside = bare.errors if bare else promised
     columns = [
-        *joint_columns(trial.evaluation.dynamics.arm.joints),
+        *joint_columns(arm.joints),
         Column("peak_torque", "peak here", errors.peak_torque, units),
         Column("largest_error", "error", errors.largest, units),
         Column("largest_share_of_peak_here", "of peak" * norm, errors.largest_share, shown="percent"),
@@ -117,13 +102,13 @@ def _joints(trial: Trial) -> Table:
         ("", heading, share_of(beside.largest, accuracy.allowed), ""),
         ("promised_of_allowed", "", share_of(promised.largest, accuracy.allowed), ""),
     ):
-        if per_joint:
+        if not norm:
             columns.append(Column(key, label, values, of, "number" if of else "times"))
         elif key:
             columns.append(Column(key, "", nothing))
-    within = trial.evaluation.within(accuracy.allowed) if per_joint else nothing
+    within = nothing if norm else found.within(accuracy.allowed)
     columns += [
-        Column("within_allowed", "within" * per_joint, within, shown="flag"),
+        Column("within_allowed", "within" * (not norm), within, shown="flag"),
         Column("peak_torque_fitted_on", "", promised.peak_torque),
         Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
         Column("promised_largest_error", "", promised.largest),
@@ -134,13 +119,13 @@ def _joints(trial: Trial) -> Table:
     return Table("joints", "Torque error here", tuple(columns))
 
 
-def _lost(trial: Trial) -> list[Table]:
+def _lost(accuracy: Accuracy, found: Evaluation, lost: Sequence[Loss]) -> list[Table]:
     """What was left out, for people only where the error is beyond the promised one."""
-    arm, accuracy, lost = trial.model.arm, trial.model.accuracy, trial.lost
+    arm = found.dynamics.arm
     allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(arm.n_joints, np.nan)
     keys = ("part", "torque_peak", "torque_joint", "torque_share")
     tables = [Table("largest_losses", "", tuple(columns_of(lost, *((key, "", "number") for key in keys))))]
-    here, promised = (share_of(x.largest, allowed) for x in (trial.evaluation.errors, accuracy.errors))
+    here, promised = (share_of(x.largest, allowed) for x in (found.errors, accuracy.errors))
     if not (here > promised.max()).any():
         return tables
     lost = tuple(loss for loss in lost if loss.torque_share >= _WORTH_A_LINE)
