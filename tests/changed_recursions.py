@@ -55,11 +55,12 @@ def summands_dropped(
 ) -> dict[Change, float]:
     """Stand in for a search where only what it leads to matters: summands go, the least missed first."""
     recursion = exact.form.recursion
-    candidates = []
-    for k in recursion.carried_out({}).images:
-        step, (a, *others) = recursion.steps[k], recursion.arguments[k]
-        if step.operation in ("add", "subtract") and all(isinstance(x, int) for x in (a, *others)):
-            candidates.append({k: {a: 1.0}})
+    candidates = [
+        {k: {recursion.arguments[k][0]: 1.0}}
+        for k in recursion.carried_out({}).images
+        if recursion.steps[k].operation in ("add", "subtract")
+        and all(isinstance(x, int) for x in recursion.arguments[k])
+    ]
     torque, _peak = torque_alone(recursion, candidates, exact.states)
     shares = (torque / np.maximum(allowed, 1e-9)).max(axis=1)
     ordered = [candidates[k] for k in np.argsort(shares, kind="stable")]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import xarray as xr
 from hypothesis import given
@@ -45,20 +43,6 @@ def test_drives_are_a_part_where_the_torque_has_them(puma: RobotArm, pick_and_pl
     assert [*parts] == [*CONTRIBUTIONS]
     np.testing.assert_array_equal(parts["drives"], puma.drive_inertia * pick_and_place.qdd)
     assert (np.abs(sum(parts.values()) - dataset.torque.values) <= slack(dataset)).all()
-
-
-def test_inertia_by_translation_is_what_bodies_without_size_would_need(puma_findings: Findings) -> None:
-    """Point masses at the centres of mass have no inertia about them: all but rotation is theirs."""
-    arm = puma_findings.arm
-    points = dataclasses.replace(
-        arm, links=tuple(dataclasses.replace(link, inertia_com=np.zeros((3, 3))) for link in arm.links)
-    )
-    alone = torque_by_cause(decompose(points, puma_findings.trajectory))
-    whole = torque_by_cause(decompose(arm, puma_findings.trajectory))
-    # The same sums with zeros for what is gone, in other roundings: some hundred, of at most 42 N m.
-    np.testing.assert_allclose(alone["translation"], whole["translation"], atol=100 * EPS * 42)
-    assert not alone["rotation"].any()
-    assert whole["rotation"].any()
 
 
 def test_piles_end_where_the_torque_is(puma_findings: Findings) -> None:

@@ -53,7 +53,6 @@ def test_a_set_is_replaced_when_all_of_it_is_on_the_disk(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("end", "raised"),
     [
-        (RuntimeError("midway"), RuntimeError),
         (KeyboardInterrupt(), KeyboardInterrupt),
         *((OSError(getattr(errno, name), name), StorageError) for name in ("ENOSPC", "EDQUOT", "EIO")),
         *((OSError(getattr(errno, name), name), OutputError) for name in ("EACCES", "EROFS")),

@@ -16,13 +16,9 @@ KILLS = int(os.environ.get("GD_ANALYZE_KILLS", "9"))
 
 @pytest.mark.skipif(os.name != "posix", reason="SIGKILL and fork are matters of POSIX")
 def test_kills(tmp_path):
-    done = subprocess.run(
-        [sys.executable, str(Path(__file__).parent / "kills.py"), str(tmp_path), str(KILLS), "1987"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},  # as the process forks
-    )
+    words = [sys.executable, str(Path(__file__).parent / "kills.py"), str(tmp_path), str(KILLS), "1987"]
+    alone = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # as the process forks
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env=alone)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert (told["kills"], told["wrong"]) == (KILLS, [])
