@@ -62,6 +62,9 @@ class Family:
         return tuple(column for columns in self.columns.values() for column in columns)
 
 
+Make = Callable[..., Family]
+
+
 def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
     """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
     groups: dict[tuple[str, Words, Kind, int, str], dict[int, Meaning]] = {}
@@ -112,7 +115,7 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 
 
 def _by_number(
-    make: Callable[..., Family],
+    make: Make,
     label: Words,
     columns: Mapping[int, Meaning],
     names: Sequence[str],
@@ -138,9 +141,7 @@ def _by_number(
     return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
-def _by_affix(
-    make: Callable[..., Family], columns: Mapping[int, Meaning], names: Sequence[str]
-) -> Family | None:
+def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) -> Family | None:
     """Match names that differ in the same words before all of them, such as a prefix of the robot."""
     own = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}

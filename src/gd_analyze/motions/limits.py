@@ -215,11 +215,7 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 
 
 def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
-    """Joints (from 0) whose angles look like degrees taken for radians.
-
-    They go beyond a full turn and outside their limits, and within these in degrees; without limits, beyond
-    two turns.
-    """
+    """Joints (from 0) that turn beyond their limits, within in degrees; without limits, beyond two turns."""
     low, high = q.min(axis=0), q.max(axis=0)
     lower, upper = arm.limits("lower"), arm.limits("upper")
     reach = np.maximum(np.abs(low), np.abs(high))

@@ -12,12 +12,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.logged import Recording
-from gd_analyze.motions.read import (
-    is_folder_of_motions,
-    read_trajectory,
-    shipped_trajectories,
-    trajectory_files,
-)
+from gd_analyze.motions.read import files_in, read_trajectory, shipped_trajectories
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Motion, Trajectory, in_words
 from gd_analyze.robots.arm import RobotArm
@@ -38,32 +33,30 @@ def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajecto
     """Take a trajectory, or read what names, paths of files and folders stand for; several become a pool."""
     if isinstance(given, Trajectory):
         return given
-    several = _several(given)
-    name = visible(Path(str(several[0])).resolve().name) if list(map(_is_folder, several)) == [True] else None
+    several, name = _several(given)
     return pool(_each(several, arm, read), name)
 
 
 def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
     """Take the motions that `trajectory_of` makes one of, apart, without readings, no two of one name."""
-    return _apart(_each(_several(given), arm, read))
+    return _apart(_each(_several(given)[0], arm, read))
 
 
-def _several(given: GivenMotions) -> list[GivenMotion]:
-    return list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
-
-
-def _is_folder(given: GivenMotion) -> bool:
-    named = isinstance(given, str | PathLike) and str(given) not in shipped_trajectories()
-    return named and is_folder_of_motions(Path(str(given)))
+def _several(given: GivenMotions) -> tuple[list[GivenMotion], str | None]:
+    """Motions, and files in place of folders; the name of a folder that is all that is given."""
+    entries = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+    several, name = list[GivenMotion](), None
+    for entry in entries:
+        named = isinstance(entry, str | PathLike) and str(entry) not in shipped_trajectories()
+        files = files_in(Path(str(entry))) if named else None
+        if files is not None and len(entries) == 1:
+            name = visible(Path(str(entry)).resolve().name)
+        several += [entry] if files is None else files
+    return several, name
 
 
 def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
-    for one in several:
-        if isinstance(one, Trajectory):
-            yield one
-        else:
-            paths = trajectory_files(Path(one)) if _is_folder(one) else [one]
-            yield from (read(path, arm) for path in paths)
+    return (one if isinstance(one, Trajectory) else read(one, arm) for one in several)
 
 
 def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:

@@ -175,13 +175,10 @@ def read_log(
     return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
 
 
-def is_folder_of_motions(path: Path) -> bool:
-    """Whether a path is a folder, and not one that is a single recording."""
-    return path.is_dir() and _format(path) is None
-
-
-def trajectory_files(folder: Path) -> list[Path]:
-    """List the trajectories of a folder, by name; hidden files and those that a run writes do not count."""
+def files_in(folder: Path) -> list[Path] | None:
+    """Trajectories of a folder, by name, but for hidden ones and what a run writes; None where it is none."""
+    if not folder.is_dir() or _format(folder) is not None:
+        return None
     try:
         entries = sorted(folder.iterdir(), key=lambda path: path.name)
     except OSError as error:

@@ -71,9 +71,7 @@ class LogTable(ABC):
         """First cells of a column: floats, or text where they are no numbers."""
 
     @abstractmethod
-    def read(
-        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
-    ) -> Columns:
+    def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, counted from 0; nan where a cell is empty."""
 
     def stands(self, column: int) -> bool:
@@ -107,9 +105,7 @@ class ArrayTable(LogTable):
         """First numbers of a column."""
         return list(self.columns[column][:HEAD_ROWS].tolist())
 
-    def read(
-        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
-    ) -> Columns:
+    def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Take columns."""
         table = np.empty((len(self.columns[0]), len(numbers)))
         for k, column in enumerate(numbers):
@@ -150,9 +146,7 @@ class ParquetTable(LogTable):
             return ["text"]
         return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
 
-    def read(
-        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
-    ) -> Columns:
+    def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, a group of rows at a time."""
         table = np.empty((self._file.metadata.num_rows, len(numbers)))
         instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]

@@ -236,9 +236,7 @@ class TextTable(LogTable):
         blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks(no_progress))
         return next(islice(chain.from_iterable(blocks), row, None))
 
-    def read(
-        self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress = no_progress
-    ) -> Columns:
+    def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
         parts: list[Any] = [np.empty((0, len(numbers)))]
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
