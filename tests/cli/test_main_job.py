@@ -186,14 +186,6 @@ def test_a_folder_of_motions_as_json(run, folder):
         assert run(f"{verb} two_link moves").code == 0
 
 
-def test_a_model_of_several_motions_is_judged_by_the_one_it_is_tried_on(run, folder):
-    assert run("simplify two_link moves --budget 20% -o model.json").code == 0
-    found = run("evaluate model.json moves/slow.csv --json").json
-    assert found["fitted_on"]["motions"] == "quick, slow"
-    assert all(row["within_allowed"] for row in found["joints"])
-    assert run("certify model.json --along moves/slow.csv --json").code == 0
-
-
 def test_a_folder_that_is_written_into(run, folder):
     before = (folder / "slow.csv").read_bytes()
     assert run("simplify two_link moves -o moves/slow.csv").code == 2

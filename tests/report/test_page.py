@@ -11,7 +11,6 @@ import pytest
 from page_reader import Page
 from report_cases import HOSTILE, made_findings
 
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.budget import BudgetPath
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
@@ -19,7 +18,6 @@ from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import Settings, find
 
@@ -103,14 +101,6 @@ def test_any_arm_has_a_page_and_a_pdf(make: Callable[[], Findings]) -> None:
     assert page.of_class("svg", "panel")
     assert "nan" not in page.text.lower().split()
     assert prepare_pdf(findings, report)().startswith(b"%PDF-")
-
-
-def test_so_has_one_without_torque(puma: RobotArm) -> None:
-    still = np.zeros((3, 6))
-    weightless = dataclasses.replace(puma, gravity=np.zeros(3))
-    findings = find(weightless, Trajectory(np.arange(3.0), still, still, still, "rest"))
-    assert "nothing to rank" in words_of(Page(render_html(findings)))
-    assert prepare_pdf(findings)().startswith(b"%PDF-")
 
 
 def test_text_of_the_user_is_text() -> None:

@@ -63,12 +63,6 @@ def test_no_heading_stands_alone(puma_pdf: bytes, puma_findings: Findings, tmp_p
         assert re.search(r"(Figure|Table) \d+\.|\(3\.4", below), heading
 
 
-def test_same_findings_give_the_same_bytes(swing_findings: Findings) -> None:
-    made = prepare_pdf(swing_findings)()
-    assert made.startswith(b"%PDF-")
-    assert made == prepare_pdf(swing_findings)()
-
-
 def test_user_text_comes_out_literally(tmp_path: Path) -> None:
     findings = made_findings(["revolute", "prismatic"], title=HOSTILE)
     joint = dataclasses.replace(findings.arm.joints[0], name="#panic() $a_")

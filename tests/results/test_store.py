@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gd_analyze.errors import StoreError
 from gd_analyze.results.hdf5 import OF_SCALES, sound_file
 from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
 from gd_analyze.studies.study_files import write_findings
-from strategies import names_in
 
 
 def test_round_trip_is_exact(stored, puma_findings):
@@ -93,19 +91,6 @@ def test_text_beyond_ascii(swing_findings, tmp_path):
     assert load_findings(tmp_path / "analysis.h5").warnings == (odd, "b")
     with xr.open_datatree(tmp_path / "analysis.h5") as tree:
         assert tree.attrs["warnings"] == f"{odd}\nb"
-
-
-def test_a_failure_while_writing_keeps_the_old_file(swing_findings, tmp_path):
-    path = tmp_path / "analysis.h5"
-    save_results(swing_findings, path)
-    old, tube = path.read_bytes(), swing_findings.tables["tube"]
-    endless = tube.assign(tube_along=tube.tube_along * np.inf)
-    with pytest.raises(StoreError, match="tube_along of tube"):
-        save_results(
-            dataclasses.replace(swing_findings, tables={**swing_findings.tables, "tube": endless}), path
-        )
-    assert path.read_bytes() == old
-    assert names_in(tmp_path) == ["analysis.h5"]
 
 
 @pytest.fixture
