@@ -114,10 +114,10 @@ class MainJobGroup(click.Group):
         return list(self.commands)
 
 
-def _show_version(context: click.Context) -> None:
-    place = folder()
-    click.echo(f"gd-analyze {__version__}\ncache {'off' if place is None else place}")
-    context.exit()
+def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked:
+        click.echo(f"gd-analyze {__version__}\ncache {folder() or 'off'}")
+        context.exit()
 
 
 @click.group(
@@ -131,7 +131,7 @@ def _show_version(context: click.Context) -> None:
     is_flag=True,
     expose_value=False,
     is_eager=True,
-    callback=lambda context, _, asked: _show_version(context) if asked else None,
+    callback=_show_version,
     help="Show the version, and where the cache is, and exit.",
 )
 def app() -> None:

@@ -12,7 +12,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import command_line, positive_number, together
+from gd_analyze.cli.options import command_line, positive_number
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import number_in
 
@@ -33,57 +33,50 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     return read
 
 
-# Named as the fields of `ControlSettings`.
-_loop_options = together(
-    click.option(
-        "--loop-rate",
-        "rates",
-        type=_numbers("continuous"),
-        default="continuous,500,100",
-        metavar="LIST",
-        help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` has no period.",
-    ),
-    click.option(
-        "--speeds",
-        type=_numbers(),
-        default="0.25,0.5,1,2",
-        metavar="LIST",
-        help="Speeds of the motion, as multiples of the planned one, comma-separated.",
-    ),
-    click.option(
-        "--bandwidth",
-        type=positive_number,
-        default=20.0,
-        metavar="NUMBER",
-        help="Natural frequency of every joint's error, rad/s; 6.28 rad/s are 1 Hz.",
-    ),
-    click.option(
-        "--damping",
-        type=positive_number,
-        default=1.0,
-        metavar="NUMBER",
-        help="Damping ratio of every joint's error; 1 is critical.",
-    ),
-    click.option(
-        "--torque-limits",
-        "limits",
-        type=lambda words: None if words == "off" else positive_number(words),
-        default="1.0",
-        metavar="NUMBER|off",
-        help="Torque limits, as a multiple of those of the arm's drives, or none.",
-    ),
-    click.option(
-        "--friction", is_flag=True, help="Apply the drives' friction, which no controller compensates."
-    ),
-)
-
-
 @click.command(short_help="Control the arm with a simplified model, and see how it tracks.")
 @options.model()
 @options.trajectory()
 @log_options
 @options.payload
-@_loop_options
+# Options named as the fields of `ControlSettings`, up to --within.
+@click.option(
+    "--loop-rate",
+    "rates",
+    type=_numbers("continuous"),
+    default="continuous,500,100",
+    metavar="LIST",
+    help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` has no period.",
+)
+@click.option(
+    "--speeds",
+    type=_numbers(),
+    default="0.25,0.5,1,2",
+    metavar="LIST",
+    help="Speeds of the motion, as multiples of the planned one, comma-separated.",
+)
+@click.option(
+    "--bandwidth",
+    type=positive_number,
+    default=20.0,
+    metavar="NUMBER",
+    help="Natural frequency of every joint's error, rad/s; 6.28 rad/s are 1 Hz.",
+)
+@click.option(
+    "--damping",
+    type=positive_number,
+    default=1.0,
+    metavar="NUMBER",
+    help="Damping ratio of every joint's error; 1 is critical.",
+)
+@click.option(
+    "--torque-limits",
+    "limits",
+    type=lambda words: None if words == "off" else positive_number(words),
+    default="1.0",
+    metavar="NUMBER|off",
+    help="Torque limits, as a multiple of those of the arm's drives, or none.",
+)
+@click.option("--friction", is_flag=True, help="Apply the drives' friction, which no controller compensates.")
 @click.option(
     "--within",
     default="0.1deg,1mm",
