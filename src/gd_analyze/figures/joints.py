@@ -146,7 +146,7 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
     ends = np.array([x.low, x.high])
     items += [Curve(ends, np.full(2, value), "warn", 0.9, (4.0, 2.0)) for value in limits]
     limited = f"limit {pretty(amount(limit, joint.effort_unit))}" if np.isfinite(limit) else ""
-    title = joint_label(run.arm.joints, i, width - 3.0 * len(limited) - 42.0)
+    title = joint_label(run.arm.joints, i, width - 34.0 - 3.0 * len(limited) - 4.0 * len(y.unit))
     return Panel(f"pile{i + 1}", title, x, y, tuple(items), limited)
 
 
