@@ -14,8 +14,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of, expansion_of
-from gd_analyze.certification.climbing import local_maximum
-from gd_analyze.certification.error_field import round_off_of
+from gd_analyze.certification.error_field import local_maximum, round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial

@@ -115,10 +115,7 @@ def _joints(
             Column("certified", "proven", certified, units, "bound"),
             *between,
             Column(
-                "allowed_error",
-                "" if is_norm else "allowed",
-                none if is_norm else accuracy.allowed,
-                units,
+                "allowed_error", "" if is_norm else "allowed", none if is_norm else accuracy.allowed, units
             ),
             Column(
                 "certified_of_allowed", "" if is_norm else "of allowed", of_allowed, shown="bound_percent"

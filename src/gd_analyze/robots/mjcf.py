@@ -18,8 +18,8 @@ import pinocchio as pin
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.frames import straight
+from gd_analyze.robots.text_file import Node, pinocchio_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree, named
-from gd_analyze.robots.xml import Node, pinocchio_model
 
 _EXPANDED_BY_MUJOCO = ("include", "frame", "replicate", "attach", "composite", "flexcomp")
 _OF_COMPILER = ("angle", "eulerseq", "autolimits")

@@ -13,13 +13,12 @@ import pinocchio as pin
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.chain import chain_of
 from gd_analyze.robots.frames import straight, without_round_off
 from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
-from gd_analyze.robots.tree import Notes, Tree, TreeJoint, named
+from gd_analyze.robots.text_file import read_xml
+from gd_analyze.robots.tree import Notes, Tree, TreeJoint, chain_of, named
 from gd_analyze.robots.urdf import read_urdf
-from gd_analyze.robots.xml import read_xml
 from gd_analyze.text import LARGEST, shortened, visible
 
 # Humanoids with both hands have 200.

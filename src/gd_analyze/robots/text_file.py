@@ -1,18 +1,32 @@
-"""Text files of an arm: read, parsed as TOML, and the line of every key."""
+"""Text files of an arm: TOML with the line of every key, and XML as elements that know theirs."""
 
 from __future__ import annotations
 
 import math
+import os
 import re
+import sys
+import tempfile
 import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.parsers import expat
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
 
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.text import number_in
 
 # Factors of the unit suffixes of keys, such as a_mm.
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
+# The largest description among 90 public robots has 0.5 MB.
+LARGEST_XML = 10_000_000
+# A chain of 40 bodies nests 40 deep in MJCF.
+_DEEPEST = 200
 
 
 def text_of(path: Path, what: str, most: int) -> str:
@@ -74,3 +88,140 @@ class TableLines:
                 if candidate in self._lines:
                     return Location(self.path, self._lines[candidate])
         return Location(self.path)
+
+
+@dataclass
+class Node:
+    """An element: its tag, attributes, children and where it begins."""
+
+    tag: str
+    attributes: dict[str, str]
+    where: Location
+    children: list[Node] = field(default_factory=list)
+
+    def all(self, *tags: str) -> list[Node]:
+        """Children of some tags."""
+        return [child for child in self.children if child.tag in tags]
+
+    def first(self, tag: str) -> Node | None:
+        """First child of a tag."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def walk(self) -> Iterator[Node]:
+        """Yield the element and all within, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+    def words(self, key: str, default: str = "") -> list[str]:
+        """Words of an attribute."""
+        return self.attributes.get(key, default).split()
+
+    def numbers(
+        self, key: str, count: int, default: str | None = None, least: float = -math.inf
+    ) -> list[float]:
+        """Numbers of an attribute; ArmError unless so many, all finite, none below the least."""
+        values = [number_in(word) for word in self.words(key, default or "")]
+        found = [value for value in values if value is not None and least <= value and abs(value) < math.inf]
+        if len(found) == len(values) == count:
+            return found
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise ArmError(
+            f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on"),
+            where=self.where,
+            found=repr(self.attributes[key]) if key in self.attributes else "nothing",
+            next_step="fix the attribute there",
+        )
+
+    def is_not_zero(self, key: str) -> bool:
+        """Whether an attribute is stated and holds a number other than 0."""
+        return any(self.numbers(key, len(self.words(key)))) if self.words(key) else False
+
+    def kept(self, keys: tuple[str, ...], added: Mapping[str, Any] | None = None, *within: Node) -> Node:
+        """Copy the element with some of its attributes, texts or numbers added, and elements within."""
+        stated = {key: value for key, value in self.attributes.items() if key in keys}
+        for key, value in (added or {}).items():
+            stated[key] = value if isinstance(value, str) else " ".join(map(repr, np.ravel(value).tolist()))
+        return Node(self.tag, stated, self.where, list(within))
+
+    def text(self) -> str:
+        """The element and all within as XML."""
+        inside = "".join(child.text() for child in self.children)
+        attributes = "".join(f" {key}={quoteattr(value)}" for key, value in self.attributes.items())
+        return f"<{self.tag}{attributes}>{inside}</{self.tag}>\n"
+
+
+def read_xml(path: Path) -> Node:
+    """Outermost element of a file; ArmError if that is not plain XML of a robot's size, without entities."""
+    try:
+        content = read_at_most(path, LARGEST_XML)
+    except OSError as error:
+        raise ArmError("cannot read the robot's file", where=Location(path), found=error.strerror) from None
+    if content is None:
+        expected = f"up to {megabytes(LARGEST_XML)}; meshes are files of their own, and never read"
+        raise ArmError("the robot's file is too large", where=Location(path), expected=expected)
+    open_nodes: list[Node] = []
+    roots: list[Node] = []
+    parser = expat.ParserCreate()
+
+    def here() -> Location:
+        return Location(path, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_nodes) >= _DEEPEST:
+            what = "the robot's file nests elements beyond any robot"
+            raise ArmError(what, where=here(), expected=f"at most {_DEEPEST} levels")
+        node = Node(tag, attributes, here())
+        (open_nodes[-1].children if open_nodes else roots).append(node)
+        open_nodes.append(node)
+
+    def refuse(*_: Any) -> None:
+        what = "the robot's file declares a document type, which may hide text"
+        expected = "plain XML without <!DOCTYPE> and entities"
+        raise ArmError(what, where=here(), expected=expected, next_step="remove the declaration")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_nodes.pop()
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        where, found = Location(path, error.lineno, error.offset + 1), expat.ErrorString(error.code)
+        what = "the robot's file is not valid XML"
+        raise ArmError(what, where=where, found=found, next_step="fix the syntax there") from None
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know
+        raise ArmError("the robot's file is not text", where=Location(path), found=str(error)) from None
+    return roots[0]
+
+
+def pinocchio_model(
+    build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
+) -> Any:
+    """Model that Pinocchio builds, its parser's messages kept off the terminal.
+
+    The ArmError of a parser that gives up has these, and the line of the ("joint" or "link", name) they name.
+    """
+    with tempfile.TemporaryFile() as messages:
+        if sys.stderr is not None:
+            sys.stderr.flush()
+        stderr = os.dup(2)
+        os.dup2(messages.fileno(), 2)
+        try:
+            return build()
+        except Exception as error:
+            failure = str(error)
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+        messages.seek(0)
+        text = messages.read(10_000).decode(errors="replace") or failure
+    said = [line.strip().removeprefix("Error:").strip() for line in text.splitlines() if line.strip()]
+    said = [line for line in said if not line.startswith("at line ")]
+    named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
+    where = next((lines[what.lower(), name] for what, name in named if (what.lower(), name) in lines), None)
+    raise ArmError(
+        f"Pinocchio cannot read the {kind}",
+        where=where or Location(path),
+        expected=f"a {kind} of one robot",
+        found=said[:3] or "no reason given",
+        next_step="fix the file there",
+    )

@@ -1,9 +1,10 @@
-"""A robot as a tree of joints: Pinocchio's model with every joint free, and what only its file states."""
+"""A robot as a tree of joints, from Pinocchio's model and its file, and the serial chain that is the arm."""
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,10 +16,12 @@ import pinocchio as pin
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.robots.frames import RightAngles
-from gd_analyze.robots.xml import Node
+from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
 
-MOST_NAMED = 10
+_MOST_NAMED = 10
+# Of more joints to hold --tip says it shorter.
+_FEW = 6
 # Pinocchio's kinds of joints that no arm has, by what their names begin with.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
@@ -34,8 +37,8 @@ _KINDS = {
 def named(names: Iterable[str]) -> str:
     """Names; of many only the first."""
     listed = list(names)
-    rest = len(listed) - MOST_NAMED
-    return ", ".join(listed[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
+    rest = len(listed) - _MOST_NAMED
+    return ", ".join(listed[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 @dataclass(frozen=True)
@@ -174,3 +177,140 @@ def _motion(joint: Any, neutral: FloatArray) -> tuple[str, FloatArray]:
     if translation.any() and rotation.any():
         return "helical", np.zeros(3)
     return ("prismatic", translation) if translation.any() else ("revolute", rotation)
+
+
+def chain_of(
+    tree: Tree, tip: str | None, base: str | None, lock: Mapping[str, float]
+) -> tuple[list[TreeJoint], dict[int, float]]:
+    """Joints that move, from the base outwards, and the values of all others by Pinocchio's index.
+
+    The ArmError of what is no chain of revolute and prismatic joints has the option that settles it.
+    """
+    joints = tree.joints
+    locked = {_joint(tree, name, value).index: value for name, value in lock.items()}
+    start = 0 if base is None else tree.links[_known("link", base, "--base", tree, tree.links)]
+    if tip is None:
+        free = [joint for joint in joints if start in _ancestors(tree, joint)]
+    else:
+        path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
+        before = [0, *(joint.index for joint in path)]
+        if start not in before:
+            found = f"the way to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
+            what, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
+            raise ArmError(what, where=where, found=found, next_step="name a base on that way, or none")
+        free = path[before.index(start) :]
+    free = [joint for joint in free if joint.index not in locked]
+    moving = {joint.index for joint in free}
+    free = [joint for joint in free if not _follows_held(tree, joint, moving)]
+    held = {joint.index: 0.0 for joint in joints if joint not in free} | locked
+    index_of = {joint.name: joint.index for joint in joints}
+    for _ in tree.notes.mimics:  # one may follow another that follows a third
+        for name, mimic in tree.notes.mimics.items():
+            follower = index_of.get(name)
+            if follower in held and follower not in locked:
+                master = held.get(index_of.get(mimic.master, -1), 0.0)
+                held[follower] = mimic.multiplier * master + mimic.offset
+    if not free:
+        found = f"{len(joints)} joints, all of them held" if joints else "fixed joints alone"
+        way = "hold fewer joints" if joints else "check that it is the file of an arm"
+        raise ArmError("the robot has no joint that moves", where=tree.where, found=found, next_step=way)
+    _refuse_floating_and_loops(tree, free)
+    _refuse_branches(tree, free)
+    _refuse_other_kinds(tree, free)
+    return free, held
+
+
+def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
+    return [0, *(one.index for one in tree.path(joint.parent))]
+
+
+def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
+    """Joint to lock at a value."""
+    by_name = {joint.name: joint for joint in reversed(tree.joints)}
+    joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
+    if value and not joint.moves_simply:
+        what = f"joint {name} is {joint.kind} and can be held at 0 only, in the pose of the file"
+        raise ArmError(what, where=f"--lock {name}={value:g}", next_step="place its link in the file")
+    return joint
+
+
+def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]) -> str:
+    """The name of a link or joint; ArmError if the tree has none of it."""
+    if name in known:
+        return name
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    way = f"did you mean {' or '.join(near)}?" if near else "take a name of the file"
+    problem, expected = f"there is no {what} {name!r} in {tree.where}", named(known)
+    raise ArmError(problem, where=f"{option} {name}", expected=expected, next_step=way)
+
+
+def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
+    """Whether a joint mimics one that is held, or moves nothing of any mass for its mimicking."""
+    mimic = tree.notes.mimics.get(joint.name)
+    if mimic is None:
+        return False
+    masters = [one.index for one in tree.joints if one.name == mimic.master]
+    return not masters or masters[0] not in moving or not tree.carries_mass(joint.index)
+
+
+def _locks(joints: Iterable[TreeJoint]) -> str:
+    return " ".join(f"--lock {joint.name}=0" for joint in joints)
+
+
+def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
+    for joint in free:
+        if joint.kind == "floating":
+            what = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
+            way = f"--base {joint.link} takes that link as fixed; or use a file with a fixed base"
+            raise ArmError(what, where=tree.line("joint", joint.name), next_step=way)
+    for *links, where in tree.notes.loops:
+        ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
+        between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
+        if between:
+            found = f"joints that move in the loop: {named(joint.name for joint in between)}"
+            way = f"{_locks(between)} holds them; or --tip takes an arm without the loop"
+            what = f"links {links[0]} and {links[1]} close a loop"
+            raise ArmError(what, where=where, found=found, next_step=way)
+
+
+def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
+    for joint in free:
+        where, mimic = tree.line("joint", joint.name), tree.notes.mimics.get(joint.name)
+        if mimic is not None:
+            what = f"joint {joint.name} mimics joint {mimic.master} and moves mass"
+            found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}"
+            way = f"--lock {joint.name}=0 holds it, --lock {mimic.master}=0 both of them"
+            raise ArmError(what, where=where, found=found, next_step=way)
+        if not joint.moves_simply:
+            what = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
+            way = f"--lock {joint.name}=0 holds it; or pick an arm without it by --base and --tip"
+            raise ArmError(what, where=where, next_step=way)
+
+
+def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
+    """Refuse a tree that is no chain, with the locks or the tips that make it one."""
+    after: dict[int, list[TreeJoint]] = {0: [], **{joint.index: [] for joint in free}}
+    for joint in free:
+        after[next(index for index in reversed(_ancestors(tree, joint)) if index in after)].append(joint)
+    stem: list[TreeJoint] = []
+    at = after[0]
+    while len(at) == 1:
+        stem, at = [*stem, at[0]], after[at[0].index]
+    if not at:
+        return
+    fork, beyond = stem[-1].link if stem else "the base", [joint for joint in free if joint not in stem]
+    branches = [[one for one in free if one.index in tree.beyond({joint.index})] for joint in at]
+    if len(beyond) <= len(stem):
+        held = [joint for joint in beyond if joint.name not in tree.notes.mimics]
+        way = f"--tip {fork} holds what branches off, with its mass"
+        if len(held) <= _FEW:
+            way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
+    else:
+        ends = [joint for joint in beyond if len(after[joint.index]) != 1]
+        ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
+        tips = [joint.link for joint in (*stem[-1:], *ends)]
+        way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
+    names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
+    what = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
+    where = tree.line("link", fork) if stem else tree.where
+    raise ArmError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)

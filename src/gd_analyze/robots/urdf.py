@@ -13,8 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 from gd_analyze.errors import ArmError
+from gd_analyze.robots.text_file import Node, pinocchio_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree
-from gd_analyze.robots.xml import Node, pinocchio_model
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
