@@ -62,7 +62,7 @@ def test_no_state_exceeds_it_for_programs_with_something_left_out(arm, seed, eff
 @pytest.mark.slow
 @pytest.mark.parametrize(("joints", "slides"), [(6, False), (7, True)])
 def test_no_state_exceeds_it_for_many_joints(joints, slides):
-    """Too many for one grid: few positions per angle prove a bound, if no close one; more come closer."""
+    """Too many for one grid: few positions per angle prove a bound, if no close one."""
     rng = np.random.default_rng(joints)
     arm = arm_of(["slides" if slides and i == 2 else "askew" for i in range(joints)], rng)
     model = pruning.pruned(arm, 0.03, rng)
@@ -75,8 +75,6 @@ def test_no_state_exceeds_it_for_many_joints(joints, slides):
         found, slack = pruning.errors_at(model, *state)[0, joint], pruning.round_off(model, *state)
         assert found <= certificate.certified[joint] + slack
         assert found <= 1.2 * certificate.worst_found[joint] + slack
-    if joints == 6:
-        assert (gd.certify(model, box, effort=1_000).certified <= certificate.certified).all()
 
 
 @examples(10)
@@ -238,10 +236,11 @@ def test_bad_arguments_are_refused(two_link, puma, swing):
 def test_boxes(puma, rng):
     box = gd.Box.of(puma)
     np.testing.assert_array_equal(box.acceleration, [joint.acceleration_limit for joint in puma.joints])
-    q, qd, qdd = rng.normal(size=(3, 30, 4))
-    around = gd.Box.around(q, qd, qdd)
-    np.testing.assert_array_equal([around.lower, around.upper], [q.min(axis=0), q.max(axis=0)])
-    np.testing.assert_array_equal(around.velocity, np.abs(qd).max(axis=0))
+    states = q, qd, qdd = rng.normal(size=(3, 30, 4))
+    around = gd.Box.around(*states)
+    found = [around.lower, around.upper, around.velocity, around.acceleration]
+    largest = [np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0)]
+    np.testing.assert_array_equal(found, [q.min(axis=0), q.max(axis=0), *largest])
     with pytest.raises(ValueError, match="read-only"):
         box.upper[0] = 7.0
 

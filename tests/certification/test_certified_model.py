@@ -69,9 +69,8 @@ def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
     sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True, effort=0.1)
     assert not gd.certify(sampled, box).within(sampled.accuracy.allowed).all()
     rounds: list[int] = []
-    model, certificate = gd.simplify_certified(
-        exact, "10%", box, level=TERM, effort=0.1, progress=rounds.append
-    )
+    options = {"level": TERM, "effort": 0.1, "progress": rounds.append}
+    model, certificate = gd.simplify_certified(exact, "10%", box, **options)
     assert certificate.within(model.accuracy.allowed).all()
     assert 1 < len(rounds) <= 8
     assert model.operations.total >= sampled.operations.total

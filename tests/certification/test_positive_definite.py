@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from attacks import drawn_box
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,8 +28,7 @@ def test_no_position_falls_below_it(arm, seed, effort, whole):
     # Dropped terms make D indefinite here and there.
     kept = energy if whole else {t: c for t, c in energy.items() if rng.random() < 0.8}
     model = model_of(ExactForm(arm), ENERGY, kept)
-    middle, half = rng.uniform(-1.0, 1.0, arm.n_joints), rng.choice([0.0, 0.3, 1.5, 4.0], arm.n_joints)
-    box = gd.Box(middle - half, middle + half, np.zeros(arm.n_joints), np.zeros(arm.n_joints))
+    box = drawn_box(arm, rng)
     shown = gd.certify_positive_definite(model, box, effort=effort)
     values = eigenvalues(model, rng.uniform(box.lower, box.upper, (2000, arm.n_joints)))
     # Eigenvalues are off by some n eps of the largest.

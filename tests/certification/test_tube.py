@@ -28,6 +28,11 @@ def states_of(motion: gd.Trajectory) -> np.ndarray:
     return np.stack([motion.q, motion.qd, motion.qdd], axis=1)
 
 
+def holds_all(tube: gd.Tube, motion: gd.Trajectory, slack: float = 0.0) -> bool:
+    states = zip(motion.time, states_of(motion), strict=True)
+    return all(holds(tube, time, state, slack) for time, state in states)
+
+
 def is_a_chain(tube: gd.Tube, motion: gd.Trajectory) -> bool:
     ends = (tube.begin[0], tube.end[-1]) == (motion.time[0], motion.time[-1])
     return ends and bool((tube.begin[1:] == tube.end[:-1]).all() and (tube.begin <= tube.end).all())
@@ -78,7 +83,7 @@ def test_a_coarse_trajectory_has_a_wider_tube_that_says_so(two_link):
     closely = sine(1001)
     # The sine itself is no polynomial: it takes some of the margins between set points.
     near = replace(fine, margins=0.0 * fine.margins)
-    assert all(holds(near, time, state) for time, state in zip(closely.time, states_of(closely), strict=True))
+    assert holds_all(near, closely)
     assert (fine.coarse, fine.note) == (0, "")
     assert coarse.coarse == 5
     assert "5 of 5 intervals" in coarse.note
@@ -101,11 +106,11 @@ def test_one_ambiguous_interval_is_named(two_link):
     assert widths[there].min() > 2 * np.median(widths[~there])
 
 
-@pytest.mark.parametrize("most", [2048, 50])
-def test_a_long_recording_has_few_boxes(two_link, most):
+def test_a_long_recording_has_few_boxes(two_link):
     motion = sine(20_000)
-    tube = gd.Tube.along(two_link, motion, most=most)
-    assert len(tube) <= min(most, 1000)
+    assert len(gd.Tube.along(two_link, motion)) <= 1000
+    tube = gd.Tube.along(two_link, motion, most=50)
+    assert len(tube) <= 50
     assert is_a_chain(tube, motion)
     for k in range(0, motion.n_set_points, 499):
         assert holds(tube, motion.time[k], states_of(motion)[k], 1e-12)
@@ -122,17 +127,13 @@ def test_rounded_numbers_at_a_thousand_a_second_are_not_coarse(two_link):
 
 def test_still_joints_no_margins_and_a_single_set_point(two_link):
     motion = sine(60)
-    still = gd.Tube.along(
-        two_link,
-        gd.Trajectory(motion.time, *(x * [1.0, 0.0] for x in (motion.q, motion.qd, motion.qdd))),
-    )
+    half = gd.Trajectory(motion.time, *(x * [1.0, 0.0] for x in (motion.q, motion.qd, motion.qdd)))
+    still = gd.Tube.along(two_link, half)
     assert not still.lower[:, 1:, 1].any()
     assert not still.upper[:, 1:, 1].any()
     np.testing.assert_allclose(still.upper[:, 0, 1], np.radians(1.0))
     bare = gd.Tube.along(two_link, motion, gd.Margin(0.0, 0.0, 0.0, 0.0))
-    assert all(
-        holds(bare, time, state, 1e-12) for time, state in zip(motion.time, states_of(motion), strict=True)
-    )
+    assert holds_all(bare, motion, 1e-12)
     state = np.array([[0.3, -0.4]])
     one = gd.Tube.along(two_link, gd.Trajectory(np.zeros(1), state, 2 * state, 3 * state))
     np.testing.assert_allclose(one.upper[0, 1] - one.lower[0, 1], 0.04 * np.abs(2 * state[0]))
@@ -195,16 +196,7 @@ def test_margins_are_read_and_written(text, margin):
 
 @pytest.mark.parametrize(
     ("text", "entry"),
-    [
-        ("", 1),
-        ("1", 1),
-        ("-1deg", 1),
-        ("nan deg", 1),
-        ("1deg,,1mm", 2),
-        ("qd=1deg", 1),
-        ("q=2%", 1),
-        ("1m,1mm", 2),
-    ],
+    [("", 1), ("1", 1), ("-1deg", 1), ("nan deg", 1), ("1deg,,1mm", 2), ("qd=1deg", 1), ("1m,1mm", 2)],
 )
 def test_wrong_margins_are_refused(text, entry):
     with pytest.raises(UsageError, match=f"--margin, entry {entry}"):
@@ -222,9 +214,5 @@ def test_velocities_and_accelerations_have_shares_of_their_largest():
     arm = gd.load_arm("stanford")
     qd, qdd = np.ones((3, 6)) * [0, 1, -2, 3, 4, 5], -2 * np.ones((3, 6)) * range(6)
     margins = gd.Margin().along(arm, gd.Trajectory(np.arange(3.0), np.zeros((3, 6)), qd, qdd))
-    expected = [
-        [*np.radians([1, 1]), 1e-3, *np.radians([1, 1, 1])],
-        0.02 * np.abs(qd[0]),
-        0.05 * np.abs(qdd[0]),
-    ]
-    np.testing.assert_allclose(margins, expected)
+    of_positions = [*np.radians([1, 1]), 1e-3, *np.radians([1, 1, 1])]
+    np.testing.assert_allclose(margins, [of_positions, 0.02 * np.abs(qd[0]), 0.05 * np.abs(qdd[0])])

@@ -86,7 +86,6 @@ IDENTITY = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 CASES: list[tuple[str, str, str, str]] = [
     ("yy = 0.02, ", "", "links[1].inertia.yy", "xx = 0.02"),
     (MASS, "mass = true", "links[1].mass", "mass ="),
-    (MASS, "mass = nan", "links[1].mass", "mass = nan"),
     ("com = [0.0, 0.0, 0.1]", "com = [0.0, 0.1]", "links[1].com", "com = [0.0, 0.1]"),
     ("a_mm = 500.0", "a_mm = inf", "joints[1].a", "a_mm = inf"),
     ("a_mm = 500.0", "a_mm = 500.0\na = 0.5", "joints[1].a", "a = 0.5"),
@@ -97,13 +96,11 @@ CASES: list[tuple[str, str, str, str]] = [
     (MASS, f"{MASS}\nmass_uncertainty = -0.1", "links[1].mass_u", "mass_uncertainty"),
     ("gd-analyze arm 1", "gd-analyze arm 9", "format", "format ="),
     (NAME, 'name = "../mine"', "name", "name ="),
-    (NAME, f'{NAME}\ntitle = "a\\u202eb"', "title", "title ="),
     (NAME, f'{NAME}\nsources = ["\\u200b"]', "sources", "sources ="),
     (f"[[drives]]\n{INERTIA}\n", "", "one [[drives]] table", "[[drives]]"),
     ("mass = 1.0", "mass = 1.0\naxial_only = true", "axis only", "[[links]]@1"),
     # Misspelt keys, named with the likely one, also where that is missing then.
     (MASS, "mas = 2.0", "did you mean mass?", "mas ="),
-    ("alpha_deg = -90.0", "alfa_deg = -90.0", "did you mean alpha_deg?", "alfa_deg"),
     (MASS, "mass_mm = 2.0", "did you mean mass?", "mass_mm"),
     ("xx = 0.02, yy", "ixx = 0.02, yy", "did you mean xx?", "ixx"),
     ("[[links]]", "[[link]]", "did you mean links?", "[[link]]"),
@@ -114,7 +111,6 @@ BY_PLACEMENT = [
     ("[0.6, 0.0, 0.8]", "[1, 0, 1]", "joints[1].axis", "axis ="),
     ("xyz = [0.0", "alpha = 0.1\nxyz = [0.0", "joints[1].alpha", "alpha"),
     ("-90.0, inf", "inf, 90.0", "joints[1].range", "range_deg"),
-    ("-90.0, inf", "-90.0, 1e300", "joints[1].range", "range_deg"),
     ('"placement"', '"standard"', "joints[1].xyz", "xyz"),
 ]  # fmt: skip
 

@@ -28,11 +28,8 @@ def one(**changes) -> gd.RobotArm:
 
 
 def test_limits_that_are_unknown_are_infinite():
-    assert [one().limits(what).tolist() for what in ("lower", "upper", "velocity_limit")] == [
-        [-np.inf],
-        [np.inf],
-        [np.inf],
-    ]
+    limits = [*one().limits("lower"), *one().limits("upper"), *one().limits("velocity_limit")]
+    assert limits == [-np.inf, np.inf, np.inf]
 
 
 @pytest.mark.parametrize(
@@ -97,15 +94,13 @@ def test_description_round_trip(arm):
 
 def test_uncertainties_are_no_part_of_the_fingerprint():
     """What acts on torque is; how well it is known changes no result that was made for the arm."""
-    plain = RobotArm("a", (Joint("1"),), (link(),), drives=(Drive(1.0),))
+    plain = one(drives=(Drive(1.0),))
     known = link(name="x", mass=np.float32(1), uncertainty=LinkUncertainty(0.1))
     stated = RobotArm("b", (Joint("2"),), (known,), drives=(Drive(1.0, 0.1),))
     assert fingerprint(stated, drives=True) == fingerprint(plain, drives=True)
     # Stored models name their arms by it.
     assert fingerprint(plain) == "e2d53fe166ba8618a5c5d9d0ef23435d8285b50c9e8f86a907855992e3ab1eb6"
-    assert fingerprint(plain, drives=True) != fingerprint(
-        dataclasses.replace(plain, drives=(Drive(2.0),)), True
-    )
+    assert fingerprint(plain, drives=True) != fingerprint(one(drives=(Drive(2.0),)), drives=True)
 
 
 def leaves(value, keys=()):

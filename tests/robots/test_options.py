@@ -106,9 +106,7 @@ def test_settled_by_options(read, text, picked, joints):
     assert ("elbow at 0.5 rad, follows at -0.9 rad" in held) == (picked == {"lock": ["elbow=0.5"]})
 
 
-@pytest.mark.parametrize(
-    "lock", [["elbow"], ["elbow="], ["elbow=quarter"], ["=1"], ["elbow=90grad"], ["elbow=0", "elbow=1"]]
-)
+@pytest.mark.parametrize("lock", [["elbow"], ["=1"], ["elbow=90grad"], ["elbow=0", "elbow=1"]])
 def test_a_lock_that_is_none(read, lock):
     with pytest.raises(UsageError, match="--lock"):
         read(two_joints(), lock=lock)

@@ -64,12 +64,8 @@ def test_the_ways_to_give_an_inertia():
     arm = RobotArm("a", (Joint("1"),), (link(mass=0.0, inertia_com=np.zeros((3, 3))),))
     body = parse_payload(" 1.5, 0, -0.02 ,1e-1," + ",".join(map(str, six)))
     assert (body.mass, body.com.tolist()) == (1.5, [0.0, -0.02, 0.1])
-    for found in (
-        with_payload(arm, 1.0, np.zeros(3), tensor).inertia_com[0],
-        with_payload(arm, 1.0, np.zeros(3), six).inertia_com[0],
-        body.inertia_com,
-    ):
-        np.testing.assert_array_equal(found, tensor)
+    for inertia in (tensor, six, body.inertia_com):
+        np.testing.assert_array_equal(with_payload(arm, 1.0, np.zeros(3), inertia).inertia_com[0], tensor)
     assert parse_payload("1.5,0,0,0.1,0.3,0.2,0.25").inertia_com.tolist() == np.diag(six[:3]).tolist()
     assert not parse_payload("1.5,0,0,0.1").inertia_com.any()
 

@@ -17,11 +17,6 @@ from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 
 
-def test_built_in_arms():
-    assert list(gd.builtin_arms()) == ["puma560", "stanford", "two_link"]
-    assert all(gd.load_arm(name).name == name for name in gd.builtin_arms())
-
-
 def test_puma_numbers(puma):
     """Armstrong, Khatib, Burdick 1986 and [FGL87] Fig. 2.11."""
     assert puma.mass.tolist() == [0.0, 17.4, 4.8, 0.82, 0.34, 0.09]

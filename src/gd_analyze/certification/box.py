@@ -48,15 +48,10 @@ class Box:
                 raise UsageError(message, where=what, expected=expected, found=f"shape {array.shape}")
             wrong = np.flatnonzero(~(np.isfinite(array) & (array >= least)))
             if wrong.size:
-                joint = wrong[0]
-                raise UsageError(
-                    "no state lies within the box",
-                    where=f"{what}, joint {joint + 1}",
-                    expected="a finite number"
-                    if what == "lower"
-                    else f"a finite number, {least[joint]:g} or more",
-                    found=f"{array[joint]:g}",
-                )
+                joint, message = wrong[0], "no state lies within the box"
+                where, found = f"{what}, joint {joint + 1}", f"{array[joint]:g}"
+                expected = "a finite number" + (f", {least[joint]:g} or more" if what != "lower" else "")
+                raise UsageError(message, where=where, expected=expected, found=found)
             array.flags.writeable = False
             object.__setattr__(self, what, array)
             least = array if what == "lower" else np.zeros(shape)
@@ -106,10 +101,7 @@ class Box:
         given = {"q": q, "qd": qd, "qdd": qdd}
         q, qd, qdd = (array_of(values, name, UsageError) for name, values in given.items())
         if q.ndim != 2 or not q.size or not q.shape == qd.shape == qdd.shape:
-            raise UsageError(
-                "a box is drawn around at least one state",
-                where="q, qd, qdd",
-                expected="three arrays of one shape (N, n)",
-                found=f"{q.shape}, {qd.shape}, {qdd.shape}",
-            )
+            message, found = "a box is drawn around at least one state", f"{q.shape}, {qd.shape}, {qdd.shape}"
+            expected = "three arrays of one shape (N, n)"
+            raise UsageError(message, where="q, qd, qdd", expected=expected, found=found)
         return cls(q.min(axis=0), q.max(axis=0), np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0))

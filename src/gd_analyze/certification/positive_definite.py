@@ -77,12 +77,9 @@ def certify_positive_definite(
         If the box is of another number of joints, or `effort` is not positive.
     """
     if not model.level.is_mechanical:
-        raise ModelError(
-            "only a model of the energies has a symmetric D",
-            expected="a model of level energy",
-            found=f"level {model.level}",
-            next_step="make one with `gd-analyze simplify --level energy`",
-        )
+        what, way = "only a model of the energies has a symmetric D", "`gd-analyze simplify --level energy`"
+        expected, found = "a model of level energy", f"level {model.level}"
+        raise ModelError(what, expected=expected, found=found, next_step=f"make one with {way}")
     box = box_of(box, model.arm, effort)
     inertia = _GriddedInertia.of(model, box, effort)
     unit = np.eye(box.n_joints)

@@ -98,6 +98,8 @@ def _joints(
     units, none = [joint.effort_unit for joint in joints], [None] * len(joints)
     # A budget of the norm allows no joint an error of its own.
     is_norm = accuracy.asked.norm is not None
+    allowed, within = (none, none) if is_norm else (accuracy.allowed, certificate.within(accuracy.allowed))
+    headings = ("", "") if is_norm else ("allowed", "of allowed")
     of_allowed = none if is_norm else share_of(certified, accuracy.allowed)
     of_peak = share_of(certified, accuracy.errors.peak_torque)
     states = [dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)]
@@ -114,13 +116,9 @@ def _joints(
             Column("worst_found", "" if extremes else "found", certificate.worst_found, units),
             Column("certified", "proven", certified, units, "bound"),
             *between,
-            Column(
-                "allowed_error", "" if is_norm else "allowed", none if is_norm else accuracy.allowed, units
-            ),
-            Column(
-                "certified_of_allowed", "" if is_norm else "of allowed", of_allowed, shown="bound_percent"
-            ),
-            Column("within_allowed", "", none if is_norm else certificate.within(accuracy.allowed)),
+            Column("allowed_error", headings[0], allowed, units),
+            Column("certified_of_allowed", headings[1], of_allowed, shown="bound_percent"),
+            Column("within_allowed", "", within),
             Column("worst_state", "", states),
             Column("largest_torque_found", "", largest),
             Column("certified_share_of_largest_found", "", share_of(certified, largest)),
@@ -152,17 +150,14 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
         facts.append(Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"))
     if definite is None:
         return facts
-    facts[0] = Fact(
-        "positive_definite",
-        "",
-        {
-            "proven": definite.is_proven,
-            "singular": definite.is_singular,
-            "smallest_eigenvalue_at_least": definite.proven,
-            "smallest_eigenvalue_found": definite.smallest_found,
-            "position": definite.position,
-        },
-    )
+    values = {
+        "proven": definite.is_proven,
+        "singular": definite.is_singular,
+        "smallest_eigenvalue_at_least": definite.proven,
+        "smallest_eigenvalue_found": definite.smallest_found,
+        "position": definite.position,
+    }
+    facts[0] = Fact("positive_definite", "", values)
     if definite.is_proven:
         verdict = "positive definite everywhere in the box"
     elif definite.is_singular:

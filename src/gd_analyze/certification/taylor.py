@@ -112,10 +112,8 @@ class TaylorForm:
         self._pairs = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         # Every velocity factor is a product of two of u.
         offset = {"1": 0, "qd": 1, "qdd": self.n + 1}
-        ends = [
-            ([0, 0] + [joint + offset[kind] for joint in joints])[-2:]
-            for kind, joints in field.motion.factors
-        ]
+        factors = field.motion.factors
+        ends = [([0, 0] + [joint + offset[kind] for joint in joints])[-2:] for kind, joints in factors]
         self._first, self._second = np.array(ends, dtype=np.intp).reshape(-1, 2).T
         one = np.eye(2 * self.n + 1)
         self._firsts, self._seconds = one[self._first].T, one[self._second].T

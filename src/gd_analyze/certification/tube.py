@@ -65,11 +65,9 @@ class Margin:
         for entry in fields(self):
             value = getattr(self, entry.name)
             if not 0.0 <= value <= LARGEST:
+                where, expected = f"Margin, {entry.name}", f"0 or more, up to {LARGEST:g}"
                 raise UsageError(
-                    "a margin is out of range",
-                    where=f"Margin, {entry.name}",
-                    expected=f"0 or more, up to {LARGEST:g}",
-                    found=f"{value:g}",
+                    "a margin is out of range", where=where, expected=expected, found=f"{value:g}"
                 )
 
     @classmethod
@@ -94,21 +92,15 @@ class Margin:
         given: dict[str, float] = {}
         for column, entry in enumerate(text.split(","), start=1):
             match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
-            unit = match and (match[1] or "") + match[3]
-            if match is None or unit not in _UNITS:
-                raise UsageError(
-                    "the margin is not understood",
-                    where=f"--margin, entry {column}",
-                    expected="entries such as 1deg or 1mm for positions, qd=2% for velocities and qdd=5% for "
-                    "accelerations, comma-separated",
-                    found=repr(entry.strip()),
-                )
+            where = f"--margin, entry {column}"
+            if match is None or (unit := (match[1] or "") + match[3]) not in _UNITS:
+                what, found = "the margin is not understood", repr(entry.strip())
+                expected = "comma-separated: 1deg or 1mm of q, qd=2% of velocities, qdd=5% of accelerations"
+                raise UsageError(what, where=where, expected=expected, found=found)
             name, factor = _UNITS[unit]
             if name in given:
-                where = f"--margin, entry {column}"
-                raise UsageError(
-                    "a margin is given twice", where=where, expected="one each", found=repr(text)
-                )
+                what, found = "a margin is given twice", repr(text)
+                raise UsageError(what, where=where, expected="one each", found=found)
             given[name] = float(match[2]) * factor
         return cls(**given)
 
@@ -213,12 +205,8 @@ class Tube:
             If two set points are so close in time that no motion leads from one to the next.
         """
         if motion.n_joints != arm.n_joints:
-            raise UsageError(
-                f"the trajectory does not fit arm {arm.name}",
-                where=motion.name,
-                expected=f"{arm.n_joints} joints",
-                found=f"{motion.n_joints}",
-            )
+            what, expected = f"the trajectory does not fit arm {arm.name}", f"{arm.n_joints} joints"
+            raise UsageError(what, where=motion.name, expected=expected, found=f"{motion.n_joints}")
         margin = Margin.of(margin)
         margins = margin.along(arm, motion)
         path = _Path(motion, margins)
@@ -321,9 +309,7 @@ class _Path:
                 break
             count[left] += count[left + 1]
             lower[left], upper[left] = low, high
-            first, count, lower, upper = (
-                np.delete(x, left + 1, axis=0) for x in (first, count, lower, upper)
-            )
+            first, count, lower, upper = (np.delete(x, left + 1, 0) for x in (first, count, lower, upper))
             span *= 2
         return first, count
 
@@ -360,9 +346,8 @@ class _Path:
                 times = self.differences[self.unsure] / self.margins[kinds, joints]
             most = int(times.argmax())
             quantity = ("position", "velocity", "acceleration")[kinds[most]]
-            by = "its margin being zero"
-            if np.isfinite(times[most]):
-                by = f"{float(f'{times[most]:.2g}'):g} times its margin"
+            by = f"{float(f'{times[most]:.2g}'):g} times its margin"
+            by = by if np.isfinite(times[most]) else "its margin being zero"
             begin, end = self.motion.time[intervals[most] : intervals[most] + 2]
             numbers = [int(joint) + 1 for joint in np.unique(joints)]
             notes.append(

@@ -64,9 +64,8 @@ class Place:
     def error(self, problem: str, expected: str | None, found: str | None = None, hint: str = "") -> ArmError:
         """Refusal of what stands there."""
         next_step = f"{hint} {_EXAMPLE}".strip()
-        return ArmError(
-            f"{self} {problem}", where=self.where, expected=expected, found=found, next_step=next_step
-        )
+        what = f"{self} {problem}"
+        return ArmError(what, where=self.where, expected=expected, found=found, next_step=next_step)
 
 
 Reader = Callable[[Any, Place], Any]
@@ -113,19 +112,17 @@ def _one_of(*words: str) -> Reader:
 def _ends(value: Any, place: Place) -> Any:
     """Lower and upper end, infinite where unknown."""
     unknown = (-math.inf, math.inf)
-    is_pair = isinstance(value, list) and len(value) == 2
-    given = (
-        [0.0 if end == none else end for end, none in zip(value, unknown, strict=True)] if is_pair else value
-    )
-    ends = _numbers(2)(given, place)
-    return np.where([end == none for end, none in zip(value, unknown, strict=True)], unknown, ends)
+    if not isinstance(value, list) or len(value) != 2:
+        return _numbers(2)(value, place)
+    is_open = [end == none for end, none in zip(value, unknown, strict=True)]
+    known = [0.0 if skipped else end for end, skipped in zip(value, is_open, strict=True)]
+    return np.where(is_open, unknown, _numbers(2)(known, place))
 
 
 def _tensor(nonnegative: bool = False) -> Reader:
     number = _numbers(nonnegative=nonnegative)
-    keys = {key: Key(number) for key in ("xx", "yy", "zz")} | {
-        key: Key(number, 0.0) for key in ("xy", "xz", "yz")
-    }
+    keys = dict.fromkeys(("xx", "yy", "zz"), Key(number))
+    keys |= dict.fromkeys(("xy", "xz", "yz"), Key(number, 0.0))
 
     def read(value: Any, place: Place) -> Any:
         if not isinstance(value, dict):

@@ -41,9 +41,8 @@ def read_mjcf(path: Path, root: Node) -> Tree:
             raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=way)
     world = root.first("worldbody")
     if world is None:
-        next_step = "name the robot's own file, not that of a scene or of defaults"
-        what = "the file describes no bodies"
-        raise ArmError(what, where=root.where, expected="a <worldbody>", next_step=next_step)
+        what, way = "the file describes no bodies", "name the robot's own file, no scene's or defaults'"
+        raise ArmError(what, where=root.where, expected="a <worldbody>", next_step=way)
     compilers, notes = root.all("compiler"), Notes(path)
     in_degrees = all(node.attributes.get("angle", "degree") == "degree" for node in compilers)
     bodies = _Bodies(notes, 360.0 if in_degrees else 2 * math.pi)
@@ -214,9 +213,8 @@ class _Bodies:
         geoms = node.all("geom")
         shapes = [geom for geom in geoms if not _is_mesh(geom)]
         if any(_is_mesh(geom) and geom.attributes.get("mass") != "0" for geom in geoms):
-            self._doubt(
-                node, name, f"body {name} states no <inertial>; the mass of its meshes is not known here"
-            )
+            unknown = f"body {name} states no <inertial>; the mass of its meshes is not known here"
+            self._doubt(node, name, unknown)
         if shapes:
             self.shaped.append(name)
         return [geom.kept(_OF_GEOM) for geom in shapes]

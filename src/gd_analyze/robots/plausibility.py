@@ -221,9 +221,7 @@ def _inconsistency(link: Link) -> str | None:
         return None
     moments, inertia = f"({link.moments_text})", f"the inertia of link {link.name}"
     if negative > _ROUNDING_TOLERANCE * largest:
-        least_moment = (
-            f"its smallest principal moment is negative, by {percent(negative / largest)} of the largest"
-        )
+        least_moment = f"smallest principal moment negative, by {percent(negative / largest)} of the largest"
         return f"{inertia} is physically inconsistent: {least_moment} {moments}; {_CHECK}"
     share = f"{percent(excess / largest)} of its largest principal moment {moments}"
     violated = f"{inertia} violates the triangle inequality by {share}"

@@ -126,12 +126,9 @@ class Node:
         if len(found) == len(values) == count:
             return found
         what = "a finite number" if count == 1 else f"{count} finite numbers"
-        raise ArmError(
-            f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on"),
-            where=self.where,
-            found=repr(self.attributes[key]) if key in self.attributes else "nothing",
-            next_step="fix the attribute there",
-        )
+        problem = f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on")
+        stated = repr(self.attributes[key]) if key in self.attributes else "nothing"
+        raise ArmError(problem, where=self.where, found=stated, next_step="fix the attribute there")
 
     def is_not_zero(self, key: str) -> bool:
         """Whether an attribute is stated and holds a number other than 0."""
@@ -218,10 +215,6 @@ def pinocchio_model(
     said = [line for line in said if not line.startswith("at line ")]
     named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
     where = next((lines[what.lower(), name] for what, name in named if (what.lower(), name) in lines), None)
-    raise ArmError(
-        f"Pinocchio cannot read the {kind}",
-        where=where or Location(path),
-        expected=f"a {kind} of one robot",
-        found=said[:3] or "no reason given",
-        next_step="fix the file there",
-    )
+    what, expected = f"Pinocchio cannot read the {kind}", f"a {kind} of one robot"
+    found, where = said[:3] or "no reason given", where or Location(path)
+    raise ArmError(what, where=where, expected=expected, found=found, next_step="fix the file there")

@@ -146,10 +146,6 @@ class Tree:
                 found.add(joint.index)
         return found
 
-    def carries_mass(self, index: int) -> bool:
-        """Whether a joint moves anything that has mass."""
-        return any(self.model.inertias[one].mass > 0 for one in self.beyond({index}))
-
     def line(self, what: str, name: str) -> Location | None:
         """Where a joint or link is described; None in a model from memory."""
         return self.notes.lines.get((what, name))
@@ -250,7 +246,8 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
     if mimic is None:
         return False
     masters = [one.index for one in tree.joints if one.name == mimic.master]
-    return not masters or masters[0] not in moving or not tree.carries_mass(joint.index)
+    carries_mass = any(tree.model.inertias[one].mass > 0 for one in tree.beyond({joint.index}))
+    return not masters or masters[0] not in moving or not carries_mass
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
