@@ -70,10 +70,7 @@ class Format:
 
 
 def text_format(
-    bases: Sequence[Any],
-    stages: Sequence[Stage],
-    read: Callable[[Path], Any],
-    use: Callable[[Any], None],
+    bases: Sequence[Any], stages: Sequence[Stage], read: Callable[[Path], Any], use: Callable[[Any], None]
 ) -> Format:
     """A format that ends as text and as bytes."""
     stages = (*stages, TEXT, BYTES)

@@ -72,10 +72,7 @@ class ProductTable:
 
 
 def to_products(
-    polynomial: TrigonometricPolynomial,
-    velocities: AbsoluteVelocities,
-    noise: float = 0.0,
-    deciding: int = 1,
+    polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float = 0.0, deciding: int = 1
 ) -> ProductTable:
     """Write K polynomials exactly in the same products of sines and cosines.
 

@@ -100,9 +100,7 @@ def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSu
 
 
 def shared_sums(
-    polynomials: Sequence[Polynomial],
-    circles: Circles | None = None,
-    rearranging: int = 6_000,
+    polynomials: Sequence[Polynomial], circles: Circles | None = None, rearranging: int = 6_000
 ) -> Iterator[SharedSums]:
     """What polynomials share: by extraction, then, on request, by rearranging its result.
 
