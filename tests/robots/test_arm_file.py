@@ -23,6 +23,16 @@ from gd_analyze.robots.payload import with_payload
 from strategies import arms, examples, random_states
 
 
+@pytest.fixture
+def file(tmp_path):
+    def write(content: str) -> Path:
+        path = tmp_path / "mine.toml"
+        path.write_text(content, encoding="utf-8")
+        return path
+
+    return write
+
+
 def test_the_example_is_fine(file):
     arm = gd.load_arm(file(ARM))
     assert [joint.kind for joint in arm.joints] == ["revolute", "prismatic"]

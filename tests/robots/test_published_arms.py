@@ -49,7 +49,7 @@ def stanford() -> gd.RobotArm:
     return gd.load_arm("stanford")
 
 
-def test_kinds_limits_and_drives(stanford):
+def test_stanford_numbers(stanford):
     assert [joint.unit for joint in stanford.joints] == ["rad", "rad", "m", "rad", "rad", "rad"]
     # Products with 0.0254, 12 to 50 inches: a rounding.
     span = [stanford.joints[2].lower, stanford.joints[2].upper]

@@ -59,11 +59,11 @@ def _cells(values: Iterable[float | None]) -> list[str]:
 
 
 def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "") -> Table:
-    columns = zip(headings, zip(*rows, strict=True), strict=True)
-    shown = (
-        Column("", heading, list(cells), shown=_SHOWN.get(heading, "number")) for heading, cells in columns
+    columns = (
+        Column("", heading, list(cells), shown=_SHOWN.get(heading, "number"))
+        for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
     )
-    return Table("", title, tuple(shown), note)
+    return Table("", title, tuple(columns), note)
 
 
 def _chain(arm: RobotArm) -> Table:
@@ -90,10 +90,8 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
 
 
 def _placements(arm: RobotArm) -> Iterator[Table]:
-    rows = [
-        [i, *_pose(joint.placement), _axis(joint.axis), joint.kind]
-        for i, joint in enumerate(arm.joints, start=1)
-    ]
+    joints = enumerate(arm.joints, start=1)
+    rows = [[i, *_pose(joint.placement), _axis(joint.axis), joint.kind] for i, joint in joints]
     title = "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), axis"
     yield _table(title, ["#", *_POSE, "axis", "kind"], rows)
     frames = [link.frame for link in arm.links]
@@ -117,9 +115,8 @@ def _axis(axis: FloatArray) -> str:
 
 def _links(arm: RobotArm) -> Iterator[Table | Fact]:
     rows = [[link.name, *_cells([link.mass, *link.com])] for link in arm.links]
-    yield _table(
-        "Links: mass (kg) and centre of mass (m) in the link's frame", ["link", "mass", "x", "y", "z"], rows
-    )
+    title = "Links: mass (kg) and centre of mass (m) in the link's frame"
+    yield _table(title, ["link", "mass", "x", "y", "z"], rows)
     title = "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
     rows = [[link.name, *_cells(link.inertia_com[_MOMENTS])] for link in arm.links]
     has_products = arm.inertia_com[:, *_PRODUCTS].any()
@@ -142,9 +139,8 @@ def _uncertainties(arm: RobotArm) -> Iterator[Table]:
             continue
         tensor = known.inertia
         moments = unknown if tensor is None else tensor[_MOMENTS]
-        rows.append(
-            [link.name, *_cells([known.mass, *(unknown if known.com is None else known.com), *moments])]
-        )
+        com = unknown if known.com is None else known.com
+        rows.append([link.name, *_cells([known.mass, *com, *moments])])
         if tensor is not None:
             products.append([link.name, *_cells(tensor[_PRODUCTS])])
             about_origin += [link.name] if known.inertia_about == "origin" else []

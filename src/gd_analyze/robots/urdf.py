@@ -112,10 +112,8 @@ def _joint(node: Node, notes: Notes) -> Node:
     if kind in ("revolute", "prismatic") and stated["lower"] == stated["upper"] == [0.0]:
         notes.doubts.append((name, f"{limit.where}: no range stated for joint {name}"))
     stated |= {key: limit.numbers(key, 1, "0", least=0) for key in ("effort", "velocity")}
-    bare.children += [
-        axis.kept((), {"xyz": notes.right_angles.direction(direction, child)}),
-        limit.kept((), stated),
-    ]
+    along = axis.kept((), {"xyz": notes.right_angles.direction(direction, child)})
+    bare.children += [along, limit.kept((), stated)]
     for dynamics in node.all("dynamics")[:1]:
         values = {key: dynamics.numbers(key, 1, "0") for key in ("damping", "friction")}
         bare.children.append(dynamics.kept((), values))
