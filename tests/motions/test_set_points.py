@@ -103,6 +103,7 @@ WRONG: dict[str, tuple[str, str]] = {
     "overflow": (csv(line=5, text="0.3,1e999,0"), "line 5, column 2"),
     "digits of another script": (csv(line=4, text="0.2,\u0663,0.2"), "line 4, column 2"),
     "a cell of a page": (csv(line=4, text=f"0.2,{'x' * 9000},0"), "(9002 characters)"),
+    "a row that breaks off": ("time,q1,q2\n0.0,0.0,", "line 2, column 3"),
     "unclosed quote": (csv(line=6, text='0.4,0.5,"0.6'), "line 6"),
     "one endless line": ("x" * 200_000, "line 1"),
     "XML": ("<robot name='x'>\n<link/>\n</robot>\n", "XML"),

@@ -167,7 +167,7 @@ class _Block:
 
     @property
     def lines(self) -> list[str]:
-        return self.data.decode("utf-8", errors="replace").removesuffix("\n").split("\n")
+        return self.data.decode("utf-8", errors="replace").split("\n")[:-1]
 
 
 class TextTable(LogTable):
