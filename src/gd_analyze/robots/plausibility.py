@@ -221,8 +221,9 @@ def _inconsistency(link: Link) -> str | None:
         return None
     moments, inertia = f"({link.moments_text})", f"the inertia of link {link.name}"
     if negative > _ROUNDING_TOLERANCE * largest:
-        least_moment = f"smallest principal moment negative, by {percent(negative / largest)} of the largest"
-        return f"{inertia} is physically inconsistent: {least_moment} {moments}; {_CHECK}"
+        by = f"by {percent(negative / largest)} of the largest {moments}"
+        what = f"physically inconsistent: its smallest principal moment is negative, {by}"
+        return f"{inertia} is {what}; {_CHECK}"
     share = f"{percent(excess / largest)} of its largest principal moment {moments}"
     violated = f"{inertia} violates the triangle inequality by {share}"
     if excess > _MEASUREMENT_TOLERANCE * largest:
