@@ -79,6 +79,11 @@ def skew(axis: Array) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+def homogeneous(rotation: Array, translation: Array) -> Array:
+    """Placement as a matrix, (4, 4)."""
+    return np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
+
+
 def turn_parts(axis: Array) -> tuple[Array, Array, Array]:
     """Constants F, S, C of the turn F + S sin q + C cos q about a unit axis (Rodrigues), (3, 3) each."""
     by_sin = skew(axis)

@@ -9,7 +9,7 @@ import numpy as np
 from markdown_pages import ROOT, code, tables
 
 import gd_analyze as gd
-from gd_analyze.dynamics.decomposition import EFFECTS
+from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
 from gd_analyze.dynamics.regrouping import KINDS
 from gd_analyze.formulas.formula import PRIME

@@ -254,21 +254,12 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         # What it is called by comes first, then link by link.
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = KINDS[kind]
+        symbol = f"{name.upper()}{joined((link,))}"
         is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
-        translation, rotation, drive = (_added(row * effect) for effect in effects)
-        parameters.append(
-            BaseParameter(
-                symbol=f"{name.upper()}{joined((link,))}",
-                link=link + 1,
-                kind=name,
-                unit="kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2",
-                number=_added(row * effects),
-                translation=translation,
-                rotation=rotation,
-                drive=drive,
-                combination=tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order),
-            )
-        )
+        unit = "kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2"
+        parts = (row * effects, *(row * effect for effect in effects))
+        shares = tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order)
+        parameters.append(BaseParameter(symbol, link + 1, name, unit, *map(_added, parts), shares))
     into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
     in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], np.array(into))
     return BaseParameters(arm, drives, tuple(parameters), frames, in_links)

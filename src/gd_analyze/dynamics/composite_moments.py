@@ -130,10 +130,7 @@ def brackets(moments: CompositeMoments) -> Array:
 
 
 def christoffel(moments: CompositeMoments, pairs: Array, out: Array | None = None) -> Array:
-    """h_ijk by effect, symmetric in j and k, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27).
-
-    `pairs` are the `brackets` of the moments.
-    """
+    """h_ijk by effect from the `brackets`, shape (2, n, n, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
     n, w = len(moments.mass), moments.revolute
     out = np.empty((2, n, n, n, moments.first.shape[-1]), moments.first.dtype) if out is None else out
     for m in range(n):
@@ -147,10 +144,7 @@ def christoffel(moments: CompositeMoments, pairs: Array, out: Array | None = Non
 
 
 def coriolis_centrifugal(moments: CompositeMoments, pairs: Array, qd: Array) -> tuple[Array, Array]:
-    """Coriolis and centrifugal vector h by effect and its centrifugal share, each of shape (2, n, N).
-
-    [FGL87] Eqs. (3.4-26), (3.4-27).
-    """
+    """Vector h by effect and its centrifugal share, each (2, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
     n, count = qd.shape
     spins = moments.revolute * qd[:, None]
     below = np.cumsum(spins, axis=0) - spins

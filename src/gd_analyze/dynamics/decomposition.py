@@ -28,8 +28,6 @@ from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 if TYPE_CHECKING:
     import xarray as xr
 
-EFFECTS = dalembert.EFFECTS
-
 # Set points whose decomposition is kept: some 40 MB for six joints, and no fewer than a search looks at.
 MOST_KEPT = 8192
 
@@ -98,7 +96,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
-        "effect": list(EFFECTS),
+        "effect": list(dalembert.EFFECTS),
         "joint_name": ("joint", [joint.name for joint in arm.joints]),
         "joint_kind": ("joint", [joint.kind for joint in arm.joints]),
     }
@@ -200,10 +198,9 @@ def torque_of(
     require_states_fit(arm, states)
     flat = states.in_a_row
     out = np.empty((len(flat), arm.n_joints))
+    evaluate = partial(decompose_states, arm, christoffel=False, drives=drives, progress=progress)
     for chunk in chunks(len(flat)):
-        out[chunk] = decompose_states(arm, flat.at(chunk), christoffel=False, drives=drives)["torque"]
-        if progress is not None:
-            progress(chunk.stop - chunk.start)
+        out[chunk] = evaluate(flat.at(chunk))["torque"]
     return out.reshape(states.q.shape)
 
 
@@ -234,7 +231,7 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
         if "coriolis_centrifugal_terms" in out:
             out["coriolis_centrifugal_terms"][:] = itemised.sum(axis=1)
         if "coriolis_centrifugal_by_link" in out:
-            by_effect = [itemised[effects == effect].sum(axis=0) for effect in EFFECTS]
+            by_effect = [itemised[effects == effect].sum(axis=0) for effect in dalembert.EFFECTS]
             out["coriolis_centrifugal_by_link"][:] = by_effect
 
 

@@ -18,10 +18,7 @@ _CONSTANT = 1e-12
 
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
-    """R of the QR decomposition of some columns, given as blocks of rows, shape (columns, columns).
-
-    R gives least squares and sums of squares of the columns without the squaring that costs half the digits.
-    """
+    """R of the QR decomposition of columns given as blocks of rows: squaring would cost half the digits."""
     left = np.zeros((columns, columns))
     for block in blocks:
         left = reduced(np.vstack([left, block]))

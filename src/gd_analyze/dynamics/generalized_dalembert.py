@@ -62,10 +62,7 @@ def inertia_by_link(arm: RobotArm, kinematics: Kinematics) -> Array:
 
 
 def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Array) -> Array:
-    """What each link adds to each term of h, shape (n terms, n links, n, N).
-
-    The terms are those of `terms_of`. [FGL87] Eqs. (3.4-26), (3.4-27).
-    """
+    """What each link adds to the `terms_of` h, (n terms, n links, n, N). [FGL87] Eqs. (3.4-26), (3.4-27)."""
     n, count = qd.shape
     revolute, prismatic = motions = joint_motions(arm, kinematics)
     terms = terms_of(arm)
@@ -81,7 +78,13 @@ def coriolis_centrifugal_by_link(arm: RobotArm, kinematics: Kinematics, qd: Arra
         com = kinematics.com_from_joint[s]
         of_prismatic = of_prismatic + 2.0 * cross(before[s], prismatic[s] * qd[s])
         accelerations = [*inboard, cross(omega[s], cross(omega[s], com)), cross(b[s], com)]
-        link_omega, momentum, of_turning_axes = _couples(arm, kinematics, s, spin, omega[s])
+        spins = [_into_link(kinematics, s, spin[j]) for j in range(s + 1)]
+        turning_axes = np.zeros_like(spins[0])
+        for j in range(s):
+            turning_axes = turning_axes + cross(spins[j], sum(spins[j + 2 :], start=spins[j + 1]))
+        of_turning_axes = np.einsum("ab,bn->an", arm.inertia_com[s], turning_axes)
+        link_omega = _into_link(kinematics, s, omega[s])
+        momentum = np.einsum("ab,bn->an", arm.inertia_com[s], link_omega)
         for i in range(s + 1):
             velocity = _com_velocity(kinematics, motions, i, s)
             for t, acceleration in enumerate(accelerations):
@@ -112,19 +115,6 @@ def _com_velocity(kinematics: Kinematics, motions: tuple[Array, Array], i: int, 
     """v_is, velocity of link s's centre of mass per unit velocity of joint i, s >= i."""
     revolute, prismatic = motions
     return cross(revolute[i], kinematics.com_positions[s] - kinematics.joint_origins[i]) + prismatic[i]
-
-
-def _couples(
-    arm: RobotArm, kinematics: Kinematics, s: int, spin: Array, omega: Array
-) -> tuple[Array, Array, Array]:
-    """Angular velocity and momentum of link s, and I_s times the change of the axes, in its frame."""
-    spins = [_into_link(kinematics, s, spin[j]) for j in range(s + 1)]
-    turning_axes = np.zeros_like(spins[0])
-    for j in range(s):
-        turning_axes = turning_axes + cross(spins[j], sum(spins[j + 2 :], start=spins[j + 1]))
-    in_link = _into_link(kinematics, s, omega)
-    inertia = arm.inertia_com[s]
-    return in_link, np.einsum("ab,bn->an", inertia, in_link), np.einsum("ab,bn->an", inertia, turning_axes)
 
 
 def _into_link(kinematics: Kinematics, s: int, vector: Array) -> Array:

@@ -9,12 +9,13 @@ of the joint's own axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 
-from gd_analyze.arrays import Array, product, skew, times_constant, turn_about
+from gd_analyze.arrays import Array, homogeneous, product, skew, times_constant, turn_about
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import Placement, second_moment_about_origin
+from gd_analyze.robots.parts import pseudo_inertia
 
 
 @dataclass(frozen=True)
@@ -34,10 +35,10 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
     """D, h_ikm and c at q, shape (n, N)."""
     n, count = q.shape
     dtype = np.result_type(q, float)
-    steps = _steps(arm, q, np.cos(q), np.sin(q))
     generators = [_generator(arm, i) for i in range(n)]
-    first, second = _derivatives(*steps, generators)
-    masses = [_pseudo_inertia(arm, i) for i in range(n)]
+    first, second = _derivatives(*_steps(arm, q), generators)
+    # J_i, Eq. (3.2-18).
+    masses = [pseudo_inertia(arm.mass[i], arm.com[i], arm.inertia_com[i]) for i in range(n)]
     inertia = np.zeros((n, n, count), dtype)
     christoffel = np.zeros((n, n, n, count), dtype)
     gravity_loading = np.zeros((n, count), dtype)
@@ -53,13 +54,6 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
                 for m in range(j + 1):
                     christoffel[i, k, m] += _trace_of_product(second[min(k, m), max(k, m), j], weighted[i])
     return LagrangeEuler(inertia, christoffel, gravity_loading)
-
-
-def _pseudo_inertia(arm: RobotArm, link: int) -> Array:
-    """J_i about the origin of link frame i, shape (4, 4): second and first moments and mass. Eq. (3.2-18)."""
-    first = arm.mass[link] * arm.com[link]
-    second = second_moment_about_origin(arm.mass[link], arm.com[link], arm.inertia_com[link])
-    return np.block([[second, first[:, None]], [first, arm.mass[link]]])
 
 
 def _derivatives(
@@ -84,21 +78,16 @@ def _derivatives(
     return first, second
 
 
-def _steps(
-    arm: RobotArm, q: Array, cos_q: Array, sin_q: Array
-) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
+def _steps(arm: RobotArm, q: Array) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
     """Joint frames in the base, steps from joint frame to joint frame, and on to every link frame."""
-    n = arm.n_joints
-    before = [_homogeneous(joint.placement) for joint in arm.joints]
-    moved = [
-        times_constant(_motion(arm, i, q[i], cos_q[i], sin_q[i]), _homogeneous(arm.links[i].frame))
-        for i in range(n)
-    ]
+    n, cos_q, sin_q = arm.n_joints, np.cos(q), np.sin(q)
+    before = [homogeneous(joint.placement.rotation, joint.placement.translation) for joint in arm.joints]
+    behind = [homogeneous(link.frame.rotation, link.frame.translation) for link in arm.links]
+    motions = [_motion(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
+    moved = [times_constant(motion, frame) for motion, frame in zip(motions, behind, strict=True)]
     step = [times_constant(moved[i], before[i + 1]) if i + 1 < n else moved[i] for i in range(n)]
-    count = q.shape[-1]
-    base = [np.broadcast_to(before[0][:, :, None], (4, 4, count)).astype(step[0].dtype)]
-    for i in range(n - 1):
-        base.append(product(base[i], step[i]))
+    first = np.broadcast_to(before[0][:, :, None], (4, 4, q.shape[-1])).astype(step[0].dtype)
+    base = list(accumulate(step[:-1], product, initial=first))
     to_link: dict[tuple[int, int], Array] = {}
     for j in range(n):
         relative = None
@@ -127,12 +116,6 @@ def _generator(arm: RobotArm, i: int) -> Array:
         out[:3, :3] = skew(arm.joints[i].axis)
     else:
         out[:3, 3] = arm.joints[i].axis
-    return out
-
-
-def _homogeneous(placement: Placement) -> Array:
-    out = np.eye(4, dtype=placement.translation.dtype)
-    out[:3, :3], out[:3, 3] = placement.rotation, placement.translation
     return out
 
 

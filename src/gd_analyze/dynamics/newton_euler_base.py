@@ -47,7 +47,8 @@ def torque(
         if arm_vector is not None:
             acceleration = acceleration + along + rigid_acceleration(omega, omega_dot, arm_vector)
         forces.append(arm.mass[i] * com_acceleration)
-        tensor = _base_tensor(kinematics.link_rotations[i], arm.inertia_com[i])
+        rotation = kinematics.link_rotations[i]
+        tensor = np.einsum("acn,dcn->adn", times_constant(rotation, arm.inertia_com[i]), rotation)  # R I R^T
         moments.append(apply(tensor, omega_dot) + cross(omega, apply(tensor, omega)))
     out = np.empty((n, count), np.result_type(qd, kinematics.joint_axes))
     force, moment = np.zeros((2, 3, 1)) if external_wrench is None else external_wrench[:, :, None]
@@ -69,8 +70,3 @@ def _link_vector(kinematics: Kinematics, i: int) -> Array | None:
     if i + 1 == len(kinematics.joint_axes):
         return None
     return kinematics.joint_origins[i + 1] - kinematics.joint_origins[i]
-
-
-def _base_tensor(rotation: Array, inertia_com: Array) -> Array:
-    """R I R^T."""
-    return np.einsum("acn,dcn->adn", times_constant(rotation, inertia_com), rotation)

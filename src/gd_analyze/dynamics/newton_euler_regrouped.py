@@ -36,10 +36,7 @@ def torque(
     gravity: bool = True,
     observe: Observer = lambda link, quantities: None,
 ) -> Array:
-    """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987.
-
-    `observe` is called with every quantity on the way.
-    """
+    """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987."""
     rewritten = regrouped(arm)
     start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
     motions = list(_motions(rewritten, start, (q, qd, qdd), observe))

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray, homogeneous
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import second_moment_about_origin
+from gd_analyze.robots.parts import pseudo_inertia
 
 # Some dozen products and sums of numbers of one magnitude round to less than this share of it.
 _ROUND_OFF = 1e-14
@@ -104,10 +104,7 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
 
 
 def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]:
-    """Axes, points on them, and the links' moments in the base frame, with all joints at zero.
-
-    Moments are matrices [[second, first], [first, mass]] about the frame's origin, (4, 4).
-    """
+    """Axes, points on them, and the links' `pseudo_inertia` in the base frame, with all joints at zero."""
     rotation, origin = np.eye(3), np.zeros(3)
     axes, points, moments = [], [], []
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
@@ -115,9 +112,7 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
         axes.append(before @ joint.axis)
         points.append(origin + rotation @ joint.placement.translation)
         rotation, origin = before @ link.frame.rotation, points[-1] + before @ link.frame.translation
-        second = second_moment_about_origin(arm.mass[i], arm.com[i], arm.inertia_com[i])
-        first = arm.mass[i] * arm.com[i]
-        own = np.vstack([np.column_stack([second, first]), [*first, arm.mass[i]]])
+        own = pseudo_inertia(arm.mass[i], arm.com[i], arm.inertia_com[i])
         moments.append(_moved(own, rotation, origin))
     return axes, points, moments
 
@@ -245,11 +240,6 @@ def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
     motion = homogeneous(rotation, translation)
     moved: Array = motion @ moments @ motion.T
     return moved
-
-
-def homogeneous(rotation: Array, translation: Array) -> Array:
-    """Placement as a matrix, (4, 4)."""
-    return np.vstack([np.column_stack([rotation, translation]), [0.0, 0.0, 0.0, 1.0]])
 
 
 def _are_parallel(one: FloatArray, other: FloatArray) -> bool:

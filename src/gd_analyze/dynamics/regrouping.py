@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, skew
-from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, homogeneous
+from gd_analyze.arrays import FloatArray, homogeneous, skew
+from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink
 
 # A link's mass, its first and second moments, and its drive's inertia.
 KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")
@@ -69,9 +69,8 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         # What earlier joints do to this link, at every place of its own.
         motions = _span((back[:, None] @ motions @ places[:, None]).reshape(-1, 4, 4))
         earlier = np.swapaxes(places, 1, 2)[:, None] @ products @ places[:, None]
-        axis = np.array([0.0, 0.0, 1.0]) if link.prismatic is None else link.prismatic
-        still = np.zeros(3)
-        own = _motion(axis, still) if link.prismatic is None else _motion(still, axis)
+        still, z = np.zeros(3), np.array([0.0, 0.0, 1.0])
+        own = _motion(z, still) if link.prismatic is None else _motion(still, link.prismatic)
         mixed = own.T @ motions
         mixed = 0.5 * (mixed + np.swapaxes(mixed, 1, 2))
         alone = own.T @ own
@@ -121,8 +120,6 @@ def _places(link: RegroupedLink, length: float) -> FloatArray:
 
 def _span(matrices: FloatArray) -> FloatArray:
     """Orthonormal matrices that some matrices are made of."""
-    if not len(matrices):
-        return matrices
     _, sizes, directions = np.linalg.svd(matrices.reshape(-1, 16), full_matrices=False)
     return directions[sizes > _STANDS_OUT * max(sizes[0], np.finfo(float).tiny)].reshape(-1, 4, 4)
 
@@ -138,8 +135,6 @@ def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
         gone.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
         direction = rest[:, gone[-1]] / sizes[gone[-1]]
         rest = rest - np.outer(direction, direction @ rest)
-    if not gone:
-        return Regrouping((), np.zeros((0, len(KINDS))))
     instead = np.linalg.solve(changes[:, gone], changes)
     instead[np.abs(instead) < _STANDS_OUT] = 0.0
     # A unit of a kind in the arm's own length is scale units of it.

@@ -109,6 +109,12 @@ def second_moment_about_origin(mass: float, com: Array, inertia_com: Array) -> A
     return second_moment(inertia_com) + mass * np.outer(com, com)
 
 
+def pseudo_inertia(mass: float, com: Array, inertia_com: Array) -> Array:
+    """Matrix [[second, first], [first, mass]] of the moments of mass about that origin, shape (4, 4)."""
+    first = mass * com
+    return np.block([[second_moment_about_origin(mass, com, inertia_com), first[:, None]], [first, mass]])
+
+
 @dataclass(frozen=True, eq=False)
 class Placement:
     """A constant rigid displacement: x_parent = rotation @ x_child + translation (m)."""

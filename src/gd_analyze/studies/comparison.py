@@ -16,12 +16,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.methods import METHODS, Method, torque_of_states
-from gd_analyze.dynamics.pinocchio_check import (
-    QUANTITIES,
-    pinocchio_dynamics,
-    pinocchio_torques,
-    round_off_bounds,
-)
+from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, pinocchio_torques, round_off_bounds
 from gd_analyze.figures.figure import Axis, Curve, Figure, Marker, Panel, decades_axis, ends_named
 from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -298,13 +293,12 @@ def _methods_table(found: Comparison, unit: str) -> Table:
 
 
 def _forms_table() -> Table:
-    name, short = _names(METHODS)
-    title, kinematics, form, source = (
+    title, *others = (
         Column(key, label, [getattr(method, key) for method in METHODS.values()], shown="text")
         for key, label in (("title", ""), ("kinematics",) * 2, ("form", "equations"), ("source", ""))
     )
-    columns = (name, title, short, kinematics, form, source)
-    return Table("forms", "Kinematics and form of the equations", columns)
+    name, short = _names(METHODS)
+    return Table("forms", "Kinematics and form of the equations", (name, title, short, *others))
 
 
 def _growth_table(grown: Growth) -> Table:
@@ -326,7 +320,7 @@ def _differences_table(agreed: Agreement, unit: str) -> Table:
 
 def _pinocchio_table(agreed: Agreement) -> Table:
     rows = {**agreed.from_pinocchio, "round_off": agreed.bounds}
-    symbols = zip(QUANTITIES, ("D", "h", "c", "torque"), strict=True)
+    symbols = zip(agreed.bounds, ("D", "h", "c", "torque"), strict=True)
     columns = [Column(key, symbol, [row[key] for row in rows.values()]) for key, symbol in symbols]
     return Table("from_pinocchio", "Largest difference from Pinocchio, SI units", (*_names(rows), *columns))
 

@@ -21,16 +21,8 @@ from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.evaluation import require_arm
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control_bounds import (
-    CertifiedTracking,
-    FeedbackLeft,
-    at_rest,
-    certified,
-    expected,
-    feedback_left,
-    fixed_excess,
-    mean_diagonal,
-)
+from gd_analyze.studies import control_bounds as bounds
+from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
 
@@ -204,7 +196,7 @@ def control(
     loops = [Loop(c, r, s) for s in settings.speeds for r in settings.rates for c in CONTROLLERS]
     tracked = follow(world, loops, progress)
     is_known = arm is None and not settings.friction
-    proven = certified(model, world, followed, settings.usual_speed) if is_known else None
+    proven = bounds.certified(model, world, followed, settings.usual_speed) if is_known else None
     inputs = [describe_in_full(moved), motion.fingerprint, model.provenance.get("command", "")]
     return ControlStudy(
         model=model,
@@ -214,11 +206,11 @@ def control(
         diagonal=world.diagonal,
         limits=world.limits,
         loops=tracked,
-        expected={(c, s): expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
+        expected={(c, s): bounds.expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
         certified={} if proven is None else {settings.usual_speed: proven},
-        feedback=feedback_left(model, world.reference),
-        fixed_excess=fixed_excess(world),
-        at_rest={c: at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
+        feedback=bounds.feedback_left(model, world.reference),
+        fixed_excess=bounds.fixed_excess(world),
+        at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),
     )
@@ -248,7 +240,7 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
         plant=model.form if arm is model.arm else ExactForm(arm, model.drives),
         exact=exact,
         simplified=model.program,
-        diagonal=mean_diagonal(exact, reference),
+        diagonal=bounds.mean_diagonal(exact, reference),
         gains=settings.gains,
         reference=reference,
         limits=limits,
@@ -257,10 +249,7 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
 
 
 def followable(motion: Trajectory) -> Trajectory:
-    """Take a trajectory to be followed; derivatives that contradict its positions are derived anew.
-
-    A `TrajectoryError` refuses gaps or a single set point: nothing says then what to follow.
-    """
+    """Take a trajectory to be followed; derivatives that contradict its positions are derived anew."""
     if motion.gaps:
         at = motion.gaps[0]
         raise TrajectoryError(

@@ -91,10 +91,7 @@ def mean_diagonal(exact: Program, reference: Reference) -> FloatArray:
 
 
 def expected(world: World, controller: Controller, speed: float) -> FloatArray:
-    """Tracking error that what a controller lacks along the motion causes at most, rad (m), shape (n,).
-
-    Infinite where the D that it uses is singular.
-    """
+    """Tracking error, rad (m), (n,), that what a controller lacks causes; infinite of a singular D."""
     q, qd, qdd = world.reference.sampled(speed)
     bank = Bank([controller] * q.shape[1], world)
     needed = _torque(world.plant.program, q, qd, qdd) + world.resistance(qd.T).T
@@ -111,10 +108,7 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
 
 
 def at_rest(world: World, controller: Controller) -> FloatArray:
-    """Largest error with which PD rests at positions of the motion, rad (m), shape (n,).
-
-    It is the gravity not made up for, over the stiffness K_p M of each joint.
-    """
+    """Largest error of PD at rest, rad (m), (n,): gravity not made up for, over the stiffness K_p M."""
     q, _, _ = world.reference.sampled()
     still = np.zeros_like(q)
     needed = _torque(world.plant.program, q, still, still)

@@ -248,11 +248,6 @@ class Controller(NamedTuple):
         """Whether its M is a model's D."""
         return self.law == "computed_torque" and self.knows_inertia
 
-    @property
-    def knows_velocities(self) -> bool:
-        """Whether it compensates h."""
-        return self.law != "pd" and self.knows in ("simplified", "exact")
-
 
 EXACT = Controller("computed_torque", "exact", "exact model")
 SIMPLIFIED = Controller("computed_torque", "simplified", "simplified model")
@@ -339,7 +334,8 @@ class Bank:
         # The constants multiply the wanted acceleration of some, and feedback where no model's D does.
         self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
         self._multiplies = where(lambda c: c.multiplies)
-        velocities, inertia = where(lambda c: c.knows_velocities), where(lambda c: c.knows_inertia)
+        inertia = where(lambda c: c.knows_inertia)
+        velocities = where(lambda c: c.knows_inertia and c.knows != "without_h")
         by_simplified = where(lambda c: c.knows == "simplified")
         by_any = where(lambda c: c.knows != "nothing")
         self._models = []

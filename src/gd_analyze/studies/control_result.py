@@ -50,8 +50,8 @@ _FARTHEST, _DECADES = 1.0, 5
 
 def good_enough(study: ControlStudy) -> Controller | None:
     """Simplified controller that keeps every joint within the tolerance."""
-    laws = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
-    return next((law for law in laws if _usual(study, law).within(study.tolerance)), None)
+    possible = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
+    return next((law for law in possible if _usual(study, law).within(study.tolerance)), None)
 
 
 def control_result(study: ControlStudy) -> Result:

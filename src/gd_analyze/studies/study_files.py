@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
@@ -30,11 +30,7 @@ _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
 
 
 class StudyFolder:
-    """Files NAME.html, NAME.pdf and NAME.json of one run in a folder.
-
-    A run of something else than was asked for is not replaced, unless it shall be overwritten: see
-    `require_one_run`.
-    """
+    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`."""
 
     def __init__(
         self, folder: Path, name: str, formats: Collection[str], asked: Sequence[str], *, overwrite: bool
@@ -56,19 +52,17 @@ class StudyFolder:
 def write_findings(
     findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
 ) -> None:
-    """Write the chosen files, all together when the last is made: one that fails leaves no file behind.
+    """Write the chosen files, all together when the last is made, and remove `strangers`, of another run.
 
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
-    that which the others can be made from; files of another run, `strangers`, are removed then.
+    that which the others can be made from.
     """
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
-        pdf: Future[bytes] | None = None
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        if "pdf" in places:
-            pdf = beside.submit(prepare_pdf(findings, report))
+        pdf = beside.submit(prepare_pdf(findings, report)) if "pdf" in places else None
         if "html" in places:
             places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:

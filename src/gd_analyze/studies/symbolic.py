@@ -44,8 +44,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     l**2*m2/3
     """
     formulation = known_method(method)
-    sp = _sympy()
-    s = _symbols()
+    sp, s = _sympy(), _symbols()
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
     given = formulation.dynamics(_symbolic_arm(s), q, qd)
