@@ -254,12 +254,13 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         # What it is called by comes first, then link by link.
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = KINDS[kind]
-        symbol = f"{name.upper()}{joined((link,))}"
+        symbol, number = f"{name.upper()}{joined((link,))}", _added(row * effects)
         is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
         unit = "kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2"
-        parts = (row * effects, *(row * effect for effect in effects))
+        translation, rotation, drive = (_added(row * effect) for effect in effects)
         shares = tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order)
-        parameters.append(BaseParameter(symbol, link + 1, name, unit, *map(_added, parts), shares))
+        one = BaseParameter(symbol, link + 1, name, unit, number, translation, rotation, drive, shares)
+        parameters.append(one)
     into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
     in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], np.array(into))
     return BaseParameters(arm, drives, tuple(parameters), frames, in_links)

@@ -211,19 +211,10 @@ def simulate(
     parts = np.split(solved.sol(time).T, [n, 2 * n, 2 * n + 1], axis=1)
     q, qd, work, dissipated = (part.copy() for part in parts)
     applied = np.array([torque_at(float(t), *state) for t, *state in zip(time, q, qd, strict=True)])
-    return Simulation(
-        time,
-        q,
-        qd,
-        solve_accelerations(arm, method, added, q, qd, applied - resistance(qd)),
-        applied,
-        kinetic_energy(arm, q, qd, drives=drivetrain.inertia),
-        potential_energy(arm, q),
-        work[:, 0],
-        dissipated[:, 0],
-        len(solved.sol.ts) - 1,
-        integration,
-    )
+    qdd = solve_accelerations(arm, method, added, q, qd, applied - resistance(qd))
+    kinetic, potential = kinetic_energy(arm, q, qd, drives=drivetrain.inertia), potential_energy(arm, q)
+    energies, steps = (kinetic, potential, work[:, 0], dissipated[:, 0]), len(solved.sol.ts) - 1
+    return Simulation(time, q, qd, qdd, applied, *energies, steps, integration)
 
 
 def _torque_function(

@@ -224,12 +224,9 @@ def names_of(arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> li
 def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> World:
     """What the loops share; an arm that cannot be simulated is refused."""
     if settings.friction and not arm.drives:
-        raise ArmError(
-            f"arm {arm.name} describes no friction",
-            where=f"arm {arm.name}",
-            expected="drives with their friction",
-            next_step="leave friction out, or add [[drives]] to the arm file",
-        )
+        where, hint = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
+        what, wanted = f"{where} describes no friction", "drives with their friction"
+        raise ArmError(what, where=where, expected=wanted, next_step=hint)
     ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
     reference, exact = Reference.of(motion), model.form.program
     limits = np.full(arm.n_joints, np.inf)

@@ -91,7 +91,7 @@ def mean_diagonal(exact: Program, reference: Reference) -> FloatArray:
 
 
 def expected(world: World, controller: Controller, speed: float) -> FloatArray:
-    """Tracking error, rad (m), (n,), that what a controller lacks causes; infinite of a singular D."""
+    """Largest tracking error by the torque a controller lacks, rad (m), (n,); infinite if D is singular."""
     q, qd, qdd = world.reference.sampled(speed)
     bank = Bank([controller] * q.shape[1], world)
     needed = _torque(world.plant.program, q, qd, qdd) + world.resistance(qd.T).T
