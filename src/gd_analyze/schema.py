@@ -126,24 +126,12 @@ OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
 
 
 def unit_of(kind: str, *revolute: bool) -> str:
-    """Unit of a quantity of joints, given whether each of them is revolute.
-
-    Examples
-    --------
-    >>> unit_of("inertia", True, False)
-    'kg m'
-    """
+    """Unit of a quantity of joints, given whether each of them is revolute."""
     return UNITS[kind][sum(revolute)]
 
 
 def units_of(kind: str, revolute: Sequence[bool]) -> Array:
-    """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about.
-
-    Examples
-    --------
-    >>> units_of("inertia", [True, False]).tolist()
-    [['kg m^2', 'kg m'], ['kg m', 'kg']]
-    """
+    """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about."""
     flags = np.array(revolute, dtype=int)
     axes = np.meshgrid(*[flags] * (len(UNITS[kind]) - 1), indexing="ij")
     return np.array(UNITS[kind])[sum(axes)]

@@ -71,13 +71,7 @@ def amount(value: float, unit: str) -> str:
 
 
 def with_error(value: float, error: float, digits: int = 2) -> str:
-    """Format a value to the digits of its standard error, and the error.
-
-    Examples
-    --------
-    >>> with_error(15.4512, 0.3811), with_error(-2043.0, 120.0), with_error(0.0, float("nan"))
-    ('15.45 ± 0.38', '-2040 ± 120', '0')
-    """
+    """Format a value to the digits of its standard error, and the error."""
     if not math.isfinite(value):
         return "–"
     if not 0.0 < error < math.inf:
@@ -165,11 +159,6 @@ def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...
     """Read what `joined` wrote, of as many joints as `lengths` has; commas may stand between digits as well.
 
     None where this names no joints (from 0) of the arm, or could name several.
-
-    Examples
-    --------
-    >>> parted("12", 10, {2}), parted("1,10", 10, {2}), parted("10", 10, {1}), parted("10", 9, {1})
-    ((0, 1), (0, 9), (9,), None)
     """
     found = set()
     for reading in {tuple(index.split(",")), (index,) if "," in index else tuple(index)}:
@@ -186,13 +175,7 @@ def inertia_label(i: int, j: int) -> str:
 
 
 def short_name(name: str, most: int) -> str:
-    """Leave out the middle of a name of more than so many characters; names differ at their ends.
-
-    Examples
-    --------
-    >>> short_name("left_gripper_extension_joint_r", 16), short_name("elbow_joint", 16)
-    ('left_gri…joint_r', 'elbow_joint')
-    """
+    """Leave out the middle of a name of more than so many characters; names differ at their ends."""
     if len(name) <= most:
         return name
     ends = max(most - 1, 2)

@@ -87,15 +87,7 @@ class Constant(NamedTuple):
 
     @property
     def in_single(self) -> Constant:
-        """The same in single precision: no bound smaller, no box larger.
-
-        Examples
-        --------
-        >>> Constant("a bound", [0.1, 0.5], math.inf).in_single.values
-        [0.10000000149011612, 0.5]
-        >>> Constant("and to", [0.1, 0.5], -math.inf).in_single.values
-        [0.09999999403953552, 0.5]
-        """
+        """The same in single precision: no bound smaller, no box larger."""
         near = np.array(self.values, dtype=np.float32)
         beyond = np.nextafter(near, np.float32(self.towards))
         short = near < self.values if self.towards > 0.0 else near > np.array(self.values)
@@ -215,13 +207,7 @@ def _decomposition_function(arm: RobotArm) -> Function:
 
 
 def up(value: float) -> float:
-    """Round up to six digits what has more.
-
-    Examples
-    --------
-    >>> up(0.1), up(-2.3), up(0.12345678)
-    (0.1, -2.3, 0.123457)
-    """
+    """Round up to six digits what has more."""
     return value if float(f"{value:.6g}") == value else rounded_up(value, 6)
 
 

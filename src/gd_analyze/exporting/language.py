@@ -55,13 +55,7 @@ class Language:
         return name
 
     def foreign(self, text: str) -> str:
-        """Write a text from outside, such as an arm's title, for a comment.
-
-        Examples
-        --------
-        >>> Language().foreign('arm */ int x; "??/')
-        'arm <U+2A>/ int x; <U+22><U+3F><U+3F>/'
-        """
+        """Write a text from outside, such as an arm's title, for a comment."""
         return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
 
     def block(self, text: str) -> str:

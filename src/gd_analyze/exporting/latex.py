@@ -37,13 +37,7 @@ class Latex(Language):
     comment = ("", "%", "")
 
     def tex(self, text: str) -> str:
-        r"""Write a text from outside for the document.
-
-        Examples
-        --------
-        >>> Latex().tex("50% of \\input{x}")
-        '50\\% of \\textless{}U+5C\\textgreater{}input\\{x\\}'
-        """
+        r"""Write a text from outside for the document."""
         return "".join(_SIGNS.get(sign, sign) for sign in self.foreign(text))
 
     def values(self, given: ExportInput) -> dict[str, Any]:

@@ -56,11 +56,6 @@ def identifier(name: str, otherwise: str = "arm") -> str:
     """Make a name a word of ASCII letters, digits and underscores that is reserved in no language.
 
     `otherwise` is what it becomes where nothing is left of it, and the prefix of digits and reserved words.
-
-    Examples
-    --------
-    >>> identifier("Überarm 3000*/"), identifier("double"), identifier("7-bot"), identifier("腕")
-    ('Uberarm_3000', 'arm_double', 'arm_7_bot', 'arm')
     """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
     word = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_") or otherwise
@@ -70,13 +65,7 @@ def identifier(name: str, otherwise: str = "arm") -> str:
 
 
 def identifiers(names: Sequence[str], otherwise: str = "joint") -> tuple[str, ...]:
-    """Make identifiers of names, no two alike, not even where capitals do not count.
-
-    Examples
-    --------
-    >>> identifiers(["a b", "A-b", "a_b_2", ""])
-    ('a_b', 'A_b_2', 'a_b_2_2', 'joint')
-    """
+    """Make identifiers of names, no two alike, not even where capitals do not count."""
     made: dict[str, str] = {}
     for name in names:
         base = word = identifier(name, otherwise)

@@ -17,13 +17,7 @@ _EVERYDAY = range(-4, 6)
 
 
 def rounded(value: float, digits: int) -> tuple[str, int]:
-    """Mantissa and power of ten of a positive number; power 0 for numbers that are written out.
-
-    Examples
-    --------
-    >>> rounded(0.0712, 2), rounded(1234.0, 2), rounded(5.85e-5, 2)
-    (('0.071', 0), ('1200', 0), ('5.8', -5))
-    """
+    """Mantissa and power of ten of a positive number; power 0 for numbers that are written out."""
     shown, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
     if exponent not in _EVERYDAY:

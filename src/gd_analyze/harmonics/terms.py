@@ -64,13 +64,7 @@ class TorqueTerm(NamedTuple):
         return quantity_of(self.velocities)
 
     def weight_unit(self, revolute: Sequence[bool]) -> str:
-        """Unit of the coefficient: that of the torque without velocities and prismatic variables.
-
-        Examples
-        --------
-        >>> TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),)).weight_unit([True, False])
-        'kg'
-        """
+        """Unit of the coefficient: that of the torque without velocities and prismatic variables."""
         metres = 1 + revolute[self.row] - sum(factor.kind == "power" for factor in self.monomial)
         if not self.velocities:
             return f"N{_to_the(metres - 1)}"

@@ -85,13 +85,7 @@ def place(ratio: float) -> float:
 
 
 def budget_words(budget: str) -> str:
-    """What a budget's percentages are of, numbers to three digits.
-
-    Examples
-    --------
-    >>> budget_words("1% or 10% friction"), budget_words("0.5 N m")
-    ('1 % of peak torque or 10 % of friction', '0.5 N m')
-    """
+    """What a budget's percentages are of, numbers to three digits."""
     rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
     words = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(rounded))
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)

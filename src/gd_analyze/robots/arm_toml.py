@@ -30,12 +30,6 @@ def toml_of(arm: RobotArm) -> str:
     """TOML of an arm, of which `read_arm` makes the same one, to the last bit of every number.
 
     ArmError if a payload's link has uncertainties: a file cannot keep the two apart.
-
-    Examples
-    --------
-    >>> from gd_analyze.robots.catalogue import load_arm
-    >>> print(toml_of(load_arm("two_link")).splitlines()[1])
-    format = "gd-analyze arm 1"
     """
     convention = _convention(arm)
     placed = convention not in CONVENTIONS

@@ -36,13 +36,7 @@ class ClosedForms(NamedTuple):
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
-    """Run one formulation on the founding text's two rods, masses, length and angles left as symbols.
-
-    Examples
-    --------
-    >>> two_link_closed_forms("newton_euler_link").inertia[1, 1]
-    l**2*m2/3
-    """
+    """Run one formulation on the founding text's two rods, masses, length and angles left as symbols."""
     formulation = known_method(method)
     sp, s = _sympy(), _symbols()
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
