@@ -167,13 +167,6 @@ def simulate(
     The actuators' torques are a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
     (N, n) that a cubic spline interpolates; near a jump it overshoots: give such a torque as a function.
     GdAnalyzeError if D is singular, the torque function misbehaves or the integrator gives up.
-
-    Examples
-    --------
-    >>> from gd_analyze.robots.catalogue import load_arm
-    >>> fall = simulate(load_arm("two_link"), lambda t, q, qd: [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0.5)
-    >>> bool(abs(fall.energy_residual).max() < 1e-7)
-    True
     """
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
