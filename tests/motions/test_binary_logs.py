@@ -184,6 +184,13 @@ def test_instants_that_say_what_they_are(unit, tmp_path):
     np.testing.assert_array_equal(read_log(path, TWO).time, [0, 1, 2])
 
 
+def test_stamps_beyond_64_bits_with_a_sign(tmp_path):
+    time = np.array([2**63, 2**63 + 1], dtype=np.uint64)
+    path = written(tmp_path / "log.parquet", {"time": time, "q_0": [1.0, 1.0], "q_1": [1.0, 2.0]})
+    with pytest.raises(TrajectoryError, match=r"log\.parquet"):
+        read_log(path, TWO)
+
+
 def test_numbers_too_large(tmp_path):
     path = written(tmp_path / "log.parquet", {"time": [0.0, 0.1], "q_0": [1.0, np.inf], "q_1": [1.0, 2.0]})
     with pytest.raises(TrajectoryError, match="q_0 is too large") as caught:

@@ -13,8 +13,6 @@ import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 import click
 from click.exceptions import NoArgsIsHelpError
@@ -113,7 +111,8 @@ def _behave_as_a_process() -> None:
     if hasattr(signal, "SIGPIPE"):
         # As with every Unix tool, `| head` ends it quietly; all files are written before anything is printed.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    signal.signal(signal.SIGTERM, _terminate)
+    # By an exception, so that temporary files are removed on the way.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     # Importing the numerical libraries makes a million objects that live as long as the process. Looking
     # through them again and again, and once more on leaving, would take a fifth of the main job.
     gc.set_threshold(200_000, 50, 100)
@@ -155,8 +154,3 @@ def _fill_closed_streams() -> None:
     sys.stdin = sys.stdin or _Closed("input")
     sys.stdout = sys.stdout or _Closed("output")
     sys.stderr = sys.stderr or io.StringIO()
-
-
-def _terminate(number: int, frame: FrameType | None) -> NoReturn:
-    """Leave by an exception, so that temporary files are removed on the way."""
-    sys.exit(TERMINATED)

@@ -227,7 +227,9 @@ def _paired(
         if one not in out or other not in out or not one or not other:
             continue
         (f,), (g,) = one, other
-        ratio = _ratio(out[one], out[other], close)
+        # 1 if all weights are equal, -1 if all are opposite, 0 otherwise.
+        ratio = int(np.abs(out[one] - out[other]).max() <= close)
+        ratio -= int(np.abs(out[one] + out[other]).max() <= close)
         if f.kind != g.kind or ratio == 0:
             continue
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
@@ -244,11 +246,6 @@ def _paired(
                 del out[one], out[other]
                 break
     return out
-
-
-def _ratio(one: FloatArray, other: FloatArray, close: float) -> int:
-    """1 if all weights are equal, -1 if all are opposite, 0 otherwise."""
-    return int(np.abs(one - other).max() <= close) - int(np.abs(one + other).max() <= close)
 
 
 def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind, FactorKind], float]:

@@ -144,7 +144,10 @@ class ParquetTable(LogTable):
         kind = self._fields[column].type
         if not _is_instant(kind) and not str(kind).startswith(("int", "uint", "float", "double", "half")):
             return ["text"]
-        return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
+        try:
+            return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
+        except ValueError as error:  # a number beyond 64 bits with a sign
+            raise self._broken(error) from None
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, a group of rows at a time."""

@@ -257,8 +257,8 @@ def _arrays(
     time: ArrayLike, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
 ) -> dict[str, FloatArray]:
     """What is given, by name, once the others fit the shape (N, n) of q."""
-    given = {"q": q, "time": time, "qd": qd, "qdd": qdd}
-    arrays = {what: array_of(x, what, TrajectoryError) for what, x in given.items() if x is not None}
+    given = {"q": q, "time": time} | {what: x for what, x in (("qd", qd), ("qdd", qdd)) if x is not None}
+    arrays = {what: array_of(x, what, TrajectoryError) for what, x in given.items()}
     shape = arrays["q"].shape
     if len(shape) != 2 or not all(shape):
         raise refusal("a trajectory needs at least one set point", "q", "shape (N, n)", str(shape))

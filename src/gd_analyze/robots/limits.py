@@ -139,8 +139,8 @@ def _limits(name: str, table: object, path: Path) -> dict[str, float]:
     stated = table if isinstance(table, Mapping) else {}
     found: dict[str, float] = {}
     for key, (limit, holds) in _KEYS.items():
-        # MoveIt writes max_acceleration: 0 beside has_acceleration_limits: false.
-        if not stated.get(holds, key in stated):
+        # MoveIt writes max_acceleration: 0 beside has_acceleration_limits: false. A range has two ends.
+        if not stated.get(holds, any(other in stated for other, (_, what) in _KEYS.items() if what == holds)):
             continue
         value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
         if value is None or not (value > 0 or "position" in key):

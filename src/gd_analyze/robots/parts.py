@@ -48,7 +48,8 @@ def checked(
         array = given.astype(float)
         array.flags.writeable = False
         return array
-    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=in_python(values))
+    found = in_python(given.tolist() if given.dtype.kind in "fiu" else values)
+    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=found)
 
 
 def _check(

@@ -118,7 +118,8 @@ def _is_power_of_ten(number: float, least: float) -> bool:
 
 def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
     lower, upper, velocity = _limits(tree.model, joint.index)[0]
-    place = checked(moved.translation, (3,), f"the place of joint {joint.name}", tree.where)
+    where = tree.line("joint", joint.name) or tree.where
+    place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
     return Joint(
         joint.name,
         "revolute" if joint.kind == "revolute" else "prismatic",

@@ -259,7 +259,7 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if joint.kind == "floating":
             what = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
             way = f"--base {joint.link} takes that link as fixed; or use a file with a fixed base"
-            raise ArmError(what, where=tree.line("joint", joint.name), next_step=way)
+            raise ArmError(what, where=tree.line("joint", joint.name) or tree.where, next_step=way)
     for *links, where in tree.notes.loops:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
         between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
@@ -272,7 +272,7 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
 
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
-        where, mimic = tree.line("joint", joint.name), tree.notes.mimics.get(joint.name)
+        where, mimic = tree.line("joint", joint.name) or tree.where, tree.notes.mimics.get(joint.name)
         if mimic is not None:
             what = f"joint {joint.name} mimics joint {mimic.master} and moves mass"
             found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}"
@@ -309,5 +309,5 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     what = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
-    where = tree.line("link", fork) if stem else tree.where
+    where = (tree.line("link", fork) if stem else None) or tree.where
     raise ArmError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)

@@ -156,9 +156,11 @@ class Budget:
             possible = bool(amounts) and all(self.entries)
             possible &= all(0.0 <= amount < np.inf and of in of_any for amount, of in amounts)
         if not possible:
-            expected = f"in every entry amounts of 0 or more, of {', '.join(_WHOLES)}, or torque; or none"
+            expected = (
+                f"one or more entries, each amounts of 0 or more, of {', '.join(_WHOLES)}, or torque; or none"
+            )
             expected += " and a share of the norm of 0 or more, of the states above 0 and up to 1"
-            found = repr(norm or self.entries)
+            found = f"{self.entries!r}, norm {norm!r}"
             raise UsageError("a budget cannot be that", where="Budget", expected=expected, found=found)
 
     @classmethod
@@ -183,7 +185,7 @@ class Budget:
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
             norm = NormShare.parse(text)
             if norm is None:
-                next_step = "give one entry for all joints, without commas and `or`"
+                next_step = "give one entry for all joints, of more than 0 and up to 100 % of the states"
                 raise _not_understood(text, option, next_step)
             return cls((), norm, option)
         entries = []

@@ -356,6 +356,8 @@ class ExactDynamics:
 
     def weighed(self, weights: FloatArray | None) -> ExactDynamics:
         """The same with errors that count as weights (N, n) say, see `States.weights`; alike where None."""
+        if weights is None and self.states.weights is None:
+            return self
         other = replace(self, states=replace(self.states, weights=weights))
         vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
         return other

@@ -367,7 +367,8 @@ def require_terms_computed(model: SimplifiedModel) -> None:
     if not fits.all():
         joint = int(np.argmin(fits))
         expected = f"joint {joint + 1} within {_SAME * sizes[joint]:.3g} of its terms"
-        raise other(expected, f"{apart[joint]:.3g} apart, and rounding of {noise[joint]:.3g}")
+        rounding = f", and rounding of {noise[joint]:.3g}" if noise[joint] else ""
+        raise other(expected, f"{apart[joint]:.3g} apart{rounding}")
 
 
 def require_consistent(model: SimplifiedModel) -> None:
@@ -383,8 +384,8 @@ def require_consistent(model: SimplifiedModel) -> None:
     over_all = model.accuracy.errors.peak_torque
     for motion in model.accuracy.motions:
         _require_of(model, motion, f" along {motion.name}")
-        peak = motion.errors.peak_torque
-        _require(model, f"peak_torque along {motion.name}", peak <= over_all, peak, "that over all motions")
+        what, peak = f"peak_torque along {motion.name}", motion.errors.peak_torque
+        _require(model, what, peak <= over_all, peak, "at most that over all motions")
 
 
 def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: str = "") -> None:

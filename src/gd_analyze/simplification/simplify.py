@@ -150,7 +150,7 @@ def simplify_exact(
         best = min(models, key=lambda model: model.operations.total)
     else:
         best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
-    accuracy = replace(best.accuracy, levels=() if how.level else tuple(tried))
+    accuracy = replace(best.accuracy, levels=tuple(tried) if how.level is None else ())
     return replace(best, accuracy=accuracy, provenance=dict(provenance or {}))
 
 
