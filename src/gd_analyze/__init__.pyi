@@ -15,6 +15,7 @@ from gd_analyze.dynamics.dominance import text_verdicts as text_verdicts
 from gd_analyze.dynamics.measured_torque import TorqueComparison as TorqueComparison
 from gd_analyze.dynamics.measured_torque import compare_torque as compare_torque
 from gd_analyze.dynamics.pinocchio_check import cross_check as cross_check
+from gd_analyze.dynamics.robustness import robustness as robustness
 from gd_analyze.errors import GdAnalyzeError as GdAnalyzeError
 from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
 from gd_analyze.exporting.export import Exported as Exported

@@ -1,0 +1,65 @@
+"""Standard uncertainties of all links at once, and which parameters have none."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.errors import UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Link, LinkUncertainty
+from gd_analyze.text import UNSIGNED, in_python, named_joints
+
+_FACTORS = {
+    "mass": {"%": 0.01, "kg": 1.0},
+    "com": {"mm": 1e-3, "m": 1.0},
+    "inertia": {"%": 0.01, "kgm^2": 1.0},
+}
+
+
+def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
+    """Give every link the standard uncertainties of "mass=5%,com=2mm,inertia=10%", or some, and no other.
+
+    Shares are of the link's own values, those of inertia entry by entry; kg m^2 are of the moments.
+    UsageError where the text cannot be read.
+    """
+    stated: dict[str, tuple[float, bool]] = {}
+    for entry in text.split(","):
+        match = re.fullmatch(rf"(mass|com|inertia)=({UNSIGNED})(%|[a-z]+(?:\^2)?)", re.sub(r"\s+", "", entry))
+        factor = _FACTORS[match[1]].get(match[3]) if match else None
+        if match is None or factor is None or match[1] in stated:
+            raise UsageError(
+                "these are no uncertainties",
+                where="uncertainty",
+                expected="mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), each once",
+                found=in_python(text),
+            )
+        stated[match[1]] = factor * float(match[2]), match[3] == "%"
+    return replace(arm, links=tuple(_stating(link, stated) for link in arm.links))
+
+
+def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
+    body = link.bare or link
+    wholes = {"mass": body.mass, "com": np.ones(3), "inertia": np.abs(body.inertia_com)}
+    absolute = {"mass": 1.0, "com": np.ones(3), "inertia": np.eye(3)}
+    values = {
+        what: value * (wholes if is_share else absolute)[what] for what, (value, is_share) in stated.items()
+    }
+    payload = {"body_mass": body.mass, "body_com": body.com} if link.bare else {}
+    return replace(link, uncertainty=LinkUncertainty(**values, **payload))
+
+
+def exactly_known(arm: RobotArm) -> str:
+    """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none is."""
+    found = []
+    for what in _FACTORS:
+        links = [
+            k
+            for k, link in enumerate(arm.links, start=1)
+            if link.uncertainty is None or getattr(link.uncertainty, what) is None
+        ]
+        if links:
+            found.append(f"{what} of {named_joints(links, arm.n_joints).replace('joint', 'link')}")
+    return "; ".join(found)
