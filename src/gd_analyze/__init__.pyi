@@ -12,6 +12,8 @@ from gd_analyze.dynamics.decomposition import decompose as decompose
 from gd_analyze.dynamics.decomposition import decompose_states as decompose_states
 from gd_analyze.dynamics.dominance import rank as rank
 from gd_analyze.dynamics.dominance import text_verdicts as text_verdicts
+from gd_analyze.dynamics.dominance_over_time import dominance_over_time as dominance_over_time
+from gd_analyze.dynamics.dominance_over_time import verdicts as verdicts
 from gd_analyze.dynamics.measured_torque import TorqueComparison as TorqueComparison
 from gd_analyze.dynamics.measured_torque import compare_torque as compare_torque
 from gd_analyze.dynamics.pinocchio_check import cross_check as cross_check

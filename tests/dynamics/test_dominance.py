@@ -146,7 +146,7 @@ def test_rankings_of_random_arms(case, budget):
     for k, label in enumerate(ranking.element.values):
         element = by_label[str(label)]
         values = element.parts(dataset).sum(axis=0)
-        factors = element.torque_factors(dataset.qdd.values).values()
+        factors = element.torque_factors(dataset).values()
         assert ranking.torque_peak.values[k] <= max(float(np.abs(values * f).max()) for f in factors)
         # Zero where the parts are round-off, the element's own peak otherwise.
         off = abs(ranking.peak.values[k] - np.abs(values).max())

@@ -76,7 +76,7 @@ def test_probabilities_are_those_of_plain_monte_carlo(uncertainty):
                     out[np.arange(len(rows)), rows] += 1
     for ours, theirs in ((found.over_motion, over_motion), (found.probability, at_set_points)):
         p = ours.values
-        # Five standard deviations of a share of 500; there are 3 500 shares. Two samples where p is near 0 or 1.
+        # Five standard deviations of a share of 500, as there are 3 500; two samples where p is near 0 or 1.
         assert (np.abs(p - theirs / counts) <= 5 * np.sqrt(p * (1 - p) / counts) + 2 / counts).all()
     assert (np.abs(found.probability.sum("verdict") - 1) < 1e-12).all()
 
@@ -138,7 +138,7 @@ def test_what_cannot_be_drawn_is_refused():
     """Of a thin rod hardly any two moments drawn independently differ by less than the third."""
     rod = Link("rod", 2.0, np.array([0.5, 0.0, 0.0]), np.diag([1e-6, 0.3, 0.3]))
     arm = gd.RobotArm("pendulum", (Joint("1"),), (rod,))
-    motion = Trajectory("swing", np.linspace(0, 1, 5), *np.ones((3, 5, 1)))
+    motion = Trajectory(np.linspace(0, 1, 5), *np.ones((3, 5, 1)), "swing")
     with pytest.raises(gd.GdAnalyzeError, match="link rod"):
         gd.robustness(arm, motion, "inertia=10%", samples=50)
     with pytest.raises(gd.GdAnalyzeError, match="no uncertainty"):

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,22 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Element:
-    """One element of D (i <= j), h or c; joints count from 0 here, from 1 in its label."""
+    """One element of D (i <= j), h or c, or h_ijk (j <= k); joints count from 0 here, from 1 in its label."""
 
     quantity: str
     i: int
     j: int | None = None
+    k: int | None = None
 
     @property
     def label(self) -> str:
-        """D12, h3, c2."""
-        symbol = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}[self.quantity]
-        return symbol + joined(self.index)
+        """D12, h3, c2, h213."""
+        return _SYMBOLS[self.quantity] + joined(self.index)
 
     @property
     def index(self) -> tuple[int, ...]:
         """Place in the quantity's array."""
-        return (self.i,) if self.j is None else (self.i, self.j)
+        return tuple(joint for joint in (self.i, self.j, self.k) if joint is not None)
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
         """Both parts of the element in what `decompose` gave, (2, N); gravity is translation."""
@@ -53,18 +54,30 @@ class Element:
         array: Array = np.asarray(quantities[self.quantity])[index]
         return array.T
 
-    def torque_factors(self, qdd: FloatArray) -> dict[int, FloatArray | float]:
-        """Factors that turn the element into its torque at each joint it acts on."""
+    def torque_factors(self, quantities: Mapping[Any, Any]) -> dict[int, FloatArray]:
+        """Factors (N,) that turn the element into its torque at each joint it acts on."""
+        qdd = np.asarray(quantities["qdd"])
         if self.j is None:
-            return {self.i: 1.0}
-        return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
+            return {self.i: np.ones(len(qdd))}
+        if self.k is None:
+            return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
+        qd = np.asarray(quantities["qd"])
+        # h_ijk and h_ikj are one number.
+        return {self.i: (1.0 + (self.j != self.k)) * qd[:, self.j] * qd[:, self.k]}
 
 
-def elements(n_joints: int) -> tuple[Element, ...]:
-    """Upper triangle of D, then h, then c."""
+_SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "christoffel": "h"}
+# Kinds of unit by the number of joints in an element's index.
+_UNITS = {1: "effort", 2: "inertia", 3: "christoffel"}
+
+
+def elements(n_joints: int, *, christoffel: bool = False) -> tuple[Element, ...]:
+    """Upper triangle of D, then h, then c, then h_ijk if asked for."""
     n = range(n_joints)
-    pairs = [Element("inertia", i, j) for i in n for j in n if i <= j]
-    return (*pairs, *(Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in n))
+    pairs = list(combinations_with_replacement(n, 2))
+    vectors = (Element(name, i) for name in ("coriolis_centrifugal", "gravity_loading") for i in n)
+    coefficients = (Element("christoffel", i, *pair) for i in n for pair in pairs if christoffel)
+    return (*(Element("inertia", *pair) for pair in pairs), *vectors, *coefficients)
 
 
 DOMINANCE_THRESHOLD = 0.10
@@ -76,6 +89,7 @@ def rank(
     *,
     threshold: float = DOMINANCE_THRESHOLD,
     budget: float | FloatArray = DEFAULT_BUDGET,
+    christoffel: bool = False,
 ) -> xr.Dataset:
     """Rank the elements of D, h and c by the torque they move.
 
@@ -93,6 +107,8 @@ def rank(
         Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's
         row has n elements of D, one of h and one of c; an element is negligible when every torque it
         makes stays below budget / (n + 2), so that all negligible elements may go at once.
+    christoffel
+        Also rank every h_ijk of the dataset; they are what h consists of.
 
     Returns
     -------
@@ -107,8 +123,15 @@ def rank(
     Raises
     ------
     UsageError
-        If the budget is neither a share nor one torque per joint.
+        If the budget is neither a share nor one torque per joint, or h_ijk are asked for and there are none.
     """
+    if christoffel and "christoffel" not in dataset:
+        raise UsageError(
+            "there are no h_ijk to rank",
+            where="christoffel",
+            expected="what `decompose` gave with christoffel=True",
+            found=f"a dataset of {', '.join(map(str, dataset.data_vars))}",
+        )
     n = dataset.sizes["joint"]
     torque = dataset.torque.values
     explained = float(dataset.attrs["torque_round_off"])
@@ -120,7 +143,7 @@ def rank(
         raise UsageError("this is no budget", where="budget", expected=wanted, found=found, next_step=hint)
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
-    every = elements(n)
+    every = elements(n, christoffel=christoffel)
     peaks, squares, torque_peaks, largest = _extremes(dataset, every)
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
@@ -144,6 +167,7 @@ def rank(
         "quantity": np.array([element.quantity for element in every]),
         "i": np.array([element.i + 1 for element in every]),
         "j": np.array([0 if element.j is None else element.j + 1 for element in every]),
+        "k": np.array([0 if element.k is None else element.k + 1 for element in every]),
         "peak": peak,
         "rms": rms[whole] * exists,
         "part_peak": part_peak,
@@ -161,14 +185,15 @@ def rank(
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
     revolute = (dataset.joint_kind.values == "revolute").tolist()
-    units = [_unit(i, j, revolute) for i, j in zip(columns["i"], columns["j"], strict=True)]
+    ranked = [every[k] for k in order]
+    units = [unit_of(_UNITS[len(one.index)], *(revolute[k] for k in one.index)) for one in ranked]
     torque_units = [unit_of("effort", revolute[k - 1]) for k in columns["torque_joint"]]
     return table(
         "dominance",
-        {name: columns[name] for name in GROUPS["dominance"]},
+        {name: columns[name] for name in GROUPS["dominance"] if name != "k" or christoffel},
         revolute,
         {
-            "element": [every[k].label for k in order],
+            "element": [one.label for one in ranked],
             "effect": dataset.effect.values,
             "unit": ("element", units),
             "torque_unit": ("element", torque_units),
@@ -183,11 +208,6 @@ def rank(
     )
 
 
-def _unit(i: int, j: int, revolute: list[bool]) -> str:
-    """Unit of D_ij, or of h_i and c_i where j is 0."""
-    return unit_of("inertia", revolute[i - 1], revolute[j - 1]) if j else unit_of("effort", revolute[i - 1])
-
-
 def _extremes(
     dataset: xr.Dataset, every: Sequence[Element]
 ) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
@@ -199,17 +219,17 @@ def _extremes(
     peaks, squares = np.zeros((2, len(every), 3))
     torques = np.full((len(every), dataset.sizes["joint"], 3), -1.0)
     largest = dict.fromkeys((element.quantity for element in every), 0.0)
+    read = [*largest, "qdd", *(["qd"] if "christoffel" in largest else [])]
     for chunk in chunks(dataset.sizes["time"]):
-        part = dataset.isel(time=chunk)
-        block = {name: part[name].values for name in largest}
-        for name, values in block.items():
-            largest[name] = max(largest[name], float(np.abs(values).max()))
+        block = {name: values.values for name, values in dataset[read].isel(time=chunk).items()}
+        for name in largest:
+            largest[name] = max(largest[name], float(np.abs(block[name]).max()))
         for k, element in enumerate(every):
             parts = element.parts(block)
             curves = np.vstack([parts, parts.sum(axis=0)])
             peaks[k] = np.maximum(peaks[k], np.abs(curves).max(axis=1))
             squares[k] += (curves**2).sum(axis=1)
-            for joint, factor in element.torque_factors(part.qdd.values).items():
+            for joint, factor in element.torque_factors(block).items():
                 torques[k, joint] = np.maximum(torques[k, joint], np.abs(curves * factor).max(axis=1))
     return peaks, squares, torques, largest
 

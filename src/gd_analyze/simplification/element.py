@@ -71,7 +71,7 @@ def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[
     out = np.zeros((len(parts), n, count))
     for p, part in enumerate(parts):
         values = part.values(quantities)
-        for joint, factor in part.element.torque_factors(qdd).items():
+        for joint, factor in part.element.torque_factors(quantities).items():
             out[p, joint] = values * factor
     return out
 
