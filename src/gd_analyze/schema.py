@@ -122,7 +122,7 @@ ATTRIBUTES = _declared("attribute")
 OPTIONAL = {group: set(declared) for group, declared in _declared("optional").items()}
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"measured_torque", "motions", "recording"}
+OPTIONAL_GROUPS = {"measured_torque", "motions", "recording", "robustness"}
 
 
 def unit_of(kind: str, *revolute: bool) -> str:

@@ -11,7 +11,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import ON_PAPER, Area, Figure, Panel, Words
+from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, Panel, Words
 from gd_analyze.figures.run import Run
 from gd_analyze.figures.trade_off import trade_off_figure
 
@@ -112,6 +112,8 @@ def axes_of(figure: Figure) -> list[Axes]:
 
 def _draw(axes: Axes, panel: Panel) -> None:
     """Axes, title and items of a panel; numbers keep their own unit, labels have that of the axis."""
+    from matplotlib.colors import to_rgba_array
+
     for name, axis in (("x", panel.x), ("y", panel.y)):
         scaled = {f"{name}scale": "log"} if axis.is_logarithmic else {}
         axes.set(**{f"{name}lim": (axis.low, axis.high)}, **scaled)
@@ -127,6 +129,12 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.set_title(f"{panel.title}{unit}", loc="left", fontsize=panel.text + 1, pad=3)
     axes.set_title(panel.corner, loc="right", fontsize=panel.text, pad=3)
     for order, item in enumerate(panel.items, start=2):
+        if isinstance(item, Cells):
+            colours = to_rgba_array([ON_PAPER.get(name, "none") for name in item.colours.ravel()])
+            colours[:, 3] *= item.opacity.ravel()
+            rows = np.arange(len(item.colours) + 1)
+            axes.pcolormesh(item.x, rows, colours.reshape(*item.colours.shape, 4), zorder=order)
+            continue
         colour = ON_PAPER[item.colour]
         if isinstance(item, Area):
             axes.fill_between(item.x, item.near, item.far, color=colour, lw=0, label=item.label, zorder=order)

@@ -84,6 +84,11 @@ def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
     return curves
 
 
+def subscripted(label: str) -> str:
+    """An element's label with its joints as subscripts."""
+    return label[0] + label[1:].translate(_SUBSCRIPTS)
+
+
 def _rank(run: Run, element: Element) -> int:
     return int(np.flatnonzero(run.dominance.element.values == element.label)[0])
 
@@ -106,7 +111,7 @@ def _panel(run: Run, element: Element, pitch: float) -> Panel:
         items.append(over_time(time, curve, gaps, role, width, **look))
     return Panel(
         element.label,
-        element.label[0] + element.label[1:].translate(_SUBSCRIPTS),
+        subscripted(element.label),
         time_axis(time, 2),
         y,
         tuple(items),

@@ -66,6 +66,17 @@ class Area:
     label: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Rows of coloured cells over x: row k lies between y = k and k + 1."""
+
+    x: FloatArray  # edges, (N + 1,)
+    colours: np.ndarray  # names of colours, "" for an empty cell, (R, N)
+    opacity: FloatArray  # (R, N), from 0 to 1
+    words: tuple[str, ...]  # what a page tells of a row's cells, {0}, {1}, ... in place of their numbers
+    numbers: FloatArray  # (R, N, numbers), as shown
+
+
 @dataclass(frozen=True)
 class Words:
     """Text at a point of a panel, moved by some pt to the right and up."""
@@ -83,7 +94,7 @@ class Words:
     space: tuple[float, float, float] | None = None
 
 
-Item = Curve | Area | Words
+Item = Curve | Area | Cells | Words
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ A unit of the drawing is a twentieth of a point, so that all coordinates are who
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator
 from xml.sax.saxutils import escape, quoteattr
@@ -12,7 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.figures.figure import ON_PAPER, Area, Curve, Figure, Key, Panel, Words
+from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Curve, Figure, Key, Panel, Words
 
 UNIT = 20
 # A line may leave out points this near to it, pt.
@@ -82,6 +83,8 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
             yield _text(*at, item.text, item.size, paint(item.colour), item.anchor, look)
         elif isinstance(item, Area):
             yield _area(item, placed, paint)
+        elif isinstance(item, Cells):
+            yield from _cells(item, placed, paint)
         else:
             yield from _curve(item, placed, paint)
     if panel.title:
@@ -155,6 +158,24 @@ def _area(item: Area, placed: Placed, paint: Paint) -> str:
     path = "".join(f"{_path(forth)}L{_path(back[::-1])[1:]}z" for forth, back in zip(far, near, strict=True))
     marked = f" data-label={quoteattr(item.label)}" if item.label else ""
     return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>'
+
+
+def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
+    """Draw cells of one look in one path, those side by side as one."""
+    looks = np.char.add(item.colours, np.char.mod(" %.2g", item.opacity))
+    for look in np.unique(looks[item.colours != ""]):
+        colour, opacity = look.split()
+        path = []
+        for row, same in enumerate(looks == look):
+            ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
+            for pair in ends.reshape(-1, 2):
+                corners = placed(item.x[pair], row + np.array([0.0, 0.9]))
+                (left, top), (right, bottom) = np.rint(UNIT * corners).astype(int).tolist()
+                path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
+        yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
+    if paint is on_page:
+        told = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
+        yield f"<g data-cells={quoteattr(json.dumps(told, ensure_ascii=False, separators=(',', ':')))}/>"
 
 
 def _runs(points: FloatArray) -> list[FloatArray]:

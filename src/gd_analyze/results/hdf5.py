@@ -53,14 +53,14 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
     for key, variable in dataset.variables.items():
-        values, coding = (None, {}) if _is_long(variable) else _stored(variable.values)
-        if values is not None:
-            require_numbers(values, str(key), name)
+        is_long = _is_long(variable)
+        values, coding = _stored(np.empty(0, variable.dtype) if is_long else variable.values)
+        require_numbers(values, str(key), name)
         made = group.create_dataset(
             str(key),
             variable.shape,
-            variable.dtype if values is None else values.dtype,
-            data=values,
+            values.dtype,
+            data=None if is_long else values,
             chunks=(min(variable.shape[0], CHUNK), *variable.shape[1:]) if variable.size else None,
             fletcher32=variable.size > 0,
             track_order=True,
@@ -89,7 +89,7 @@ def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) ->
             return
         block = dataset[long].isel(time=chunk)
         for key in long:
-            values = np.ascontiguousarray(block[key].values)
+            values = np.ascontiguousarray(_stored(block[key].values)[0])
             require_numbers(values, str(key), name)
             group[str(key)][chunk] = values
 

@@ -16,11 +16,13 @@ import numpy as np
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.tube import Margin, Tube
-from gd_analyze.dynamics.decomposition import decompose_on_demand
+from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.dynamics.dominance import rank
+from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
+from gd_analyze.figures.figure import evenly
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
@@ -271,6 +273,11 @@ def find(
             if not is_described(measured):
                 warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
         dominance = rank(dataset, budget=exact.allowed(how.asked))
+        # Of a long motion set points are taken evenly; peaks are those of all.
+        taken = evenly(trajectory.n_set_points, MOST_KEPT)
+        over_time = dominance_over_time(
+            dataset if len(taken) == len(dataset.time) else dataset.isel(time=taken), dominance
+        )
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
         many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
@@ -306,6 +313,7 @@ def find(
         "decomposition": dataset,
         "cross_check": run_tables.cross_check_table(residuals, arm),
         "dominance": dominance,
+        "dominance_over_time": over_time,
         "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
         "parts": run_tables.parts_table(elements, exact, dominance),
         "terms": run_tables.terms_table(ranking, arm, not many),
