@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from gd_analyze.errors import UsageError
 from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
-from gd_analyze.figures.elements import inertia_figure, vector_figure
+from gd_analyze.figures.dominance import dominance_figure
+from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, Panel, Words
 from gd_analyze.figures.run import Run
 from gd_analyze.figures.trade_off import trade_off_figure
@@ -18,11 +20,12 @@ from gd_analyze.figures.trade_off import trade_off_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    Given: TypeAlias = Axes | Sequence[Axes] | None
 
 _MARKERS = dict(
     zip(("circle", "square", "triangle", "down", "diamond", "cross", "star"), "os^vDx*", strict=True)
 )
-_LEGEND = 16.0
+_LEGEND, _FOOT = 16.0, 8.0
 
 
 @dataclass(frozen=True)
@@ -69,45 +72,94 @@ class Plots:
         """Positions, velocities and accelerations; three panels per joint."""
         return axes_of(joints.motion_figure(self.run))
 
-    def inertia(self) -> list[Axes]:
-        """Elements of D by effect."""
-        return axes_of(inertia_figure(self.run))
+    def dominance(self, ax: Axes | None = None) -> list[Axes]:
+        """Dominant effect of each element at every set point, the largest torque first; one axes."""
+        return axes_of(dominance_figure(self.run), ax)
 
-    def coriolis_centrifugal(self) -> list[Axes]:
-        """Elements of h by effect."""
-        return axes_of(vector_figure(self.run, "coriolis_centrifugal"))
+    def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+        """Elements of D by effect.
 
-    def gravity_loading(self) -> list[Axes]:
-        """Elements of c."""
-        return axes_of(vector_figure(self.run, "gravity_loading"))
+        Parameters
+        ----------
+        elements
+            Labels, such as ["D12", "D15"]; the whole upper triangle by default.
+        ax
+            Axes to draw on, one per element, in place of a new figure.
+        look
+            `x`, "time" (default) or "set point"; `effects`, some of "translation", "rotation" and "combined";
+            `marked`, whether set points are, by default where there are up to 50.
+
+        Raises
+        ------
+        UsageError
+            If there is no such element or effect, or the axes are of another number.
+        """
+        return axes_of(inertia_figure(self.run, self._look(elements, look)), ax)
+
+    def coriolis_centrifugal(
+        self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any
+    ) -> list[Axes]:
+        """Elements of h by effect; arguments as for `inertia`, effects also "centrifugal" and "coriolis"."""
+        return axes_of(vector_figure(self.run, "coriolis_centrifugal", self._look(elements, look)), ax)
+
+    def gravity_loading(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+        """Elements of c; arguments as for `inertia`."""
+        return axes_of(vector_figure(self.run, "gravity_loading", self._look(elements, look)), ax)
+
+    def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
+        is_short = self.run.trajectory.n_set_points <= MARKED
+        given = {"elements": tuple(elements), "marked": is_short} | look
+        if "effects" in given:
+            given["effects"] = tuple(given["effects"])
+        return Look(**given)
 
 
-def axes_of(figure: Figure) -> list[Axes]:
-    """Draw a figure with matplotlib; one axes per panel, row by row."""
+def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
+    """Draw a figure with matplotlib, on axes that are given or new ones; one per panel, row by row."""
     from matplotlib import pyplot
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    head = _LEGEND if figure.legend else 0.0
-    wide, high = figure.columns * figure.width, len(figure.rows) * figure.height + head
-    drawn = pyplot.figure(figsize=(wide / 72, high / 72))
-    found = []
-    for r, c, panel in figure.places:
-        left, bottom, right, top = panel.margins
-        x, y = c * figure.width + left, high - head - (r + 1) * figure.height + bottom
-        room = (figure.width - left - right, figure.height - top - bottom)
-        found.append(drawn.add_axes((x / wide, y / high, room[0] / wide, room[1] / high)))
-        _draw(found[-1], panel)
     handles = [
         Patch(color=ON_PAPER[key.colour], label=key.label)
         if key.kind == "area"
         else Line2D([], [], color=ON_PAPER[key.colour], linestyle=_style(key.dashes), label=key.label)
         for key in figure.legend
     ]
+    if ax is not None:
+        found = list(np.ravel(np.asarray(ax, dtype=object)))
+        if len(found) != len(figure.panels):
+            expected, count = f"{len(figure.panels)} axes, one per element", str(len(found))
+            raise UsageError("the axes do not fit the figure", where="ax", expected=expected, found=count)
+        for axes, panel in zip(found, figure.panels, strict=True):
+            _draw(axes, panel)
+            axes.set(
+                xlabel="time, s" if panel.x.unit == "s" else panel.x.unit,
+                ylabel=f"{panel.title}, {panel.y.unit}",
+            )
+            axes.legend(handles=handles, fontsize=6, frameon=False)
+        return found
+    head = _LEGEND if figure.legend else 0.0
+    wide, high = figure.columns * figure.width, len(figure.rows) * figure.height + head + _FOOT
+    drawn = pyplot.figure(figsize=(wide / 72, high / 72))
+    found = []
+    for r, c, panel in figure.places:
+        left, bottom, right, top = panel.margins
+        x, y = c * figure.width + left, high - head - (r + 1) * figure.height + bottom
+        below = [row[c] for row in figure.rows[r + 1 : r + 2] if c < len(row)]
+        room = (figure.width - left - right, figure.height - top - bottom)
+        found.append(drawn.add_axes((x / wide, y / high, room[0] / wide, room[1] / high)))
+        _draw(found[-1], panel)
+        if below in ([], [None]):
+            found[-1].set_xlabel(_abscissa(panel), fontsize=panel.text, labelpad=1.0)
     if handles:
         look: dict[str, Any] = {"fontsize": 6, "frameon": False, "handlelength": 1.2, "columnspacing": 1.0}
         drawn.legend(handles=handles, loc="upper left", ncols=len(handles), **look)
     return found
+
+
+def _abscissa(panel: Panel) -> str:
+    return "time, s" if panel.x.unit == "s" else panel.x.unit
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
@@ -123,7 +175,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
     axes.spines[["top", "right", "left"]].set_visible(False)
     if panel.is_bare:
         axes.set_axis_off()
-    else:
+    elif not panel.y.names:
         axes.grid(visible=True, axis="y", color=ON_PAPER["line"], linewidth=0.5)
     unit = f", {panel.y.unit}" if panel.y.unit and not panel.is_bare else ""
     axes.set_title(f"{panel.title}{unit}", loc="left", fontsize=panel.text + 1, pad=3)

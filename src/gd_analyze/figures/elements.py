@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.dominance import Element, elements
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
+from gd_analyze.errors import UsageError
 from gd_analyze.figures.figure import (
     COLOURS,
     WIDTH,
@@ -43,26 +46,69 @@ _LEGEND = (
 _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
 
 
-def inertia_figure(run: Run) -> Figure:
-    """Upper triangle of D by effect, each panel at its place in the matrix."""
-    n = run.arm.n_joints
+@dataclass(frozen=True)
+class Look:
+    """How elements are drawn."""
+
+    elements: tuple[str, ...] = ()  # labels; all of them where there are none
+    x: Literal["time", "set point"] = "time"
+    effects: tuple[str, ...] = tuple(_LOOKS)  # names of curves
+    marked: bool = False  # whether set points are
+
+    def __post_init__(self) -> None:
+        for what, given, known in (("x", (self.x,), ABSCISSAE), ("effects", self.effects, tuple(_LOOKS))):
+            for name in given:
+                if name not in known:
+                    expected = ", ".join(known)
+                    raise UsageError(
+                        f"there is no {name!r} to draw", where=what, expected=expected, found=name
+                    )
+
+    def chosen(self, run: Run, quantity: str) -> list[Element]:
+        """Elements of a quantity that are asked for; UsageError where one of the labels is of none."""
+        there = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
+        for label in self.elements:
+            if label not in there:
+                expected = f"of {', '.join(there)}"
+                raise UsageError("there is no such element", where="elements", expected=expected, found=label)
+        return [there[label] for label in self.elements or there]
+
+
+ABSCISSAE = ("time", "set point")
+# Set points of a motion that are marked, at most.
+MARKED = 50
+USUAL = Look()
+
+
+def inertia_figure(run: Run, look: Look = USUAL) -> Figure:
+    """Elements of D by effect: the whole upper triangle, each at its place in the matrix, or some in rows."""
+    n, chosen = run.arm.n_joints, look.chosen(run, "inertia")
+    if look.elements:
+        return _in_rows(run, "Inertia matrix by effect", chosen, look)
     rows: list[list[Panel | None]] = [[None] * n for _ in range(n)]
     pitch = min(WIDTH / n, 165.0)
-    for element in elements(n):
-        if element.quantity == "inertia" and element.j is not None:
-            rows[element.i][element.j] = _panel(run, element, pitch)
+    for element in chosen:
+        i, j = element.index
+        rows[i][j] = _panel(run, element, pitch, look)
     height = min(1.3 * pitch, 580.0 / n, 130.0)  # with heading and note on a page
-    return Figure("Inertia matrix by effect", tuple(map(tuple, rows)), pitch, height, _LEGEND)
+    return Figure("Inertia matrix by effect", tuple(map(tuple, rows)), pitch, height, _legend(look))
 
 
-def vector_figure(run: Run, quantity: str) -> Figure:
+def vector_figure(run: Run, quantity: str, look: Look = USUAL) -> Figure:
     """Elements of a vector over time, "coriolis_centrifugal" or "gravity_loading"."""
-    chosen = [e for e in elements(run.arm.n_joints) if e.quantity == quantity]
-    columns = 3 if len(chosen) <= 9 else 4
-    height = min(250.0 / -(-len(chosen) // columns), 110.0)
-    panels = [_panel(run, element, WIDTH / columns) for element in chosen]
     words = {"coriolis_centrifugal": "Coriolis and centrifugal vector by effect"}
-    return in_columns(words.get(quantity, "Gravity loading vector"), panels, columns, height)
+    return _in_rows(run, words.get(quantity, "Gravity loading vector"), look.chosen(run, quantity), look)
+
+
+def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Figure:
+    columns = min(len(chosen), 3 if len(chosen) <= 9 else 4)
+    height = min(250.0 / -(-len(chosen) // columns), 110.0)
+    panels = [_panel(run, element, WIDTH / columns, look) for element in chosen]
+    return in_columns(label, panels, columns, height, _legend(look) if look != USUAL else ())
+
+
+def _legend(look: Look) -> tuple[Key, ...]:
+    return tuple(key for key in _LEGEND if key.colour in look.effects)
 
 
 def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
@@ -93,12 +139,17 @@ def _rank(run: Run, element: Element) -> int:
     return int(np.flatnonzero(run.dominance.element.values == element.label)[0])
 
 
-def _panel(run: Run, element: Element, pitch: float) -> Panel:
+def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     """Translation, rotation and both together, titled by label, unit and dominant effect."""
     rank, is_narrow = _rank(run, element), pitch < 60.0
     unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "dominant"))
     curves, points = element_curves(run, element), run.drawn[0]
+    curves = {role: curve for role, curve in curves.items() if role in look.effects}
     time, gaps = run.trajectory.time[points], run.gaps_among(points)
+    axis = time_axis(time, 2)
+    if look.x == "set point":
+        time = points + 1.0
+        axis = replace(time_axis(time, 1 if pitch < 120.0 else 3), unit="set point")
     # An element that is zero but for round-off must not fill its panel with noise.
     factor, shown = prefixed(float(peak), str(unit))
     y = value_axis(unit, *curves.values()) if peak else Axis(-1.0, 1.0, (0.0,))
@@ -107,12 +158,14 @@ def _panel(run: Run, element: Element, pitch: float) -> Panel:
     for role, curve in curves.items():
         width, dashes = _LOOKS[role]
         hidden, width = role in ("centrifugal", "coriolis"), width * (0.6 if is_narrow else 1.0)
-        look = {"dashes": dashes, "label": role, "role": role, "hidden": hidden}
-        items.append(over_time(time, curve, gaps, role, width, **look))
+        more = {"dashes": dashes, "label": role, "role": role, "hidden": hidden and len(curves) > 2}
+        is_marked = look.marked and (role != "combined" or len(curves) == 1)
+        marks = {"marker": "circle", "size": width + (0.7 if is_narrow else 1.3)} if is_marked else {}
+        items.append(over_time(time, curve, gaps, role, width, **more, **marks))
     return Panel(
         element.label,
         subscripted(element.label),
-        time_axis(time, 2),
+        axis,
         y,
         tuple(items),
         LETTERS[verdict] if element.quantity != "gravity_loading" else "",

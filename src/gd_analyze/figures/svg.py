@@ -105,7 +105,7 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     x_at = (left + wide * panel.x.place(np.array(panel.x.ticks))).tolist()
     y_at = (top + high * (1 - panel.y.place(np.array(panel.y.ticks)))).tolist()
     bottom, right, size = top + high, left + wide, panel.text
-    grid = [f"M{_int(left)} {_int(y)}h{_int(wide)}" for y in y_at]
+    grid = [f"M{_int(left)} {_int(y)}h{_int(wide)}" for y in y_at if not panel.y.names]
     grid += [f"M{_int(x)} {_int(top)}v{_int(high)}" for x in x_at if panel.x.grid]
     if grid:
         yield f'<path class="grid" style="stroke:{paint("line")}" stroke-width="10" d="{"".join(grid)}"/>'
@@ -128,10 +128,10 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
 
 def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
     points, colour = placed(item.x, item.y), paint(item.colour)
-    marked = f' class="{item.role}"' if item.role else ""
-    marked += f" data-label={quoteattr(item.label)}" if item.label else ""
-    marked += ' display="none"' if item.hidden else ""
-    marked += f' opacity="{item.opacity:.2g}"' if item.opacity < 1.0 else ""
+    look = f' class="{item.role}"' if item.role else ""
+    look += ' display="none"' if item.hidden else ""
+    look += f' opacity="{item.opacity:.2g}"' if item.opacity < 1.0 else ""
+    marked = look + (f" data-label={quoteattr(item.label)}" if item.label else "")
     if item.space is not None and paint is on_page:
         marked += f' data-space="{" ".join(f"{value:.4g}" for value in np.ravel(item.space))}"'
     if item.width and len(points) > 1:
@@ -140,7 +140,13 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
         path = "".join(_path(run) for run in _runs(points))
         yield (f'<path{marked} style="stroke:{colour}" stroke-width="{_int(item.width)}" d="{path}"/>')
     dots = item.marker or ("circle" if len(points) == 1 else None)
-    if dots:
+    if dots == "circle" and not item.hollow and not item.tips:
+        # Round ends of lines without length: one path for all.
+        path = "".join(f"M{_int(x)} {_int(y)}h0" for x, y in points.tolist() if math.isfinite(y))
+        shown = look if item.width and len(points) > 1 else marked
+        round_ends = f'stroke-width="{_int(item.size)}" stroke-linecap="round"'
+        yield f'<path{shown} style="stroke:{colour}" {round_ends} d="{path}"/>'
+    elif dots:
         fill = paint("paper") if item.hollow else colour
         edge = max(item.size / 4, 0.7)
         for k, (x, y) in enumerate(points.tolist()):
