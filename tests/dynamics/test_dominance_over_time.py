@@ -92,11 +92,12 @@ def test_what_h_ijk_make_adds_up_to_h():
 def test_the_motion_in_stretches():
     """D25 of the PUMA: its translational part vanishes in the middle of the motion."""
     over_time = gd.dominance_over_time(gd.decompose("puma560", "pick-and-place", drives=False))
-    assert [stretch.verdict for stretch in stretches(over_time, "D25")] == ["both", "rotation", "both"]
-    found = stretches(over_time, "D25")
+    every = stretches(over_time)
+    found = every["D25"]
+    assert [stretch.verdict for stretch in found] == ["both", "rotation", "both"]
     assert found[0].begin == 0
     assert found[-1].end == over_time.time.values[-1]
-    assert [s.verdict for s in stretches(over_time, "D45")] == ["neither"]
+    assert [stretch.verdict for stretch in every["D45"]] == ["neither"]
 
 
 def test_budget_shares_are_of_what_is_allowed_at_the_joint():

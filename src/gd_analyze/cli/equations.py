@@ -12,16 +12,6 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
-from gd_analyze.text import number_in
-
-
-def _share(words: str) -> float:
-    """Read a share of 0 to 1, written 1% or 0.01."""
-    number = number_in(words.strip().removesuffix("%"))
-    share = None if number is None else number / (100 if words.strip().endswith("%") else 1)
-    if share is None or not 0 <= share <= 1:
-        raise click.BadParameter(f"{words!r} is not a share of 0 to 1, such as 1% or 0.01")
-    return share
 
 
 @click.command(short_help="Print the exact equations of motion.")
@@ -34,13 +24,7 @@ def _share(words: str) -> float:
     help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated; all of them by "
     "default.",
 )
-@click.option(
-    "--min-share",
-    metavar="SHARE",
-    type=_share,
-    default="0%",
-    help="Leave out terms that stay below this share of the element's largest term.",
-)
+@options.share("--min-share", "0%", "Leave out terms below this share of the element's largest term.")
 @click.option(
     "--format",
     "form",

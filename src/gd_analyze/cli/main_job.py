@@ -44,6 +44,7 @@ class MainJobContext(click.Context):
 @options.drives
 @options.payload
 @options.margin("How far states may be from the motion for which the model's errors are proven")
+@options.dominance
 @click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(
     "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."

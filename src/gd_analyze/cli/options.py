@@ -193,6 +193,35 @@ states = together(
     number("--seed", 0, "Seed of these states; the same seed draws the same states."),
 )
 
+
+def _share(words: str) -> float:
+    """Read a share of 0 to 1, written 1% or 0.01."""
+    number = number_in(words.strip().removesuffix("%"))
+    share = None if number is None else number / (100 if words.strip().endswith("%") else 1)
+    if share is None or not 0 <= share <= 1:
+        raise click.BadParameter(f"{words!r} is not a share of 0 to 1, such as 1% or 0.01")
+    return share
+
+
+def share(name: str, default: str, words: str) -> Callable[[F], F]:
+    """An option that takes a share."""
+    return click.option(name, metavar="SHARE", type=_share, default=default, show_default=True, help=words)
+
+
+dominance = together(
+    share(
+        "--dominance",
+        "10%",
+        "A part counts where its loss changes the element by more than this share of the element's peak.",
+    ),
+    click.option(
+        "--uncertainty",
+        metavar="LIST",
+        help="Standard uncertainties of all links in place of the arm file's, from which the probability of "
+        "verdicts follows: mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), comma-separated.",
+    ),
+)
+
 top = number("--top", 12, "Rows of the ranking to print.")
 
 BUDGET = (

@@ -115,9 +115,12 @@ class Stretch(NamedTuple):
     end: float
 
 
-def stretches(over_time: xr.Dataset, element: str) -> list[Stretch]:
-    """Verdicts on an element one after the other, over the whole motion."""
-    found = verdicts(over_time.sel(element=[element])).values[:, 0]
-    time = over_time.time.values
-    first = [0, *(np.flatnonzero(found[1:] != found[:-1]) + 1).tolist(), len(found)]
-    return [Stretch(str(found[a]), float(time[a]), float(time[b - 1])) for a, b in pairwise(first)]
+def stretches(over_time: xr.Dataset) -> dict[str, list[Stretch]]:
+    """Verdicts on every element one after the other, over the whole motion."""
+    time, found = over_time.time.values, {}
+    for label, words in zip(over_time.element.values.tolist(), verdicts(over_time).values.T, strict=True):
+        first = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]
+        found[label] = [
+            Stretch(str(words[a]), float(time[a]), float(time[b - 1])) for a, b in pairwise(first)
+        ]
+    return found

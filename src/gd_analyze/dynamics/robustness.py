@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
-from gd_analyze.dynamics.regressor import inertial_parameters, parameters_of, regressor
 from gd_analyze.errors import ArmError
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of

@@ -104,7 +104,8 @@ def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Fig
     columns = min(len(chosen), 3 if len(chosen) <= 9 else 4)
     height = min(250.0 / -(-len(chosen) // columns), 110.0)
     panels = [_panel(run, element, WIDTH / columns, look) for element in chosen]
-    return in_columns(label, panels, columns, height, _legend(look) if look != USUAL else ())
+    legend = _legend(look) if look != USUAL and chosen[0].quantity != "gravity_loading" else ()
+    return in_columns(label, panels, columns, height, legend)
 
 
 def _legend(look: Look) -> tuple[Key, ...]:
@@ -160,7 +161,7 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         hidden, width = role in ("centrifugal", "coriolis"), width * (0.6 if is_narrow else 1.0)
         more = {"dashes": dashes, "label": role, "role": role, "hidden": hidden and len(curves) > 2}
         is_marked = look.marked and (role != "combined" or len(curves) == 1)
-        marks = {"marker": "circle", "size": width + (0.7 if is_narrow else 1.3)} if is_marked else {}
+        marks = {"marker": "circle", "size": width + (0.9 if is_narrow else 1.3)} if is_marked else {}
         items.append(over_time(time, curve, gaps, role, width, **more, **marks))
     return Panel(
         element.label,

@@ -42,10 +42,11 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     The callable typesets: of the same findings the same bytes.
     """
     report = report or main_report(findings)
-    first, numbers = (report.arm, report.contributions), report.numbers
+    first, numbers = (report.arm, report.contributions, report.dominance), report.numbers
     data = result_data(report.opening) | {
         "errors": _errors(findings, report),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
+        "changes": parts_data([report.changes] if report.changes else [], numbers),
         "trade_off": parts_data(report.trade_off or (), numbers),
         "model": parts_data(model_parts(findings), numbers),
         "appendices": parts_data(report.appendices, numbers),

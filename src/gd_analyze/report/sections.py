@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gd_analyze.figures.arm import views_figure
-from gd_analyze.figures.elements import LETTERS, inertia_figure, vector_figure
+from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.joints import (
     error_figure,
     measured_figure,
@@ -23,7 +23,7 @@ from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, T
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.rows import effect_of, element_rows, joint_rows, mark_of, rows_of, table_of
+from gd_analyze.results.rows import effect_of, element_rows, joint_rows, mark_of, rows_of, sure_text, table_of
 from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
@@ -122,9 +122,10 @@ def _effects(findings: Findings) -> Section:
     matrix = f"Inertia matrix D by effect, each panel at its place in the matrix.{like[0]}"
     vector = f"Coriolis and centrifugal vector h by effect.{like[1]}"
     loading = "Gravity loading c, which acts on masses only and has no rotational part."
-    parts = [Drawing("inertia", matrix, inertia_figure(findings))]
+    look = Look(marked=findings.trajectory.n_set_points <= MARKED)
+    parts = [Drawing("inertia", matrix, inertia_figure(findings, look))]
     for name, title in (("coriolis_centrifugal", vector), ("gravity_loading", loading)):
-        parts.append(Drawing(name, title, vector_figure(findings, name)))
+        parts.append(Drawing(name, title, vector_figure(findings, name, look)))
     note = (
         "Each element is the sum of a part from moving the links' masses (translation) and a part from "
         "turning the links about their centres of mass (rotation). At the right of a title: what dominates, "
@@ -151,6 +152,7 @@ def _ranking(findings: Findings) -> Section:
         "change_without_translation": ("without T", "", "percent"),
         "change_without_rotation": ("without R", "", "percent"),
         "verdict": ("verdict", "", "effect"),
+        **({"sure": ("probability", "", "text")} if "robustness" in findings.tables else {}),
         "kept": ("kept", "", "effect"),
         **({"beside": ("[FGL87]", "", "text")} if text else {}),
     }
@@ -161,6 +163,7 @@ def _ranking(findings: Findings) -> Section:
             "symbol": _symbol(row["element"]),
             "verdict": f"{effect} {VERDICTS[effect]}",
             "kept": f"{kept} {LETTERS[kept]}",
+            "sure": sure_text(row),
             "beside": f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–",
         }
         if row["quantity"] == "gravity_loading":

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
 from gd_analyze.dynamics.dominance import text_verdicts
+from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Shown, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.simplification.element import kept_effects
-from gd_analyze.text import joint_name
+from gd_analyze.text import joint_name, percent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,17 +35,31 @@ def joint_rows(findings: Findings, *groups: str) -> list[Row]:
     return rows
 
 
+# A verdict less probable than this is marked.
+SURE = 0.95
+
+
 def element_rows(findings: Findings) -> list[Row]:
     """One row per element, ranked.
 
-    To the table "dominance" come the rank, what the model by the founding text's own method keeps, and the
-    founding text's verdict, "" where it has none.
+    To the table "dominance" come the rank, what the model by the founding text's own method keeps, the
+    founding text's verdict, "" where it has none, when the verdict changes, and how probable the verdict over
+    the motion is, None where no uncertainty is stated.
     """
     reference = text_verdicts(findings.arm.name)
     kept = kept_effects(findings.arm.n_joints, findings.element_model.terms)
     verdicts = reference.verdicts if reference else {}
+    found = stretches(findings.tables["dominance_over_time"])
+    probable = _probabilities(findings)
     return [
-        {"rank": rank, **row, "kept": kept[row["element"]], "text_verdict": verdicts.get(row["element"], "")}
+        {
+            "rank": rank,
+            **row,
+            "kept": kept[row["element"]],
+            "text_verdict": verdicts.get(row["element"], ""),
+            "stretches": [stretch._asdict() for stretch in found[row["element"]]],
+            "probability": probable.get((row["element"], row["dominant"])),
+        }
         for rank, row in enumerate(rows_of(findings.dominance, "element"), start=1)
     ]
 
@@ -56,6 +73,65 @@ def effect_of(row: Row, what: str = "verdict") -> str:
 def mark_of(verdict: str) -> str:
     """A verdict where there is no room for words."""
     return "–" if verdict == "negligible" else LETTERS[verdict]
+def dominance_note(findings: Findings) -> str:
+    """What the figure of dominance over time shows, where verdicts change, and which are in doubt."""
+    threshold = percent(float(findings.dominance.attrs["threshold"]))
+    rows = [row for row in element_rows(findings) if row["quantity"] != "gravity_loading"]
+    doubtful = [f"{row['element']} {sure_text(row)}" for row in rows if (row["probability"] or 1.0) < SURE]
+    note = (
+        f"Coloured: parts whose loss changes the element by more than {threshold} of its peak. "
+        "Verdict: over the whole motion. Kept: by the founding text's method, at this budget."
+    )
+    if doubtful:
+        note += (
+            f" Less than {percent(SURE)} sure, given the stated uncertainties of parameters: "
+            f"{', '.join(doubtful)}."
+        )
+    return note
+
+
+def changes_table(findings: Findings) -> Table | None:
+    """Elements whose verdict changes along the motion, and when; None where none does."""
+    rows = [row for row in element_rows(findings) if changes_text(row)]
+    columns = (
+        Column("", "element", [row["element"] for row in rows], shown="text"),
+        Column("", "verdict over time", [changes_text(row) for row in rows], shown="text"),
+    )
+    return (
+        Table("changes", "Verdicts that change along the motion, largest torque first", columns)
+        if rows
+        else None
+    )
+
+
+def sure_text(row: Row) -> str:
+    """Probability of the verdict over the motion, marked where it is low; "" where it is not known."""
+    probability = row["probability"]
+    if probability is None:
+        return ""
+    # Not rounded up to certainty.
+    return f"{math.floor(100 * probability):d} %{' (?)' if probability < SURE else ''}"
+
+
+def _probabilities(findings: Findings) -> dict[tuple[str, str], float]:
+    """Probability of each verdict over the motion, by element and verdict, if stated."""
+    if "robustness" not in findings.tables:
+        return {}
+    over_motion = findings.tables["robustness"].over_motion
+    names = product(over_motion.element.values.tolist(), over_motion.verdict.values.tolist())
+    return dict(zip(names, over_motion.values.ravel().tolist(), strict=True))
+
+
+def changes_text(row: Row) -> str:
+    """When the verdict on an element changes: "both until 0.96 s, then rotation"; "" if never."""
+    found = row["stretches"]
+    if len(found) == 1:
+        return ""
+    *before, last = found
+    return (
+        ", ".join(f"{one['verdict']} until {one['end']:.3g} s" for one in before)
+        + f", then {last['verdict']}"
+    )
 
 
 class DroppedParts(NamedTuple):

@@ -17,10 +17,11 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
-from gd_analyze.dynamics.dominance import rank
+from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
+from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
 from gd_analyze.figures.figure import evenly
 from gd_analyze.files import RESULT_FILES, require_one_run
@@ -36,6 +37,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
+from gd_analyze.robots.uncertainty import with_uncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.evaluation import TermRanking, payload_effect, rank_terms
@@ -80,6 +82,10 @@ class Settings:
     margin
         How far states may be from the motion for which the model's errors are bounded, or its text such as
         "1deg,1mm,qd=2%,qdd=5%", which is the default.
+    dominance
+        Share of an element's peak that leaving a part out may change, see `rank`.
+    uncertainty
+        Standard uncertainties of all links in place of those the arm states, see `robustness`.
     fit_friction
         Fit friction to measured torques beside the model; it does not become part of the model.
     christoffel, by_link, terms
@@ -88,7 +94,8 @@ class Settings:
     Raises
     ------
     UsageError
-        If there is no such level, budget or margin are not understood, or the budget is of the norm.
+        If there is no such level, budget or margin are not understood, the budget is of the norm, or
+        dominance is not between 0 and 1.
     """
 
     budget: Budget | str | None = None
@@ -97,6 +104,8 @@ class Settings:
     operations: int | None = None
     drives: bool | None = None
     margin: Margin | str | None = None
+    dominance: float = DOMINANCE_THRESHOLD
+    uncertainty: str | None = None
     fit_friction: bool = False
     christoffel: bool = True
     by_link: bool = False
@@ -112,6 +121,9 @@ class Settings:
         level = None if self.level is None else level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses what no search takes
         object.__setattr__(self, "level", level)
+        if not 0.0 < self.dominance < 1.0:
+            found, expected = f"{self.dominance:g}", "a share between 0 and 1"
+            raise UsageError("this is no share", where="dominance", expected=expected, found=found)
 
     @property
     def asked(self) -> Budget:
@@ -247,6 +259,8 @@ def find(
         disagrees with Pinocchio.
     """
     arm, how = arm_of(arm), settings or Settings()
+    if how.uncertainty is not None:
+        arm = with_uncertainty(arm, how.uncertainty)
     trajectory = trajectory_of(trajectory, arm)
     if how.fit_friction:
         require_torques(trajectory)
@@ -272,7 +286,7 @@ def find(
             measured = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
             if not is_described(measured):
                 warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
-        dominance = rank(dataset, budget=exact.allowed(how.asked))
+        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked))
         # Of a long motion set points are taken evenly; peaks are those of all.
         taken = evenly(trajectory.n_set_points, MOST_KEPT)
         over_time = dominance_over_time(
@@ -330,6 +344,8 @@ def find(
         allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
         tables["motions"] = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
+    if any(link.uncertainty is not None for link in arm.links):
+        tables["robustness"] = robustness(arm, trajectory, threshold=how.dominance)
     return Findings(
         arm=arm,
         trajectory=trajectory,

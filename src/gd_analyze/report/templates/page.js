@@ -73,6 +73,16 @@ for (const svg of all("svg.panel[data-frame]")) {
     const at = ((event.clientX - box.left) * svg.viewBox.baseVal.width) / box.width;
     if (at < left || at > left + width) return leave();
     lineAt(svg, "cursor", at);
+    const cells = svg.querySelector("[data-cells]");
+    if (cells) {
+      const { x, words, numbers } = (cells.told ||= JSON.parse(cells.dataset.cells));
+      const time = Number(x0) + ((x1 - x0) * (at - left)) / width;
+      const row = Math.floor(((event.clientY - box.top) * svg.viewBox.baseVal.height / box.height - top) / height * words.length);
+      if (!(row in words)) return leave();
+      const column = Math.min(Math.max(x.findIndex((edge) => edge > time) - 1, 0), numbers[row].length - 1);
+      const said = words[row].replace(/\{(\d)\}/g, (_, k) => number(numbers[row][column][k]));
+      return tell(event, `<b>${number(time)} ${xUnit.join(" ")}</b><br>${said}`);
+    }
     const value = (y) => Number(y1) - ((y1 - y0) * (y - top)) / height;
     const told = new Map();
     for (const path of all("[data-label]", svg)) {
