@@ -66,7 +66,7 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
         of_peak = np.where(is_there, parts / peaks[:, None], 0.0)
         # Where parts cancel, their sum is round-off of the peak of either.
         is_zero = np.abs(whole) <= 64 * np.finfo(float).eps * ranking.part_peak.values.max(axis=1)[:, None]
-        of_value = np.where(is_zero, np.nan, parts / whole)
+        of_value = np.where(is_zero, np.nan, parts / whole + 0.0)
         budget_share = np.where(torque == 0.0, 0.0, np.abs(torque) / allowed[:, None])
     revolute = (dataset.joint_kind.values == "revolute").tolist()
     return table(

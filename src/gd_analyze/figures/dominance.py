@@ -1,13 +1,17 @@
-"""Which effect dominates each element at every set point: elements against time at a glance."""
+"""Which effect dominates each element at every set point, at a glance; elements as figures and numbers."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.figures.elements import LETTERS, subscripted
+from gd_analyze.dynamics.dominance_over_time import verdicts
+from gd_analyze.dynamics.generalized_dalembert import EFFECTS
+from gd_analyze.errors import UsageError
+from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, WIDTH, Axis, Cells, Figure, Key, Panel, Words, time_axis
 from gd_analyze.figures.run import Run
 from gd_analyze.text import amount, pretty
@@ -59,9 +63,6 @@ def dominance_figure(run: Run) -> Figure:
     return Figure("Dominant effect of each element over time", ((panel,),), WIDTH, height, _LEGEND)
 
 
-_EFFECTS = {"T": "translation", "R": "rotation"}
-
-
 def _columns(count: int) -> list[slice]:
     """Set points that share a column."""
     ends = np.unique(np.linspace(0, count, min(count, _COLUMNS) + 1).round().astype(int))
@@ -80,23 +81,67 @@ def _largest(parts: FloatArray) -> FloatArray:
 
 def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
     """Verdict over the motion, what the founding text's method keeps, and the largest torque, by element."""
-    flags = zip(run.tables["parts"].part.values, run.tables["parts"].kept.values, strict=True)
-    kept = {str(part) for part, is_kept in flags if is_kept}
-    out = [
-        Words(end, 0.0, head, "soft", size=6.0, right=right, up=3.0)
-        for head, right in (("verdict", 6.0), ("kept", 34.0), ("torque", 54.0))
-    ]
     ranking = run.dominance.sel(element=labels)
-    rows = zip(labels, *(ranking[k].values for k in ("dominant", "torque_peak", "torque_unit")), strict=True)
-    for row, (label, verdict, peak, unit) in enumerate(rows):
-        effects = [
-            letter for name, letter in (("translation", "T"), ("rotation", "R")) if f"{label} {name}" in kept
-        ]
-        colour = f"{verdict}-text" if f"{verdict}-text" in ON_PAPER else "ink"
-        for text, right, shade in (
-            (LETTERS[verdict], 6.0, colour),
-            ("+".join(effects) or "–", 34.0, "ink"),
-            (pretty(amount(float(peak), str(unit))), 54.0, "ink"),
-        ):
-            out.append(Words(end, row + 0.75, text, shade, size=6.0, right=right))
+    units = zip(ranking.torque_peak.values.tolist(), ranking.torque_unit.values.tolist(), strict=True)
+    columns = {
+        "verdict": [(LETTERS[verdict], verdict) for verdict in ranking.dominant.values.tolist()],
+        "kept": [],
+        "peak torque": [(pretty(amount(peak, unit)), "") for peak, unit in units],
+    }
+    if "parts" in run.tables:
+        parts = run.tables["parts"]
+        kept = set(parts.part.values[parts.kept.values].tolist())
+        effects = [[k for k in EFFECTS if f"{label} {k}" in kept] for label in labels]
+        columns["kept"] = [("+".join(LETTERS[k] for k in some) or "–", "") for some in effects]
+    out = []
+    for right, (head, cells) in zip((6.0, 34.0, 54.0), columns.items(), strict=True):
+        out += [Words(end, 0.0, head, right=right, up=3.0)] * bool(cells)
+        for row, (text, verdict) in enumerate(cells):
+            colour = f"{verdict}-text" if f"{verdict}-text" in ON_PAPER else "ink"
+            out.append(Words(end, row + 0.75, text, colour, right=right))
     return out
+
+
+def element_figures(
+    run: Run, elements: Sequence[str], x: str, effects: Sequence[str], marks: bool | None
+) -> dict[str, Figure]:
+    """Figures by name: of each quantity that the labels are of, or of all and of dominance over time."""
+    marked = run.trajectory.n_set_points <= MARKED if marks is None else marks
+    out = {}
+    for letter, name in (("D", "inertia"), ("h", "coriolis_centrifugal"), ("c", "gravity_loading")):
+        labels = tuple(label for label in elements if label.startswith(letter))
+        if labels or not elements:
+            look = Look(labels, x.replace("-", " "), tuple(effects), marked)
+            out[name] = inertia_figure(run, look) if letter == "D" else vector_figure(run, name, look)
+    if not elements:
+        out["dominance"] = dominance_figure(run)
+    elif not out:
+        found = ", ".join(elements)
+        raise UsageError("there is no such element", where="element", expected="D12, h3, c2", found=found)
+    return out
+
+
+def element_numbers(run: Run, labels: Sequence[str]) -> str:
+    """CSV of elements at every set point: parts, shares, verdict, torque; all elements without labels."""
+    import pandas as pd
+
+    over_time = run.tables["dominance_over_time"]
+    over_time = over_time.sel(element=list(labels)) if labels else over_time
+    peaks = run.dominance.peak.sel(element=over_time.element).values
+    units = run.dominance.unit.sel(element=over_time.element).values
+    count = over_time.sizes["time"]
+    columns = {
+        "element": np.repeat(over_time.element.values, count),
+        "time": np.tile(over_time.time.values, len(peaks)),
+        "unit": np.repeat(units, count),
+    }
+    for k, effect in enumerate(EFFECTS):
+        columns[effect] = (over_time.dominance.values[..., k] * peaks).T.ravel()
+        columns[f"{effect}_of_peak"] = over_time.dominance.values[..., k].T.ravel()
+        columns[f"{effect}_of_value"] = over_time.share.values[..., k].T.ravel()
+    columns["verdict"] = verdicts(over_time).values.T.ravel()
+    columns["torque"] = over_time.torque.values.T.ravel()
+    columns["torque_joint"] = np.repeat(over_time.torque_joint.values, count)
+    columns["torque_unit"] = np.repeat(over_time.torque_unit.values, count)
+    columns["torque_of_budget"] = over_time.budget_share.values.T.ravel()
+    return str(pd.DataFrame(columns).to_csv(index=False, lineterminator="\n"))

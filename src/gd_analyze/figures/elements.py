@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -51,7 +50,7 @@ class Look:
     """How elements are drawn."""
 
     elements: tuple[str, ...] = ()  # labels; all of them where there are none
-    x: Literal["time", "set point"] = "time"
+    x: str = "time"  # or "set point"
     effects: tuple[str, ...] = tuple(_LOOKS)  # names of curves
     marked: bool = False  # whether set points are
 

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.dynamics.dominance import elements, rank
+from gd_analyze.dynamics.dominance_over_time import dominance_over_time
+from gd_analyze.figures.figure import evenly
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.model import SimplifiedModel
@@ -26,14 +28,24 @@ _DRAWN = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity
 STRETCHES = 500
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Run:
     """What figures are drawn from; `gd_analyze.results.findings.Findings` is all that was found."""
 
     arm: RobotArm
     trajectory: Trajectory
     tables: Mapping[str, xr.Dataset]  # by the groups of `gd_analyze.schema.GROUPS`
-    model: SimplifiedModel
+    model: SimplifiedModel | None = None  # none where only elements are drawn
+
+    @staticmethod
+    def of(arm: RobotArm, trajectory: Trajectory, threshold: float, drives: bool | None = None) -> Run:
+        """Decompose and rank, as far as figures of elements need it."""
+        dataset = decompose_on_demand(arm, trajectory, drives=drives)
+        ranking = rank(dataset, threshold=threshold)
+        taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
+        over_time = dominance_over_time(taken, ranking)
+        tables = {"decomposition": dataset, "dominance": ranking, "dominance_over_time": over_time}
+        return Run(arm=arm, trajectory=trajectory, tables=tables)
 
     @property
     def decomposition(self) -> xr.Dataset:

@@ -33,6 +33,7 @@ _OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(zip(_COLOURS, _MARKERS, strict=True))))
 
 def trade_off_figure(run: Run) -> Figure:
     """Operations against largest error: a line per level and refit, and one through budgets."""
+    assert run.model is not None  # the caller draws a run of the main job
     model, table, path = run.model, run.tables["trade_off"], run.tables["budgets"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
     exact, counts = float(model.operations_full.total), path.operations.values.astype(float)

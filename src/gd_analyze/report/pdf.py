@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.figure import ON_PAPER
+from gd_analyze.figures.figure import ON_PAPER, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
@@ -178,6 +178,18 @@ def _formula(formula: Formula) -> dict[str, Any]:
 
 def _lines(note: str) -> list[str]:
     return [pretty(line) for line in note.split("\n") if line]
+
+
+def drawing_file(figure: Figure, form: str) -> bytes:
+    """A figure by itself, as "svg", "pdf" or "png" at 200 pixels per inch."""
+    import typst
+
+    svg = figure_svg(figure)
+    if form == "svg":
+        return svg.encode()
+    page = b"#set page(width: auto, height: auto, margin: 4pt)\n#image(bytes(sys.inputs.drawing))"
+    made = typst.compile(page, format=form, ppi=200, sys_inputs={"drawing": svg}, ignore_system_fonts=True)
+    return bytes(made)
 
 
 def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str], created: str) -> bytes:

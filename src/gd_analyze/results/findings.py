@@ -21,7 +21,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Findings(Run):
     """One arm along one trajectory.
 
@@ -45,6 +45,7 @@ class Findings(Run):
         Versions, time, command.
     """
 
+    model: SimplifiedModel
     element_model: SimplifiedModel
     ranked_terms: Torques
     warnings: tuple[str, ...]

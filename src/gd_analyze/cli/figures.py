@@ -1,0 +1,116 @@
+"""`gd-analyze figures`: elements of D, h and c by effect along a motion, as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.log_options import log_options, read_motions
+from gd_analyze.cli.options import (
+    NameList,
+    drives_option,
+    out_option,
+    payload_option,
+    share_option,
+    trajectories_argument,
+)
+from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.files import replacing_together
+
+FORMATS = ("svg", "pdf", "png", "csv")
+_EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
+
+
+@click.command(short_help="Draw the elements of D, h and c by effect, as files.")
+@robot_given
+@trajectories_argument()
+@log_options
+@click.option(
+    "--to",
+    "formats",
+    type=NameList(FORMATS, "format"),
+    default="svg",
+    show_default=True,
+    metavar="LIST",
+    help="Files to write: svg, pdf, png, and csv for the numbers at every set point; comma-separated.",
+)
+@click.option(
+    "--element",
+    "elements",
+    metavar="LABEL",
+    multiple=True,
+    help="D12, h3 or c2; may be repeated. All elements by default.",
+)
+@click.option(
+    "--x", type=click.Choice(("time", "set-point")), default="time", show_default=True, help="Abscissa."
+)
+@click.option(
+    "--effects",
+    type=NameList(_EFFECTS, "effect"),
+    default="combined,translation,rotation",
+    show_default=True,
+    metavar="LIST",
+    help="Curves of each element; centrifugal and coriolis are shares of h.",
+)
+@click.option("--marks/--no-marks", default=None, help="Mark set points.  [default: if there are up to 50]")
+@share_option("--dominance", "10%", "Loss of a part that an element can bear, as a share of its peak.")
+@drives_option
+@payload_option
+@out_option("Folder for the files.  [default: figures]")
+@reporting
+def figures(
+    robot: GivenRobot,
+    trajectories: tuple[str, ...],
+    formats: tuple[str, ...],
+    payload: str | None,
+    dominance: float,
+    drives: bool | None,
+    out: Path | None,
+    output: Output,
+    **look: Any,
+) -> None:
+    r"""Draw inertia, Coriolis and centrifugal, and gravity terms by effect, and which effect dominates when.
+
+    The files are inertia, coriolis_centrifugal, gravity_loading and dominance; with --element only those that
+    the elements are of. dominance.csv has every element at every set point: parts, shares, verdict, torque.
+
+    \b
+    Examples:
+      gd-analyze figures puma560 pick-and-place --to pdf,png
+      gd-analyze figures puma560 pick-and-place --element D12 --element h1 --x set-point
+      gd-analyze figures puma560 pick-and-place --to csv
+    """
+    folder = Path("figures") if out is None else out
+    with output.working() as stage:
+        from gd_analyze.figures.dominance import element_figures, element_numbers
+        from gd_analyze.figures.run import Run
+        from gd_analyze.report.pdf import drawing_file
+        from gd_analyze.result import Fact, Result
+
+        arm = robot.load(payload)
+        motion = read_motions(trajectories, arm)
+        stage("decomposing")
+        run = Run.of(arm, motion, dominance, drives)
+        stage("drawing")
+        drawn = element_figures(run, **look)
+        made = {
+            folder / f"{name}.{form}": drawing_file(figure, form)
+            for form in formats
+            if form != "csv"
+            for name, figure in drawn.items()
+        }
+        if "csv" in formats:
+            made[folder / "dominance.csv"] = element_numbers(run, look["elements"]).encode()
+        require_outputs(*made)
+        with replacing_together([*made]) as temporaries:
+            for temporary, content in zip(temporaries, made.values(), strict=True):
+                temporary.write_bytes(content)
+    facts = (
+        Fact("arm", "Arm", arm.title or arm.name),
+        Fact("trajectory", "Trajectory", motion.name),
+        Fact("set_points", "Set points", motion.n_set_points, shown="count"),
+    )
+    output.give(Result(title="Figures of elements by effect", facts=facts), *made)
