@@ -7,16 +7,10 @@ from typing import Any
 
 import click
 
+from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motions
-from gd_analyze.cli.options import (
-    NameList,
-    drives_option,
-    out_option,
-    payload_option,
-    share_option,
-    trajectories_argument,
-)
+from gd_analyze.cli.options import NameList
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import replacing_together
 
@@ -26,7 +20,7 @@ _EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
 
 @click.command(short_help="Draw the elements of D, h and c by effect, as files.")
 @robot_given
-@trajectories_argument()
+@options.trajectories()
 @log_options
 @click.option(
     "--to",
@@ -56,10 +50,10 @@ _EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
     help="Curves of each element; centrifugal and coriolis are shares of h.",
 )
 @click.option("--marks/--no-marks", default=None, help="Mark set points.  [default: if there are up to 50]")
-@share_option("--dominance", "10%", "Loss of a part that an element can bear, as a share of its peak.")
-@drives_option
-@payload_option
-@out_option("Folder for the files.  [default: figures]")
+@options.share("--dominance", "10%", "Loss of a part that an element can bear, as a share of its peak.")
+@options.drives
+@options.payload
+@options.out("Folder for the files.  [default: figures]")
 @reporting
 def figures(
     robot: GivenRobot,

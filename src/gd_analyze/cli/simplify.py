@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.options import BUDGET, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+
+
+def _is_default(option: str) -> bool:
+    return click.get_current_context().get_parameter_source(option) is ParameterSource.DEFAULT
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -35,6 +41,12 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     help="Prove the budget for every state within the arm's limits or, if a trajectory is given, for every "
     "state within --margin of the motion, between its set points too.",
 )
+@click.option(
+    "--verdicts",
+    type=click.Choice(("own", "text")),
+    help="With --level element: keep the dominant part of every element, by our own verdicts over the states "
+    "or the founding text's, and state the torque error that it costs.",
+)
 @options.margin("With --certified and a trajectory: how far states may be from the motion")
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")
@@ -47,6 +59,7 @@ def simplify(
     operations: int | None,
     effort: float,
     certified: bool,
+    verdicts: str | None,
     margin: str | None,
     digits: int,
     out: Path | None,
@@ -65,18 +78,23 @@ def simplify(
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
       gd-analyze simplify puma560 --budget "1% norm at 95% of states"
       gd-analyze simplify puma560 --certified -o model.json
+      gd-analyze simplify puma560 pick-and-place --level element --verdicts text
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if certified and (refit or operations is not None):
         raise click.UsageError("--certified goes without --refit and --operations")
     if margin is not None and not (certified and given.trajectories):
         raise click.UsageError("--margin goes with --certified and a trajectory")
+    searched = certified or refit or operations is not None or not _is_default("budget")
+    if verdicts is not None and (level != "element" or searched):
+        raise click.UsageError("--verdicts goes with --level element, and keeps no budget: without others")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import SearchOptions
         from gd_analyze.simplification.simplify import simplify_exact
+        from gd_analyze.simplification.verdicts import model_by_verdicts
 
         how = SearchOptions(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
@@ -97,6 +115,8 @@ def simplify(
                 provenance=source,
                 progress=stage.advance,
             )
+        elif verdicts is not None:
+            model = replace(model_by_verdicts(exact, verdicts), provenance=source)
         else:
             model = simplify_exact(
                 exact, allowed, how, provenance=source, progress=stage.advance, stage=stage

@@ -16,7 +16,7 @@ from gd_analyze.formulas.languages import equations
 from gd_analyze.formulas.writing import energy_formulas, part_symbol, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.motions.states import states_of
-from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table
+from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import dropped_parts, effect_of, element_rows, joint_rows, table_of
 from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
@@ -276,8 +276,38 @@ def founding_section(findings: Findings) -> Section:
         equations("elements", "", elements.formulas, note=_PARTS),
         _operations("element_operations", elements),
         *_dropped(findings),
+        *_by_verdicts(findings),
     )
     return Section("elements", "By the founding text's own method", parts, note)
+
+
+def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
+    """What it costs to keep of every element what dominates it, whatever the torque error."""
+    table, whose = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
+    joints = joint_columns(findings.arm.joints)
+    errors = [
+        Column("", f"by {whose[name]}", shares.tolist(), shown="percent")
+        for name, shares in zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
+    ]
+    programs = [whose.get(name, name) for name in table.program.values.tolist()]
+    counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
+    return (
+        Table(
+            "verdict_errors",
+            "Largest torque error of the peak, where only the dominant parts of D and h are kept",
+            (*joints, *errors),
+        ),
+        Table(
+            "verdict_operations",
+            "Operations of D, h and c, and of torque from them",
+            (
+                Column("", "program", programs, shown="text"),
+                *(Column("", name, column.tolist(), shown="count") for name, column in counts),
+            ),
+            "Exact: the fewest known, each quantity by its own program. By element: D, h and c as [FGL87] "
+            "writes them, subexpressions shared.",
+        ),
+    )
 
 
 def _dropped(findings: Findings) -> Iterator[Part]:

@@ -73,7 +73,8 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
     """Errors that a model states of its joints, and what is proven of them, N m, shape (n,), where known."""
-    accuracy, errors, saves = model.accuracy, model.accuracy.errors, model.saves
+    accuracy, errors = model.accuracy, model.accuracy.errors
+    saves = model.saves or bool(errors.largest.any())
     units = [joint.effort_unit for joint in model.arm.joints]
     is_norm, of = accuracy.asked.norm is not None, accuracy.asked.shares_of.removesuffix(" torque")
     of = "of allowed" if of.startswith("allowed") else f"of {of}"
@@ -125,7 +126,7 @@ def error_text(model: SimplifiedModel) -> str:
 def headline(model: SimplifiedModel, error: str | None = None) -> str:
     """The answer in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
     full = model.operations_full.total
-    if not model.saves:
+    if not (model.saves or model.accuracy.errors.largest.any()):
         return (
             f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer than "
             f"the {full} operations of the exact torque, which is the result."

@@ -73,6 +73,8 @@ def effect_of(row: Row, what: str = "verdict") -> str:
 def mark_of(verdict: str) -> str:
     """A verdict where there is no room for words."""
     return "–" if verdict == "negligible" else LETTERS[verdict]
+
+
 def dominance_note(findings: Findings) -> str:
     """What the figure of dominance over time shows, where verdicts change, and which are in doubt."""
     threshold = percent(float(findings.dominance.attrs["threshold"]))

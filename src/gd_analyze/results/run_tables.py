@@ -10,17 +10,25 @@ import numpy as np
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.evaluation import PayloadEffect, TermRanking, losses
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import (
+    SimplifiedModel,
+    coriolis_centrifugal_program,
+    gravity_loading_program,
+    inertia_program,
+)
 from gd_analyze.simplification.trade_off import TradeOffPoint, curves
+from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,6 +114,38 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
             "torque_unit": ("part", _efforts(model.arm, joints)),
         },
         {"budget": model.accuracy.budget, **_counts(model)},
+    )
+
+
+def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
+    """Tabulate what following verdicts costs, our own and the founding text's: torque errors, operations."""
+    form, n = exact.form, exact.arm.n_joints
+    names = VERDICTS if text_verdicts(exact.arm.name) else VERDICTS[:1]
+    models = {name: model_by_verdicts(exact, name, threshold) for name in names}
+    programs = (
+        inertia_program(form.program, n, symmetric=True),
+        coriolis_centrifugal_program(form.program, n),
+        gravity_loading_program(form.program, n),
+    )
+    fewest = [program.count.total for program in programs]
+    by_element = {"exact, by element": parts_of(n), **{name: model.terms for name, model in models.items()}}
+    counts = {"exact": [*fewest, sum(fewest), form.operations.total]}
+    for name, kept in by_element.items():
+        torque = ELEMENT.write(form, dict.fromkeys(kept, 1.0), ROUGH).count.total
+        counts[name] = [*operations_by_quantity(form, kept).values(), torque]
+    return table(
+        "by_verdicts",
+        {
+            "operations": np.array(list(counts.values())),
+            "largest_error": np.array([model.accuracy.errors.largest for model in models.values()]),
+            "largest_share": np.array([model.accuracy.errors.largest_share for model in models.values()]),
+        },
+        exact.arm.is_revolute,
+        {
+            "program": list(counts),
+            "quantity": ["D", "h", "c", "D, h and c", "torque"],
+            "verdicts": list(models),
+        },
     )
 
 

@@ -21,6 +21,7 @@ from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
 from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
+from gd_analyze.simplification.verdicts import operations_by_quantity
 
 _MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
 # Rows of what is left out that people see.
@@ -89,7 +90,12 @@ def _model_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[P
         parts = parts_of(model.arm.n_joints)
         kept = [part.label for part in parts if part in model.terms]
         dropped = [part.label for part in parts if part not in model.terms]
-        return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped)
+        counts = operations_by_quantity(model.form, model.terms), operations_by_quantity(model.form, parts)
+        columns = [Column(name, name, [one[name] for one in counts], shown="count") for name in counts[0]]
+        names = Column("program", "program", ["model", "exact"], shown="text")
+        title = "Operations of D, h and c by element"
+        by_element = Table("by_element", title, (names, *columns))
+        return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped), by_element
     title = "Equations, in kg, m, s, rad"
     written = equations("equations", title, model.formulas, model.legend, digits=digits)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))

@@ -90,6 +90,11 @@ class TracedParts:
 
     def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
         """Expressions of the torques (n,) from some parts alone; drive inertia (n,) is added to D."""
+        inertia, h, c = self.assembled(parts, drive_inertia)
+        return np.einsum("ij,j->i", inertia, self.qdd) + h + c
+
+    def assembled(self, parts: Collection[Part], drive_inertia: Array | None) -> tuple[Array, Array, Array]:
+        """Expressions of D (n, n), h and c (n,) from some parts alone."""
         n = len(self.qdd)
         inertia, h, c = (np.full(shape, 0.0, dtype=object) for shape in ((n, n), n, n))
         for part in (part for part in parts_of(n) if part in parts):
@@ -104,7 +109,7 @@ class TracedParts:
         if drive_inertia is not None:
             for i in range(n):
                 inertia[i, i] = inertia[i, i] + float(drive_inertia[i])
-        return np.einsum("ij,j->i", inertia, self.qdd) + h + c
+        return inertia, h, c
 
 
 @lru_cache(maxsize=8)

@@ -330,6 +330,7 @@ def find(
         "dominance_over_time": over_time,
         "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
         "parts": run_tables.parts_table(elements, exact, dominance),
+        "by_verdicts": run_tables.verdicts_table(exact, how.dominance),
         "terms": run_tables.terms_table(ranking, arm, not many),
         "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
         "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),

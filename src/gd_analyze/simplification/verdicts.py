@@ -1,0 +1,73 @@
+"""The founding text's own simplified model: the dominant part of every element of D and h."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements, text_verdicts
+from gd_analyze.dynamics.generalized_dalembert import EFFECTS
+from gd_analyze.errors import UsageError
+from gd_analyze.operations.program import Program
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.element import ELEMENT, Part, parts_of, trace_parts
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
+from gd_analyze.text import rounded_up
+
+VERDICTS = ("own", "text")
+
+
+def model_by_verdicts(
+    exact: ExactDynamics, verdicts: str, threshold: float = DOMINANCE_THRESHOLD
+) -> SimplifiedModel:
+    """Keep the dominant parts by our verdicts over the states ("own"), or by the founding text's ("text").
+
+    The budget that it states is the torque error that it makes. UsageError where the text has no verdicts.
+    """
+    kept = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
+    everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
+    program = ELEMENT.write(exact.form, kept, ROUGH)
+    model = measured(exact, replace(everything, terms=kept, program=program))
+    budget = ", ".join(f"{rounded_up(error, 6):.12g} N m" for error in model.accuracy.errors.largest)
+    return replace(model, accuracy=replace(model.accuracy, budget=budget, allowed=exact.allowed(budget)))
+
+
+def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
+    """Parts whose loss changes their element by more than the threshold of its peak."""
+    for element in elements(exact.arm.n_joints):
+        parts = element.parts(exact.quantities)
+        # As in `rank`: round-off is no part.
+        noise = 64 * np.finfo(float).eps * np.abs(exact.quantities[element.quantity]).max()
+        least = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
+        yield from (
+            Part(element, effect)
+            for effect, values in zip(EFFECTS, parts, strict=True)
+            if np.abs(values).max() > least
+        )
+
+
+def _of_text(form: ExactForm) -> Iterator[Part]:
+    """Parts that the founding text calls dominant, and gravity loading."""
+    text = text_verdicts(form.arm.name)
+    if text is None:
+        raise UsageError(
+            f"the founding text has no verdicts on {form.arm.name}",
+            where="verdicts",
+            expected="puma560, the arm of its Figs 3.10 and 3.11",
+            next_step="take our own verdicts: own",
+        )
+    for part in parts_of(form.arm.n_joints):
+        if text.verdicts.get(part.element.label, "both") in (part.effect, "both"):
+            yield part
+
+
+def operations_by_quantity(form: ExactForm, kept: Iterable[Part]) -> dict[str, int]:
+    """Multiplications and additions of D, h and c by element from some parts: each alone, and all at once."""
+    traced = trace_parts(form.arm)
+    inertia, h, c = traced.assembled(set(kept), form.drive_inertia)
+    outputs = {"D": inertia[np.triu_indices(len(h))].tolist(), "h": h.tolist(), "c": c.tolist()}
+    outputs["D, h and c"] = [value for values in outputs.values() for value in values]
+    return {name: Program.of(traced.trace, values).count.total for name, values in outputs.items()}
