@@ -31,7 +31,11 @@ def model_by_verdicts(
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
     program = ELEMENT.write(exact.form, kept, ROUGH)
     model = measured(exact, replace(everything, terms=kept, program=program))
-    budget = ", ".join(f"{rounded_up(error, 6):.12g} N m" for error in model.accuracy.errors.largest)
+    errors = model.accuracy.errors
+    budget = ", ".join(
+        f"{rounded_up(100 * share, 6):.12g}%" if np.isfinite(share) else f"{rounded_up(error, 6):.12g} N m"
+        for error, share in zip(errors.largest.tolist(), errors.largest_share.tolist(), strict=True)
+    )
     return replace(model, accuracy=replace(model.accuracy, budget=budget, allowed=exact.allowed(budget)))
 
 
