@@ -23,7 +23,7 @@ from gd_analyze.errors import GdAnalyzeWarning as GdAnalyzeWarning
 from gd_analyze.exporting.export import Exported as Exported
 from gd_analyze.exporting.export import export as export
 from gd_analyze.exporting.export import export_decomposition as export_decomposition
-from gd_analyze.harmonics.equations import equations as equations
+from gd_analyze.formulas.results import equations as equations
 from gd_analyze.harmonics.transform import harmonics_of as harmonics_of
 from gd_analyze.motions.planning import Schedule as Schedule
 from gd_analyze.motions.planning import plan as plan

@@ -12,6 +12,7 @@ import typst
 import gd_analyze as gd
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.languages import Latex, MathML, PageMathML, Plain, Typst
+from gd_analyze.formulas.results import equations
 from gd_analyze.formulas.writing import (
     element_formula,
     energy_formulas,
@@ -21,7 +22,6 @@ from gd_analyze.formulas.writing import (
     torque_formulas,
     torque_legend,
 )
-from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.transform import Harmonics

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.formulas.results import equations
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.equations import equations
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of

@@ -48,6 +48,14 @@ def _is_default(option: str) -> bool:
     "or the founding text's, and state the torque error that it costs.",
 )
 @options.margin("With --certified and a trajectory: how far states may be from the motion")
+@click.option(
+    "--velocities",
+    type=click.Choice(("absolute", "joint")),
+    default="absolute",
+    show_default=True,
+    help="How to print equations of levels term and energy: torques in absolute velocities, which take fewer "
+    "operations, or D, h and c by element in joint velocities.",
+)
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")
 @reporting
@@ -60,6 +68,7 @@ def simplify(
     effort: float,
     certified: bool,
     verdicts: str | None,
+    velocities: str,
     margin: str | None,
     digits: int,
     out: Path | None,
@@ -79,12 +88,15 @@ def simplify(
       gd-analyze simplify puma560 --budget "1% norm at 95% of states"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
+      gd-analyze simplify puma560 pick-and-place --level term --velocities joint
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if certified and (refit or operations is not None):
         raise click.UsageError("--certified goes without --refit and --operations")
     if margin is not None and not (certified and given.trajectories):
         raise click.UsageError("--margin goes with --certified and a trajectory")
+    if velocities == "joint" and level not in ("term", "energy"):
+        raise click.UsageError("--velocities joint goes with --level term or --level energy")
     searched = certified or refit or operations is not None or not _is_default("budget")
     if verdicts is not None and (level != "element" or searched):
         raise click.UsageError("--verdicts goes with --level element, and keeps no budget: without others")
@@ -122,10 +134,13 @@ def simplify(
                 exact, allowed, how, provenance=source, progress=stage.advance, stage=stage
             )
         seconds = time.perf_counter() - start
+        result = simplified_result(
+            model, exact.states, certificate, seconds, digits, joint_velocities=velocities == "joint"
+        )
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(model, out)
-    output.give(simplified_result(model, exact.states, certificate, seconds, digits), out)
+    output.give(result, out)
 
 
 @click.command(short_help="Rank every term of D, h and c by its torque.")

@@ -133,14 +133,15 @@ class Printer(ABC):
 
 
 class Plain(Printer):
-    """Plain characters: tau2 = tau3 + 3.8 pd2 + (0.77 S3 - 0.02 C3) p2 p3; p is a velocity already."""
+    """Plain characters: tau2 = tau3 + 3.8 pdd2 + (0.77 S3 - 0.02 C3) pd2 pd3."""
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write tau1, qdd2, C9,10², p_j, D12^tran, omegad'3x."""
-        dots = symbol.dots - (symbol.letter == "p")
         index = f"_{symbol.index}" if symbol.index.isalpha() else symbol.index
         word = f"^{symbol.word}" if symbol.word else ""
-        return self.raised(f"{symbol.letter}{'d' * dots}{PRIME * symbol.primes}{index}{word}", exponent)
+        return self.raised(
+            f"{symbol.letter}{'d' * symbol.dots}{PRIME * symbol.primes}{index}{word}", exponent
+        )
 
     def raised(self, text: str, exponent: int) -> str:
         """Write C23²."""
@@ -207,6 +208,24 @@ class Latex(Printer):
     def scientific(self, mantissa: str, exponent: int) -> str:
         r"""Write 5.85 \cdot 10^{-5}."""
         return rf"{mantissa} \cdot 10^{{{exponent}}}"
+
+
+@dataclass(frozen=True, repr=False)
+class Written:
+    """Formulas that print as text and, in a notebook, as mathematics."""
+
+    formulas: tuple[Formula, ...]
+    legend: Legend | None = None
+
+    def __repr__(self) -> str:
+        plain = Plain()
+        lines = [plain.wrapped(formula, 100) for formula in self.formulas]
+        return "\n".join([*lines, *(plain.legend(self.legend) if self.legend else ())])
+
+    def _repr_latex_(self) -> str:
+        latex = Latex()
+        lines = (latex.line(formula).replace("=", "&=", 1) for formula in self.formulas)
+        return r"$\begin{aligned} " + r" \\ ".join(lines) + r" \end{aligned}$"
 
 
 class Typst(Printer):

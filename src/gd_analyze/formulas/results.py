@@ -6,22 +6,81 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.formulas.formula import Product
-from gd_analyze.formulas.languages import Latex, MathML, Plain, equations, number
+from gd_analyze.formulas.languages import Latex, MathML, Plain, Written, number
+from gd_analyze.formulas.languages import equations as written_equations
 from gd_analyze.formulas.writing import base_formula, element_formula, exponents, factor_legend, powers
-from gd_analyze.harmonics.equations import Equation, Term
+from gd_analyze.harmonics.equations import Equation, Term, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import visible
 
 # Beginning and end of a comment in each format.
 COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
 # Python's parser takes a sum of thousands only as arguments of a function.
 _SUMMED = 50
+
+
+class WrittenElements(tuple[Equation, ...]):
+    """Exact equations of elements, which print as text and, in a notebook, as mathematics."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return repr(self._written)
+
+    def _repr_latex_(self) -> str:
+        return self._written._repr_latex_()
+
+    @property
+    def _written(self) -> Written:
+        return Written(tuple(map(element_formula, self)))
+
+
+def equations(
+    dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
+) -> WrittenElements:
+    """Write elements of the inertia matrix D, the Christoffel symbols h and the gravity loading c out.
+
+    Parameters
+    ----------
+    dynamics
+        An arm, the name of a built-in one, the path of its file, or its exact dynamics.
+    elements
+        Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
+        a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
+    min_share
+        Leave out terms with a smaller share.
+
+    Returns
+    -------
+    WrittenElements
+        A tuple of `Equation` in the order given, which prints as text and, in a notebook, as mathematics; an
+        element that is zero and named by all its indices has no terms.
+
+    Raises
+    ------
+    UsageError
+        If a label names no element of the arm.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> print(gd.equations("two_link", ["D12", "h1", "c1"]))
+    D12 = 0.5 C2 + 0.333
+    h112 = -0.5 S2
+    h122 = -0.5 S2
+    c1 = 19.6 C1 + 4.9 C12
+    """
+    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_for(arm_of(dynamics), elements)
+    return WrittenElements(each_equation(harmonics, elements, min_share=min_share))
 
 
 def equation_text(equation: Equation, form: str, digits: int, width: int) -> str:
@@ -192,7 +251,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
                 **of_effects,
                 unit=[one.unit for one in base],
             ),
-            equations("", "Combinations", map(base_formula, base), digits=digits),
+            written_equations("", "Combinations", map(base_formula, base), digits=digits),
             _texts(
                 "Parameters of the links that act",
                 link=[*map(str, links)],

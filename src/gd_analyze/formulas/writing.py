@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 
 from gd_analyze.arrays import falling
@@ -18,6 +18,7 @@ from gd_analyze.text import inertia_label, joined
 
 _LETTERS = {"cos": "C", "sin": "S", "power": "d"}
 _QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
+_OF = {quantity: letter for letter, quantity in _QUANTITIES.items()}
 _ORDER = tuple(_QUANTITIES.values())
 _EFFECTS = {"translation": "tran", "rotation": "rot"}
 # Relative difference of coefficients that are equal but for round-off.
@@ -45,6 +46,36 @@ def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> t
             pieces += parts.bracketed(kinds.quantity_of(before), products, velocity_powers(before))
         out.append(Formula(torque_symbol(joint), tuple(pieces) or NOTHING))
     return tuple(out)
+
+
+def element_formulas(torques: kinds.Torques, drives: Sequence[float] = ()) -> tuple[Formula, ...]:
+    """Formulas of D, J, h and c from torques in joint velocities; D21 stands beside D12 where they differ.
+
+    J is the drive inertia (kg m^2 or kg) that the constants of D hold.
+    """
+    inertia: dict[tuple[int, int], dict[Monomial, float]] = {}
+    rest: dict[str, list[Piece]] = defaultdict(list)
+    n = max((term.row for term in torques), default=-1) + 1
+    for row, groups in enumerate(grouped(n, torques)):
+        for before, terms in groups:
+            quantity = kinds.quantity_of(before)
+            if quantity == "inertia":
+                inertia[row, before[0].joint] = {term.monomial: torques[term] for term in terms}
+            else:
+                products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
+                left = _OF[quantity] + joined((row,))
+                rest[left] += parts.bracketed(quantity, products, velocity_powers(before, "q"))
+    elements, held = [], []
+    for (i, j), element in sorted(inertia.items()):
+        if i > j and element == inertia.get((j, i)):
+            continue
+        if i == j and drives and () in element:
+            element = element | {(): element[()] - drives[i]}
+            held.append(Formula(Symbol("J", joined((i,))), (Piece(Product(drives[i], ()), "inertia"),)))
+        large = (Product(w, powers(m)) for m, w in element.items() if abs(w) > _SAME * max(drives, default=0))
+        elements.append(Formula(Symbol("D", joined((i, j))), tuple(Piece(one, "inertia") for one in large)))
+    vectors = [Formula(Symbol(left[0], left[1:]), tuple(rest[left])) for left in sorted(rest, reverse=False)]
+    return (*elements, *held, *sorted(vectors, key=lambda formula: formula.left.letter, reverse=True))
 
 
 def grouped(
@@ -116,10 +147,11 @@ def _joint_symbol(letter: str, joint: int, order: int = 0) -> Symbol:
     return Symbol(letter, joined((joint,)), dots=order)
 
 
-def velocity_powers(velocities: tuple[Velocity, ...]) -> tuple[Power, ...]:
+def velocity_powers(velocities: tuple[Velocity, ...], letter: str = "p") -> tuple[Power, ...]:
     """Powers of velocities that a term is multiplied by."""
     return tuple(
-        Power(_joint_symbol("p", joint, order), len([*same])) for (order, joint), same in groupby(velocities)
+        Power(_joint_symbol(letter, joint, order), len([*same]))
+        for (order, joint), same in groupby(velocities)
     )
 
 

@@ -10,6 +10,8 @@ prismatic joint, is a run of its own.
 from __future__ import annotations
 
 import itertools
+import math
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.harmonics.terms import Torques, TorqueTerm, Velocity
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -112,6 +115,21 @@ class AbsoluteVelocities:
         for joint, (outer, sign) in reversed(self.carried.items()):
             out[joint] = _sum(out[joint], sign, out[outer])
         return out
+
+    def in_joint_velocities(self, torques: Torques) -> Torques:
+        """The same torques as terms of tau in the joints' own velocities and accelerations."""
+        out: dict[TorqueTerm, float] = defaultdict(float)
+        sizes: dict[TorqueTerm, float] = defaultdict(float)
+        for (row, velocities, monomial), weight in torques.items():
+            of_velocities = [self.inboard(velocity.joint) for velocity in velocities]
+            for carrier, *own in itertools.product(self.inboard(row), *of_velocities):
+                pairs = zip(velocities, own, strict=True)
+                moving = tuple(sorted(Velocity(old.order, new.joint) for old, new in pairs))
+                term = TorqueTerm(carrier.joint, moving, monomial)
+                out[term] += math.prod((one.sign for one in own), start=carrier.sign * weight)
+                sizes[term] += abs(weight)
+        # What cancels leaves the round-off of its summands.
+        return {term: weight for term, weight in out.items() if abs(weight) > 1e-14 * sizes[term]}
 
 
 def _sum(one: Any, sign: int, other: Any) -> Any:

@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.schema import unit_of
 from gd_analyze.text import joined, parted
 
@@ -57,47 +55,6 @@ class Equation:
     symbol: str
     unit: str
     terms: tuple[Term, ...]
-
-
-def equations(
-    dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
-) -> tuple[Equation, ...]:
-    """Write elements of the inertia matrix D, the Christoffel symbols h and the gravity loading c out.
-
-    Parameters
-    ----------
-    dynamics
-        An arm, the name of a built-in one, the path of its file, or its exact dynamics.
-    elements
-        Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
-        a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
-    min_share
-        Leave out terms with a smaller share.
-
-    Returns
-    -------
-    tuple of Equation
-        In the order given; an element that is zero and named by all its indices has no terms.
-
-    Raises
-    ------
-    UsageError
-        If a label names no element of the arm.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> from gd_analyze.formulas.languages import Plain
-    >>> from gd_analyze.formulas.writing import element_formula
-    >>> for equation in gd.equations(gd.load_arm("two_link"), ["D12", "h1", "c1"]):
-    ...     print(Plain().line(element_formula(equation)))
-    D12 = 0.5 C2 + 0.333
-    h112 = -0.5 S2
-    h122 = -0.5 S2
-    c1 = 19.6 C1 + 4.9 C12
-    """
-    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_for(arm_of(dynamics), elements)
-    return tuple(each_equation(harmonics, elements, min_share=min_share))
 
 
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:

@@ -29,9 +29,18 @@ _ROWS = 12
 
 
 def simplified_result(
-    model: SimplifiedModel, states: States, certificate: Certificate | None, seconds: float, digits: int
+    model: SimplifiedModel,
+    states: States,
+    certificate: Certificate | None,
+    seconds: float,
+    digits: int,
+    *,
+    joint_velocities: bool = False,
 ) -> Result:
-    """Facts of a model fitted on states, with what is proven of it; coefficients are shown in few digits."""
+    """Facts of a model fitted on states, with what is proven of it; coefficients are shown in few digits.
+
+    Equations are in absolute velocities, or by element in those of the joints.
+    """
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
     answer, proven, joints = None, [], joint_errors(model, bound)
@@ -78,13 +87,15 @@ def simplified_result(
         parts=(
             replace(joints, columns=(*joints.columns, *more)),
             search,
-            *_model_parts(model, states, digits),
+            *_model_parts(model, states, digits, joint_velocities),
         ),
         notices=(model.notice,) if model.notice else (),
     )
 
 
-def _model_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[Part, ...]:
+def _model_parts(
+    model: SimplifiedModel, states: States, digits: int, joint_velocities: bool
+) -> tuple[Part, ...]:
     """What the model is: parts kept, or equations."""
     if model.level is ELEMENT:
         parts = parts_of(model.arm.n_joints)
@@ -97,6 +108,11 @@ def _model_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[P
         by_element = Table("by_element", title, (names, *columns))
         return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped), by_element
     title = "Equations, in kg, m, s, rad"
+    if joint_velocities:
+        by_element, count = model.equations, model.operations_in_joint_velocities
+        written = equations("equations", title, by_element.formulas, by_element.legend, digits=digits)
+        operations = Fact("operations_in_joint_velocities", "Operations in joint velocities", count)
+        return operations, Fact("legend", "", list(written.legend_lines)), written
     written = equations("equations", title, model.formulas, model.legend, digits=digits)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
     if model.level is not RECURSIVE:

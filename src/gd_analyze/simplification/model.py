@@ -11,14 +11,18 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, array_of, require_possible, set_points_last
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.languages import Plain, Written
+from gd_analyze.formulas.writing import element_formulas, factor_legend
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount, Program, derivative
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 
@@ -155,6 +159,25 @@ class SimplifiedModel:
     def formulas(self) -> tuple[Formula, ...]:
         """Its torques as equations, one per joint."""
         return self.level.formulas(self.form, self.terms)
+
+    @property
+    def equations(self) -> Written:
+        """Its D, J (drives), h and c in joint velocities, an element per line; prints, also in a notebook.
+
+        A ModelError where its level has no torque terms.
+        """
+        own = self.form.velocities.in_joint_velocities(self.torques)
+        drives = self.arm.drive_inertia.tolist() if self.drives else ()
+        factors = {factor for term in own for factor in term.monomial}
+        return Written(element_formulas(own, drives), factor_legend(factors))
+
+    @property
+    def operations_in_joint_velocities(self) -> int:
+        """Multiplications and additions of its torques without absolute velocities."""
+        n = self.arm.n_joints
+        alone = AbsoluteVelocities(tuple((joint,) for joint in range(n)), (1,) * n)
+        own = self.form.velocities.in_joint_velocities(self.torques)
+        return torque_program(alone, own, THOROUGH).count.total
 
     @property
     def legend(self) -> Legend:
