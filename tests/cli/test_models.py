@@ -51,12 +51,12 @@ def test_the_exact_equations_of_two_rods(run):
     words = f"{TWO} --budget 0% --level energy --json"
     found = run(words).json
     assert found["equations"] == [
-        "tau1 = tau2 + 1.67 pd1 + 0.5 C2 pd2 - 0.5 S2 p2² + 19.6 C1",
-        "tau2 = 0.5 C2 pd1 + 0.333 pd2 + 0.5 S2 p1² + 4.9 C12",
+        "tau1 = tau2 + 1.67 pdd1 + 0.5 C2 pdd2 - 0.5 S2 pd2² + 19.6 C1",
+        "tau2 = 0.5 C2 pdd1 + 0.333 pdd2 + 0.5 S2 pd1² + 4.9 C12",
     ]
-    assert found["legend"][:2] == ["p2 = qd1 + qd2", "pd2 = qdd1 + qdd2"]
+    assert found["legend"][:2] == ["pd2 = qd1 + qd2", "pdd2 = qdd1 + qdd2"]
     assert found["operations"]["total"] <= 22
-    assert "0.33 pd2" in run(f"{words} --digits 2 --quiet").json["equations"][1]
+    assert "0.33 pdd2" in run(f"{words} --digits 2 --quiet").json["equations"][1]
 
 
 def test_states_drives_refit_and_effort(run):

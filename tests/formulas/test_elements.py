@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.formulas.languages import Latex, Plain, number, rounded
-from gd_analyze.formulas.results import sympy_head, sympy_line
+from gd_analyze.formulas.results import equations, sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula, factor_legend
-from gd_analyze.harmonics.equations import Equation, Term, equations
+from gd_analyze.harmonics.equations import Equation, Term
 from gd_analyze.harmonics.terms import Factor
 from strategies import examples
 

@@ -27,7 +27,7 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.transform import Harmonics
 from parallel_axes import scara
 
-DOTTED = {("p", "˙"): "p", ("p", "¨"): "pd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
+DOTTED = {("p", "˙"): "pd", ("p", "¨"): "pdd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
 PAGE, PLAIN, LATEX, TYPST = PageMathML(), Plain(), Latex(), Typst()
 
 
@@ -110,7 +110,7 @@ def test_typst_side_by_side_with_the_plain_form():
     harmonics = gd.harmonics_of(gd.load_arm("two_link"))
     torques = torques_of_energies(energy_terms(harmonics), harmonics.velocities)
     _, torque = torque_formulas(harmonics.velocities, torques)
-    assert PLAIN.line(torque).startswith("tau2 = 0.5 C2 pd1 + 0.333 pd2 + 0.5 S2 p1²")
+    assert PLAIN.line(torque).startswith("tau2 = 0.5 C2 pdd1 + 0.333 pdd2 + 0.5 S2 pd1²")
     assert TYPST.line(torque).startswith("tau_(2) = 0.5 thin C_(2) thin dot.double(p)_(1) + 0.333 thin")
 
 
@@ -141,7 +141,7 @@ def test_the_legend_names_every_shared_velocity(harmonics, torques):
     for run in harmonics.velocities.runs:
         for place, joint in enumerate(run[1:], start=2):
             parts = "".join(f"{'+' if signs[j] == signs[joint] else '-'}qdd{j + 1}" for j in run[:place])
-            assert f"pd{joint + 1}={parts.removeprefix('+')}" in legend
+            assert f"pdd{joint + 1}={parts.removeprefix('+')}" in legend
     assert any(meaning.startswith("C") and "=cos(" in meaning for meaning in legend)
 
 

@@ -53,7 +53,7 @@ def _is_default(option: str) -> bool:
     type=click.Choice(("absolute", "joint")),
     default="absolute",
     show_default=True,
-    help="How to print equations of levels term and energy: torques in absolute velocities, which take fewer "
+    help="How to print equations of levels term and energy: torques in absolute velocities, mostly of fewer "
     "operations, or D, h and c by element in joint velocities.",
 )
 @options.digits("Significant digits of the equations printed; files keep all.")

@@ -1,0 +1,63 @@
+"""Elements by effect as figures and files: what they show are the numbers of the run."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.figures.dominance import dominance_figure
+from gd_analyze.figures.svg import panel_svg
+from gd_analyze.results.rows import changes_text, element_rows
+
+
+def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
+    figure = dominance_figure(puma_findings)
+    (panel,) = figure.panels
+    cells, over_time = panel.items[0], puma_findings.tables["dominance_over_time"]
+    labels = [words.split(":")[0] for words in cells.words]
+    zero = ("D45", "D56")
+    assert labels == [e for e in over_time.element.values if e[0] != "c" and e not in zero]
+    verdicts = gd.verdicts(over_time).sel(element=labels).values.T
+    assert np.array_equal(np.where(cells.colours == "", "neither", cells.colours), verdicts)
+    shares = over_time.dominance.sel(element=labels).values.swapaxes(0, 1)
+    assert np.array_equal(cells.numbers[..., :2], np.rint(100 * shares))
+    drawn = ElementTree.fromstring(panel_svg(panel, figure))
+    told = next(json.loads(g.get("data-cells")) for g in drawn.iter("g") if g.get("data-cells"))
+    assert np.array_equal(told["numbers"], cells.numbers)
+    # Cells of one look side by side are one rectangle.
+    areas = "".join(path.get("d") for path in drawn.iter("path") if path.get("opacity"))
+    assert len(labels) <= areas.count("M") < cells.colours.size
+
+
+def test_axes_of_ones_own(puma_findings):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    _, axes = pyplot.subplots(1, 2)
+    drawn = puma_findings.plot.inertia(["D12", "D15"], x="set point", effects=["combined"], ax=axes)
+    assert [*drawn] == [*axes]
+    assert drawn[0].get_xlabel() == "set point"
+    assert drawn[0].get_ylabel().endswith("kg m²")
+    assert drawn[0].get_legend() is not None
+    (line,) = drawn[1].lines
+    whole = puma_findings.decomposition.inertia.sum("effect").sel(joint=1, joint_j=5)
+    assert np.array_equal(line.get_xydata().T, [np.arange(1, 32), whole])
+    for words in ({"ax": axes[0]}, {"effects": ["drag"]}, {"x": "turns"}):
+        with pytest.raises(gd.GdAnalyzeError):
+            puma_findings.plot.inertia(["D12", "D15"], **words)
+    assert len(puma_findings.plot.dominance()) == 1
+    pyplot.close("all")
+
+
+def test_the_report_says_when_and_how_surely(puma_findings):
+    rows = {row["element"]: row for row in element_rows(puma_findings)}
+    assert changes_text(rows["D24"]).startswith("translation until ")
+    assert changes_text(rows["D11"]) == ""
+    found = gd.robustness(puma_findings.arm, puma_findings.trajectory)
+    assert rows["D15"]["probability"] == found.over_motion.sel(element="D15", verdict="both").item()
+    assert rows["c2"]["probability"] is None
+    assert "robustness" not in gd.find("two_link", "two-link-swing").tables
+    uncertain = gd.find("two_link", "two-link-swing", gd.Settings(uncertainty="mass=5%", dominance=0.2))
+    assert uncertain.tables["robustness"].attrs["threshold"] == uncertain.dominance.attrs["threshold"] == 0.2
