@@ -199,7 +199,7 @@ def with_other_parameters(
 def sampled(arm: gd.RobotArm, drawn: Drawn, sample: int) -> gd.RobotArm:
     """The arm with the parameters of a sample."""
     links = []
-    for link, points, matter in zip(arm.links, *(effect[sample] for effect in drawn.by_effect), strict=True):
+    for link, points, matter in zip(arm.links, drawn.points[sample], drawn.matter[sample], strict=True):
         com = points[1:4] / points[0] if points[0] else np.zeros(3)
         xx, xy, yy, xz, yz, zz = matter[4:]
         inertia = symmetric_tensor(xx, yy, zz, xy, xz, yz)

@@ -28,6 +28,11 @@ FloatArray = NDArray[np.float64]
 CHUNK = 4096
 
 
+def evenly(count: int, most: int) -> np.ndarray:
+    """Indices of evenly spaced set points, at most so many, first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
 def chunks(count: int) -> Iterator[slice]:
     """Cut `count` set points into slices of `CHUNK`."""
     return (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))

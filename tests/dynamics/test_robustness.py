@@ -25,7 +25,7 @@ EVERYTHING = "mass=5%,com=2mm,inertia=10%"
 def sampled_arm(arm: gd.RobotArm, drawn: Drawn, sample: int) -> gd.RobotArm:
     """The arm whose links have the sampled parameters."""
     links = []
-    for link, points, matter in zip(arm.links, *(e[sample] for e in drawn.by_effect), strict=True):
+    for link, points, matter in zip(arm.links, drawn.points[sample], drawn.matter[sample], strict=True):
         xx, xy, yy, xz, yz, zz = matter[4:]
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         com = points[1:4] / points[0] if points[0] else np.zeros(3)
@@ -43,11 +43,11 @@ def test_parts_of_sampled_arms_are_those_that_decompose_gives(case, seed):
     for sample in range(3):
         found = gd.decompose_states(sampled_arm(arm, drawn, sample), states)
         parts = np.array([e.parts(found) for e in elements(arm.n_joints) if e.quantity != "gravity_loading"])
-        for effect, sampled in enumerate(drawn.by_effect):
+        for effect, sampled in enumerate((drawn.points, drawn.matter)):
             ours = np.einsum("xnlp,lp->xn", per_unit, sampled[sample])
             # Sums of ten parameters of each link, times lengths; the largest is that of the whole inertia.
-            scale = np.einsum("xnlp,lp->xn", np.abs(per_unit), np.abs(drawn.by_effect[0][sample])).max()
-            scale += np.einsum("xnlp,lp->xn", np.abs(per_unit), np.abs(drawn.by_effect[1][sample])).max()
+            scale = np.einsum("xnlp,lp->xn", np.abs(per_unit), np.abs(drawn.points[sample])).max()
+            scale += np.einsum("xnlp,lp->xn", np.abs(per_unit), np.abs(drawn.matter[sample])).max()
             assert np.abs(ours - parts[:, effect]).max() <= 200 * EPS * scale
 
 
@@ -123,7 +123,7 @@ def test_a_payload_is_known_exactly():
     loaded = with_payload(gd.load_arm("puma560"), 2.0, [0.0, 0.0, 0.05])
     loaded = with_uncertainty(loaded, "mass=5%,com=1mm")
     drawn = Drawn.from_arm(loaded, 4000, np.random.default_rng(0))
-    spread = drawn.by_effect[0][:, 5, 0].std()
+    spread = drawn.points[:, 5, 0].std()
     # The deviation of 4000 draws is known to 1/sqrt(8000) of itself; five times that.
     assert abs(spread - 0.05 * 0.09) < 5 * 0.05 * 0.09 / np.sqrt(8000)
 
@@ -141,5 +141,5 @@ def test_what_cannot_be_drawn_is_refused():
     motion = Trajectory(np.linspace(0, 1, 5), *np.ones((3, 5, 1)), "swing")
     with pytest.raises(gd.GdAnalyzeError, match="link rod"):
         gd.robustness(arm, motion, "inertia=10%", samples=50)
-    with pytest.raises(gd.GdAnalyzeError, match="no uncertainty"):
+    with pytest.raises(gd.GdAnalyzeError, match="no stated uncertainty"):
         gd.robustness("two_link", "two-link-swing")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray, evenly
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
 from gd_analyze.errors import ArmError
@@ -21,14 +21,14 @@ from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.robots.parts import Link, second_moment
+from gd_analyze.robots.parts import Link, LinkUncertainty, second_moment
 from gd_analyze.robots.uncertainty import exactly_known, with_uncertainty
 from gd_analyze.schema import table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-VERDICTS = ("translation", "rotation", "both", "neither")
+VERDICTS = ["translation", "rotation", "both", "neither"]
 
 # Of a longer motion set points are taken evenly: verdicts cost time by samples times set points.
 _MOST_SET_POINTS = 500
@@ -86,32 +86,34 @@ def robustness(
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
     require_joints(trajectory, arm)
-    if uncertainty is not None:
-        arm = with_uncertainty(arm, uncertainty)
+    arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)
     drawn = Drawn.from_arm(arm, samples, np.random.default_rng(seed))
-    count = len(trajectory.time)
-    taken = np.unique(np.linspace(0, count - 1, min(count, _MOST_SET_POINTS)).round().astype(int))
-    per_unit = elements_per_unit(arm, trajectory.q[taken].T, trajectory.qd[taken].T)
-    at_set_points, over_motion = _verdicts(arm, per_unit, drawn, threshold)
+    taken = evenly(trajectory.n_set_points, _MOST_SET_POINTS)
+    q, qd = (array[taken].T for array in (trajectory.q, trajectory.qd))
+    at_set_points, over_motion = _counts(elements_per_unit(arm, q, qd), drawn, threshold)
+    coords = {
+        "element": [element.label for element in _judged(arm)],
+        "time": ("time", trajectory.time[taken], {"units": "s"}),
+        "verdict": VERDICTS,
+        "link": np.arange(1, arm.n_joints + 1),
+    }
+    attrs = {"threshold": float(threshold), "samples": samples, "seed": seed, "arm": arm.name}
     return table(
         "robustness",
-        {"probability": at_set_points, "over_motion": over_motion, "redrawn": drawn.redrawn},
+        {
+            "probability": at_set_points / samples,
+            "over_motion": over_motion / samples,
+            "redrawn": drawn.redrawn,
+        },
         arm.is_revolute,
-        {
-            "element": [element.label for element in _judged(arm)],
-            "time": ("time", trajectory.time[taken], {"units": "s"}),
-            "verdict": list(VERDICTS),
-            "link": np.arange(1, arm.n_joints + 1),
-        },
-        {
-            "threshold": float(threshold),
-            "samples": samples,
-            "seed": seed,
-            "exactly_known": exactly_known(arm),
-            "arm": arm.name,
-            "trajectory": trajectory.name,
-        },
+        coords,
+        attrs | {"trajectory": trajectory.name, "exactly_known": exactly_known(arm)},
     )
+
+
+def _judged(arm: RobotArm) -> list[Element]:
+    """Elements of D and h; gravity loading has one part only."""
+    return [element for element in elements(arm.n_joints) if element.quantity != "gravity_loading"]
 
 
 def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
@@ -131,73 +133,52 @@ def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
 
 @dataclass(frozen=True)
 class Drawn:
-    """Sampled parameters of every link, as `parameters_of` gives them for the effect's part of the matter."""
+    """Sampled arms: parameters of every link as `parameters_of` gives them."""
 
-    by_effect: tuple[FloatArray, FloatArray]  # translation, rotation: (samples, n links, 10)
+    points: FloatArray  # those of point masses, of translation, (samples, n links, 10)
+    matter: FloatArray  # the rest, of rotation
     redrawn: Array  # inconsistent samples of every link, (n links,)
 
     @classmethod
     def from_arm(cls, arm: RobotArm, samples: int, rng: np.random.Generator) -> Drawn:
         """Draw arms; ArmError where nothing is uncertain, or hardly a sample is consistent."""
         if all(link.uncertainty is None for link in arm.links):
-            raise ArmError(
-                f"arm {arm.name} states no uncertainty of its links",
-                where=f"arm {arm.name}",
-                next_step="give one, such as mass=5%,com=2mm,inertia=10%, or state it in the arm file",
-            )
-        links = [
-            _drawn(link, nominal, samples, rng)
-            for link, nominal in zip(arm.links, parameters_of(arm), strict=True)
-        ]
-        translation, rotation = (np.stack([link[e] for link in links], axis=1) for e in (0, 1))
-        return cls((translation, rotation), np.array([link[2] for link in links]))
+            where, way = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
+            raise ArmError("the links have no stated uncertainty", where=where, next_step=way)
+        nominal = parameters_of(arm)
+        drawn = np.tile(nominal, (samples, 1, 1))
+        redrawn = np.zeros(arm.n_joints, dtype=int)
+        for s, link in enumerate(arm.links):
+            moments = np.linalg.eigvalsh(second_moment(link.inertia_com))
+            is_checked = link.mass > 0.0 and moments[0] > 1e-9 * moments[-1]
+            missing = np.arange(samples)
+            while missing.size:
+                drawn[missing, s] = found = nominal[s] + _changes(link, missing.size, rng)
+                missing = missing[~_is_consistent(found)] if is_checked else missing[:0]
+                redrawn[s] += missing.size
+                if redrawn[s] > _PATIENCE * samples:
+                    what = f"hardly a sample of link {link.name} is physically consistent"
+                    raise ArmError(what, where=link.place, next_step="state a smaller uncertainty of it")
+        points = point_masses(drawn)
+        return cls(points, drawn - points, redrawn)
 
 
-def _drawn(
-    link: Link, nominal: FloatArray, samples: int, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray, int]:
-    """Sampled parameters of a link by effect, each (samples, 10), and how many samples were drawn again."""
-    moment = np.linalg.eigvalsh(second_moment(link.inertia_com))
-    is_checked = link.mass > 0.0 and moment[0] > 1e-9 * moment[-1]
-    of_points, of_matter = np.empty((2, samples, 10))
-    missing, redrawn = np.arange(samples), 0
-    while missing.size:
-        drawn = _of_one(link, nominal, missing.size, rng)
-        of_points[missing] = point_masses(drawn)
-        of_matter[missing] = drawn - of_points[missing]
-        of_matter[missing, :4] = 0.0
-        good = _is_consistent(drawn, of_matter[missing]) if is_checked else np.full(missing.size, True)
-        missing = missing[~good]
-        redrawn += missing.size
-        if redrawn > _PATIENCE * samples:
-            raise ArmError(
-                f"hardly a sample of link {link.name} is physically consistent",
-                where=link.place,
-                found=f"{redrawn} inconsistent samples",
-                next_step="state a smaller uncertainty of its mass, centre of mass or inertia",
-            )
-    return of_points, of_matter, redrawn
-
-
-def _of_one(link: Link, nominal: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw parameters of a link, consistent or not, shape (count, 10)."""
-    stated = link.uncertainty
-    out = np.tile(nominal, (count, 1))
-    if stated is None:
-        return out
+def _changes(link: Link, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw changes of a link's parameters, consistent or not, (count, 10)."""
+    stated = link.uncertainty or LinkUncertainty()
     mass = link.mass if stated.body_mass is None else stated.body_mass
     com = link.com if stated.body_com is None else stated.body_com
-    body = np.concatenate([[mass], mass * com, np.zeros(6)])
-    masses = rng.normal(mass, stated.mass or 0.0, count)
+    masses = rng.normal(mass, stated.mass or 0.0, (count, 1))
     coms = rng.normal(com, 0.0 if stated.com is None else stated.com, (count, 3))
-    drawn = np.concatenate([masses[:, None], masses[:, None] * coms, np.zeros((count, 6))], axis=1)
-    out[:, :4] += drawn[:, :4] - body[:4]
-    if stated.inertia_about == "com":
-        out[:, 4:] += point_masses(drawn)[:, 4:] - point_masses(body[None])[:, 4:]
+    rest = np.zeros((count, 6))
+    body = point_masses(np.concatenate([[mass], mass * com, np.zeros(6)]))
+    change = point_masses(np.concatenate([masses, masses * coms, rest], axis=1)) - body
+    if stated.inertia_about == "origin":
+        change[:, 4:] = 0.0
     if stated.inertia is not None:
         spread = inertial_parameters(0.0, np.zeros(3), stated.inertia)[4:]
-        out[:, 4:] += rng.normal(0.0, spread, (count, 6))
-    return out
+        change[:, 4:] += rng.normal(0.0, spread, rest.shape)
+    return change
 
 
 def point_masses(parameters: FloatArray) -> FloatArray:
@@ -209,9 +190,9 @@ def point_masses(parameters: FloatArray) -> FloatArray:
     return out
 
 
-def _is_consistent(parameters: FloatArray, of_matter: FloatArray) -> Array:
+def _is_consistent(parameters: FloatArray) -> Array:
     """Whether mass and second moment about the centre of mass are positive definite, shape (count,)."""
-    xx, xy, yy, xz, yz, zz = of_matter[:, 4:].T
+    xx, xy, yy, xz, yz, zz = (parameters - point_masses(parameters))[:, 4:].T
     half = 0.5 * (xx + yy + zz)
     a, b, c = half - xx, half - yy, half - zz
     # Leading minors of the second moment tr(I)/2 - I (Sylvester).
@@ -219,52 +200,37 @@ def _is_consistent(parameters: FloatArray, of_matter: FloatArray) -> Array:
     return (parameters[:, 0] > 0.0) & (a > 0.0) & (a * b > xy**2) & (determinant > 0.0)
 
 
-def _verdicts(
-    arm: RobotArm, per_unit: FloatArray, drawn: Drawn, threshold: float
-) -> tuple[FloatArray, FloatArray]:
-    """Probabilities of `VERDICTS` at every set point (elements, N, 4), and over the motion (elements, 4)."""
-    n_elements, count = per_unit.shape[:2]
-    flat = per_unit.reshape(n_elements * count, -1)
-    fixed, changes, columns = [], [], []
-    for parameters in drawn.by_effect:
-        sampled = parameters.reshape(len(parameters), -1)
-        nominal = sampled.mean(axis=0)
+def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[FloatArray, FloatArray]:
+    """Samples by `VERDICTS` at every set point (elements, N, 4), and over the motion (elements, 4)."""
+    n_elements, count, n, _ = per_unit.shape
+    flat, samples = per_unit.reshape(n_elements * count, -1), len(drawn.points)
+    factors = []
+    for parameters in (drawn.points, drawn.matter):
+        sampled = parameters.reshape(samples, -1)
         varies = np.ptp(sampled, axis=0) > 0.0
-        fixed.append((flat @ np.where(varies, nominal, sampled[0])).reshape(n_elements, count, 1))
-        changes.append((sampled - nominal)[:, varies].T.copy())
-        columns.append(flat[:, varies].copy())
-    # As in `rank`: round-off must not make an element that is zero look like one of both effects.
-    largest = np.abs(fixed[0] + fixed[1]).max(axis=(1, 2))
-    is_inertia = np.array([element.quantity == "inertia" for element in _judged(arm)])
-    noise = (
-        64
-        * np.finfo(float).eps
-        * np.where(is_inertia, *(largest[k].max() for k in (is_inertia, ~is_inertia)))
-    )
-    at_set_points = np.zeros((n_elements, count, 3))
-    over_motion = np.zeros((n_elements, 3))
-    samples = len(drawn.by_effect[0])
+        fixed = flat[:, ~varies] @ sampled[0, ~varies]
+        factors.append((flat[:, varies].copy(), sampled[:, varies].T.copy(), fixed))
+    at_set_points, over_motion = np.zeros((n_elements, count, 3)), np.zeros((n_elements, 3))
     for start in range(0, samples, _BLOCK):
         block = slice(start, start + _BLOCK)
         parts = [
-            (column @ change[:, block]).reshape(n_elements, count, -1) + mean
-            for column, change, mean in zip(columns, changes, fixed, strict=True)
+            (varying @ sampled[:, block] + fixed[:, None]).reshape(n_elements, count, -1)
+            for varying, sampled, fixed in factors
         ]
         whole = np.abs(parts[0] + parts[1]).max(axis=1)
+        # As in `rank`, round-off is no part; elements of h stand last.
+        noise = (
+            64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
+        )
         least = np.maximum(threshold * whole, noise[:, None])[:, None]
         needed = [np.abs(part) > least for part in parts]
         for out, flags in ((at_set_points, needed), (over_motion, [flag.any(axis=1) for flag in needed])):
             for k, flag in enumerate((*flags, flags[0] & flags[1])):
                 out[..., k] += np.add.reduce(flag.view(np.uint8), axis=-1, dtype=np.uint8)
-    return _by_verdict(at_set_points, samples) / samples, _by_verdict(over_motion, samples) / samples
+    return _by_verdict(at_set_points, samples), _by_verdict(over_motion, samples)
 
 
 def _by_verdict(needed: FloatArray, samples: int) -> FloatArray:
-    """Samples of each of `VERDICTS` from those in which translation, rotation and both are needed."""
+    """From how often translation, rotation and both are needed."""
     translation, rotation, both = np.moveaxis(needed, -1, 0)
     return np.stack([translation - both, rotation - both, both, samples - translation - rotation + both], -1)
-
-
-def _judged(arm: RobotArm) -> list[Element]:
-    """Elements of D and h; gravity loading has one part only."""
-    return [element for element in elements(arm.n_joints) if element.quantity != "gravity_loading"]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, set_points_last
+from gd_analyze.arrays import FloatArray, evenly, set_points_last
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.figures.figure import (
     WIDTH,
@@ -19,7 +19,6 @@ from gd_analyze.figures.figure import (
     Panel,
     Words,
     broken,
-    evenly,
     tick_label,
     ticks,
 )

@@ -258,11 +258,6 @@ def over_time(
     return Curve(broken(time, gaps), broken(values, gaps), colour, width, **more)
 
 
-def evenly(count: int, most: int) -> np.ndarray:
-    """Indices of evenly spaced set points, at most so many, first and last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
-
-
 def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
     """Number and name of a joint, from 0; of a name too long for some pt of width, what tells it apart."""
     name, most = joints[i].name, max(int(room / (0.5 * size)) - 2, 3)

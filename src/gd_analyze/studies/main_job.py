@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.tube import Margin, Tube
@@ -23,7 +24,6 @@ from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
-from gd_analyze.figures.figure import evenly
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
@@ -288,10 +288,8 @@ def find(
                 warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
         dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked))
         # Of a long motion set points are taken evenly; peaks are those of all.
-        taken = evenly(trajectory.n_set_points, MOST_KEPT)
-        over_time = dominance_over_time(
-            dataset if len(taken) == len(dataset.time) else dataset.isel(time=taken), dominance
-        )
+        taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
+        over_time = dominance_over_time(taken, dominance)
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
         many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
