@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, evenly
 from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
@@ -36,14 +35,12 @@ def dominance_figure(run: Run) -> Figure:
     ranking = ranking.isel(element=np.flatnonzero(is_shown)[:_ROWS])
     labels = ranking.element.values.tolist()
     over_time = run.tables["dominance_over_time"].sel(element=labels)
-    time, columns = over_time.time.values, _columns(over_time.sizes["time"])
-    needed = np.stack([over_time.needed.values[block].any(axis=0) for block in columns], axis=1)
-    torque = np.stack([np.abs(over_time.torque.values[block]).max(axis=0) for block in columns], axis=1)
-    parts = np.stack([_largest(over_time.dominance.values[block]) for block in columns], axis=1)
+    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
+    time, torque = over_time.time.values, over_time.torque.values.T
+    parts, needed = (over_time[k].values.swapaxes(0, 1) for k in ("dominance", "needed"))
     peaks = np.abs(run.exact_torque).max(axis=0)[ranking.torque_joint.values - 1, None]
-    share = torque / np.where(peaks > 0.0, peaks, np.inf)
-    middles = np.array([time[block].mean() for block in columns])
-    edges = np.concatenate([time[:1], (middles[1:] + middles[:-1]) / 2, time[-1:]])
+    share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
+    edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
     cells = Cells(
         edges,
@@ -63,20 +60,9 @@ def dominance_figure(run: Run) -> Figure:
     return Figure("Dominant effect of each element over time", ((panel,),), WIDTH, height, _LEGEND)
 
 
-def _columns(count: int) -> list[slice]:
-    """Set points that share a column."""
-    ends = np.unique(np.linspace(0, count, min(count, _COLUMNS) + 1).round().astype(int))
-    return [slice(begin, end) for begin, end in pairwise(ends.tolist())]
-
-
 def _three_digits(values: FloatArray) -> FloatArray:
     """Numbers as a page tells them."""
     return np.array([float(f"{value:.3g}") for value in values.ravel()]).reshape(values.shape)
-
-
-def _largest(parts: FloatArray) -> FloatArray:
-    """Values of largest magnitude over the first axis, with their signs."""
-    return np.take_along_axis(parts, np.abs(parts).argmax(axis=0)[None], axis=0)[0]
 
 
 def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
@@ -123,25 +109,12 @@ def element_figures(
 
 def element_numbers(run: Run, labels: Sequence[str]) -> str:
     """CSV of elements at every set point: parts, shares, verdict, torque; all elements without labels."""
-    import pandas as pd
-
-    over_time = run.tables["dominance_over_time"]
-    over_time = over_time.sel(element=list(labels)) if labels else over_time
-    peaks = run.dominance.peak.sel(element=over_time.element).values
-    units = run.dominance.unit.sel(element=over_time.element).values
-    count = over_time.sizes["time"]
-    columns = {
-        "element": np.repeat(over_time.element.values, count),
-        "time": np.tile(over_time.time.values, len(peaks)),
-        "unit": np.repeat(units, count),
-    }
-    for k, effect in enumerate(EFFECTS):
-        columns[effect] = (over_time.dominance.values[..., k] * peaks).T.ravel()
-        columns[f"{effect}_of_peak"] = over_time.dominance.values[..., k].T.ravel()
-        columns[f"{effect}_of_value"] = over_time.share.values[..., k].T.ravel()
-    columns["verdict"] = verdicts(over_time).values.T.ravel()
-    columns["torque"] = over_time.torque.values.T.ravel()
-    columns["torque_joint"] = np.repeat(over_time.torque_joint.values, count)
-    columns["torque_unit"] = np.repeat(over_time.torque_unit.values, count)
-    columns["torque_of_budget"] = over_time.budget_share.values.T.ravel()
-    return str(pd.DataFrame(columns).to_csv(index=False, lineterminator="\n"))
+    over_time, ranking = run.tables["dominance_over_time"], run.dominance
+    if labels:
+        over_time, ranking = over_time.sel(element=list(labels)), ranking.sel(element=list(labels))
+    shares = {"_of_peak": over_time.dominance, "_of_value": over_time.share}
+    columns = {"unit": ranking.unit.reset_coords(drop=True)}
+    for suffix, parts in ({"": over_time.dominance * ranking.peak} | shares).items():
+        columns |= {f"{effect}{suffix}": parts.sel(effect=effect, drop=True) for effect in EFFECTS}
+    table = over_time[["torque", "budget_share"]].assign(columns | {"verdict": verdicts(over_time)})
+    return str(table.to_dataframe(dim_order=["element", "time"]).to_csv(lineterminator="\n"))
