@@ -12,6 +12,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.special import comb
@@ -120,7 +121,8 @@ def misses(data: Data, motions: FloatArray, verdicts: dict[str, str]) -> FloatAr
     for e, (label, verdict) in enumerate(verdicts.items()):
         i, *j = (int(sign) - 1 for sign in label[1:])
         name = "inertia" if j else "coriolis_centrifugal"
-        parts = found[name][(slice(None), slice(None), slice(None), i, *j)]
+        index: Any = (slice(None), slice(None), slice(None), i, *j)
+        parts = found[name][index]
         if data.drives and j == [i]:
             parts = parts + np.array([0.0, data.arm.drives[i].inertia])
         # Round-off does not make an effect.
@@ -234,7 +236,7 @@ def report() -> str:
         singles = [search(data, verdicts, rng, only=e) for e in range(len(verdicts))]
         missed = np.minimum(best.misses, [one.misses[e] for e, one in enumerate(singles)])
         widest = np.minimum(missed, wide.misses)
-        for e in np.flatnonzero(widest):
+        for e in np.flatnonzero(widest).tolist():
             widest[e] = min(widest[e], with_other_parameters(singles[e], verdicts, rng, only=e).misses[e])
         alone.append(missed)
         loose.append(widest)

@@ -31,7 +31,8 @@ def fine(motion: gd.Trajectory) -> gd.States:
     """The motion at 301 points: between set points the polynomial of degree five that joins them smoothly."""
     curve = BPoly.from_derivatives(motion.time, np.stack([motion.q, motion.qd, motion.qdd], axis=1))
     time = np.linspace(motion.time[0], motion.time[-1], POINTS)
-    return gd.States(*(curve(time, order) for order in range(3)))
+    q, qd, qdd = (curve(time, order) for order in range(3))
+    return gd.States(q, qd, qdd)
 
 
 def models(arm: gd.RobotArm, states: gd.States, cuts: FloatArray, budget: str) -> Iterator[SimplifiedModel]:
@@ -63,8 +64,8 @@ def report() -> str:
                 f"{mean:.0f} | {1 - mean / whole:.0%} | {levels} |".replace("%", " %")
             )
             print(lines[-1], flush=True)
-    worst, of_worst, at_worst = max(savings)[0], max(savings)[2], max(savings)[3]
-    mean = max(saving for _, saving, *_ in savings)
+    best_worst, _, of_worst, at_worst = max(savings)
+    best_mean = max(saving for _, saving, *_ in savings)
     least = min(max(saving for saving, _, name, _ in savings if name == motion) for motion in MOTIONS)
     return "\n".join(
         [
@@ -76,15 +77,15 @@ def report() -> str:
             "simplified over each at the same budget: 1 % of every joint's peak torque over the whole motion. Counted are "
             "multiplications and additions; choosing the stretch is free.",
             "",
-            f"**Answer.** The worst stretch saves at most {worst:.0%} of the operations of one model for the whole motion "
+            f"**Answer.** The worst stretch saves at most {best_worst:.0%} of the operations of one model for the whole motion "
             f"({of_worst}, {at_worst} stretches), and at best {least:.0%} on the motion that gains least. ".replace(
                 "%", " %"
             )
-            + f"The mean over the stretches falls by up to {mean:.0%}. ".replace("%", " %")
+            + f"The mean over the stretches falls by up to {best_mean:.0%}. ".replace("%", " %")
             + (
                 "A controller has to have time for the worst stretch, so models by stretch do not pay and no option "
                 "offers them."
-                if worst < WORTH
+                if best_worst < WORTH
                 else "That is worth an option."
             ),
             "",

@@ -108,7 +108,7 @@ class Plots:
 
     def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
         is_short = self.run.trajectory.n_set_points <= MARKED
-        given = {"elements": tuple(elements), "marked": is_short} | look
+        given: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
         if "effects" in given:
             given["effects"] = tuple(given["effects"])
         return Look(**given)

@@ -148,7 +148,7 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     time, gaps = run.trajectory.time[points], run.gaps_among(points)
     axis = time_axis(time, 2)
     if look.x == "set point":
-        time = points + 1.0
+        time = 1.0 + points.astype(float)
         axis = replace(time_axis(time, 1 if pitch < 120.0 else 3), unit="set point")
     # An element that is zero but for round-off must not fill its panel with noise.
     factor, shown = prefixed(float(peak), str(unit))

@@ -180,7 +180,7 @@ def _lines(note: str) -> list[str]:
     return [pretty(line) for line in note.split("\n") if line]
 
 
-def drawing_file(figure: Figure, form: str) -> bytes:
+def drawing_file(figure: Figure, form: Any) -> bytes:
     """A figure by itself, as "svg", "pdf" or "png" at 200 pixels per inch."""
     import typst
 
@@ -188,8 +188,7 @@ def drawing_file(figure: Figure, form: str) -> bytes:
     if form == "svg":
         return svg.encode()
     page = b"#set page(width: auto, height: auto, margin: 4pt)\n#image(bytes(sys.inputs.drawing))"
-    made = typst.compile(page, format=form, ppi=200, sys_inputs={"drawing": svg}, ignore_system_fonts=True)
-    return bytes(made)
+    return typst.compile(page, format=form, ppi=200, sys_inputs={"drawing": svg}, ignore_system_fonts=True)
 
 
 def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str], created: str) -> bytes:

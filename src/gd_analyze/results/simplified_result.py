@@ -109,8 +109,8 @@ def _model_parts(
         return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped), by_element
     title = "Equations, in kg, m, s, rad"
     if joint_velocities:
-        by_element, count = model.equations, model.operations_in_joint_velocities
-        written = equations("equations", title, by_element.formulas, by_element.legend, digits=digits)
+        shown, count = model.equations, model.operations_in_joint_velocities
+        written = equations("equations", title, shown.formulas, shown.legend, digits=digits)
         operations = Fact("operations_in_joint_velocities", "Operations in joint velocities", count)
         return operations, Fact("legend", "", list(written.legend_lines)), written
     written = equations("equations", title, model.formulas, model.legend, digits=digits)

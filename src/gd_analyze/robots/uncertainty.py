@@ -41,14 +41,17 @@ def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
 
 
 def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
-    body = link.bare or link
-    wholes = {"mass": body.mass, "com": np.ones(3), "inertia": np.abs(body.inertia_com)}
-    absolute = {"mass": 1.0, "com": np.ones(3), "inertia": np.eye(3)}
-    values = {
-        what: value * (wholes if is_share else absolute)[what] for what, (value, is_share) in stated.items()
-    }
-    payload = {"body_mass": body.mass, "body_com": body.com} if link.bare else {}
-    return replace(link, uncertainty=LinkUncertainty(**values, **payload))
+    body, new = link.bare or link, LinkUncertainty()
+    for what, (value, is_share) in stated.items():
+        if what == "mass":
+            new = replace(new, mass=value * (body.mass if is_share else 1.0))
+        elif what == "com":
+            new = replace(new, com=np.full(3, value))
+        else:
+            new = replace(new, inertia=value * (np.abs(body.inertia_com) if is_share else np.eye(3)))
+    if link.bare:
+        new = replace(new, body_mass=body.mass, body_com=body.com)
+    return replace(link, uncertainty=new)
 
 
 def exactly_known(arm: RobotArm) -> str:
