@@ -21,9 +21,10 @@ from gd_analyze.formulas.writing import part_symbol, term_formula, torque_legend
 from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results import motion_result
+from gd_analyze.results import rows as row_parts
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.rows import effect_of, element_rows, joint_rows, mark_of, rows_of, sure_text, table_of
+from gd_analyze.results.rows import effect_of, element_rows, joint_rows, mark_of, rows_of, table_of
 from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
@@ -163,7 +164,7 @@ def _ranking(findings: Findings) -> Section:
             "symbol": _symbol(row["element"]),
             "verdict": f"{effect} {VERDICTS[effect]}",
             "kept": f"{kept} {LETTERS[kept]}",
-            "sure": sure_text(row),
+            "sure": row_parts.sure_text(row),
             "beside": f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–",
         }
         if row["quantity"] == "gravity_loading":
@@ -189,8 +190,7 @@ def _ranking(findings: Findings) -> Section:
         parts.append(Section("", "Beside the founding text", (), "\n".join(said)))
     note = (
         "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % where "
-        "elements cancel. An effect dominates an element that changes by at most "
-        f"{percent(float(findings.dominance.attrs['threshold']))} of its peak without the other."
+        f"elements cancel. Verdict: {row_parts.threshold_text(findings)}."
     )
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
 

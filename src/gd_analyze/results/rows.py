@@ -75,44 +75,32 @@ def mark_of(verdict: str) -> str:
     return "–" if verdict == "negligible" else LETTERS[verdict]
 
 
-def dominance_note(findings: Findings) -> str:
-    """What the figure of dominance over time shows, where verdicts change, and which are in doubt."""
-    threshold = percent(float(findings.dominance.attrs["threshold"]))
-    rows = [row for row in element_rows(findings) if row["quantity"] != "gravity_loading"]
-    doubtful = [f"{row['element']} {sure_text(row)}" for row in rows if (row["probability"] or 1.0) < SURE]
-    note = (
-        f"Coloured: parts whose loss changes the element by more than {threshold} of its peak. "
-        "Verdict: over the whole motion. Kept: by the founding text's method, at this budget."
-    )
-    if doubtful:
-        note += (
-            f" Less than {percent(SURE)} sure, given the stated uncertainties of parameters: "
-            f"{', '.join(doubtful)}."
-        )
-    return note
+def threshold_text(findings: Findings) -> str:
+    """What counts as dominance."""
+    share = percent(float(findings.dominance.attrs["threshold"]))
+    return f"parts whose loss changes the element by more than {share} of its peak"
 
 
-def changes_table(findings: Findings) -> Table | None:
-    """Elements whose verdict changes along the motion, and when; None where none does."""
-    rows = [row for row in element_rows(findings) if changes_text(row)]
-    columns = (
-        Column("", "element", [row["element"] for row in rows], shown="text"),
-        Column("", "verdict over time", [changes_text(row) for row in rows], shown="text"),
-    )
-    return (
-        Table("changes", "Verdicts that change along the motion, largest torque first", columns)
-        if rows
-        else None
-    )
+def is_doubtful(row: Row) -> bool:
+    """Whether the verdict over the motion is less probable than `SURE`, given the stated uncertainties."""
+    return row["probability"] is not None and row["probability"] < SURE
 
 
 def sure_text(row: Row) -> str:
     """Probability of the verdict over the motion, marked where it is low; "" where it is not known."""
-    probability = row["probability"]
-    if probability is None:
+    if row["probability"] is None:
         return ""
     # Not rounded up to certainty.
-    return f"{math.floor(100 * probability):d} %{' (?)' if probability < SURE else ''}"
+    return f"{math.floor(100 * row['probability']):d} %{' (?)' * is_doubtful(row)}"
+
+
+def dominance_note(findings: Findings) -> str:
+    """What the figure of dominance over time shows, and which verdicts are in doubt."""
+    doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
+    note = f"Coloured: {threshold_text(findings)}; white: neither. Kept: by the founding text's method."
+    if doubtful:
+        note += f" Less than {percent(SURE)} sure, as parameters are uncertain: {', '.join(doubtful)}."
+    return note
 
 
 def _probabilities(findings: Findings) -> dict[tuple[str, str], float]:
@@ -126,14 +114,20 @@ def _probabilities(findings: Findings) -> dict[tuple[str, str], float]:
 
 def changes_text(row: Row) -> str:
     """When the verdict on an element changes: "both until 0.96 s, then rotation"; "" if never."""
-    found = row["stretches"]
-    if len(found) == 1:
-        return ""
-    *before, last = found
-    return (
-        ", ".join(f"{one['verdict']} until {one['end']:.3g} s" for one in before)
-        + f", then {last['verdict']}"
+    *before, last = row["stretches"]
+    ends = (f"{one['verdict']} until {one['end']:.3g} s" for one in before)
+    return f"{', '.join(ends)}, then {last['verdict']}" if before else ""
+
+
+def changes_table(findings: Findings) -> Table | None:
+    """Elements whose verdict changes along the motion, and when; None where none does."""
+    changing = {row["element"]: text for row in element_rows(findings) if (text := changes_text(row))}
+    title = "Verdicts that change along the motion, largest torque first"
+    columns = (
+        Column("", "element", [*changing], shown="text"),
+        Column("", "verdict over time", [*changing.values()], shown="text"),
     )
+    return Table("changes", title, columns) if changing else None
 
 
 class DroppedParts(NamedTuple):

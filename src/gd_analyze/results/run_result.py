@@ -26,18 +26,21 @@ from gd_analyze.results.model_facts import (
     worst_error,
 )
 from gd_analyze.results.rows import (
+    SURE,
     budget_rows,
     dropped_parts,
     effect_of,
     element_rows,
+    is_doubtful,
     joint_rows,
     mark_of,
     rows_of,
     table_of,
+    threshold_text,
 )
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import joined, number
+from gd_analyze.text import joined, number, percent
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
@@ -254,7 +257,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
     for row in rows:
-        row["shown_verdict"] = mark_of(effect_of(row))
+        row["shown_verdict"] = mark_of(effect_of(row)) + "?" * is_doubtful(row)
         row["shown_kept"] = LETTERS[effect_of(row, "kept")]
         row["shown_text"] = LETTERS.get(row["text_verdict"], "")
     labels = {
@@ -269,7 +272,8 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         **({"shown_text": ("FGL87", "", "text")} if with_text else {}),
     }
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
-    return table_of("dominance", title, rows, labels, top=top)
+    note = f"Effect: {threshold_text(findings)}; ?: less than {percent(SURE)} sure."
+    return table_of("dominance", title, rows, labels, note, top=top)
 
 
 def _tables(findings: Findings) -> tuple[Fact, ...]:
