@@ -14,8 +14,8 @@ from gd_analyze.cli.options import NameList
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import replacing_together
 
-FORMATS = ("svg", "pdf", "png", "csv")
-_EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
+FORMATS = NameList(("svg", "pdf", "png", "csv"), "format")
+EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "coriolis"), "effect")
 
 
 @click.command(short_help="Draw the elements of D, h and c by effect, as files.")
@@ -23,29 +23,14 @@ _EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
 @options.trajectories()
 @log_options
 @click.option(
-    "--to",
-    "formats",
-    type=NameList(FORMATS, "format"),
-    default="svg",
-    show_default=True,
-    metavar="LIST",
-    help="Files to write: svg, pdf, png, and csv for the numbers at every set point; comma-separated.",
+    "--to", type=FORMATS, default="svg", metavar="LIST", help="svg, pdf, png, csv; comma-separated."
 )
-@click.option(
-    "--element",
-    "elements",
-    metavar="LABEL",
-    multiple=True,
-    help="D12, h3 or c2; may be repeated. All elements by default.",
-)
-@click.option(
-    "--x", type=click.Choice(("time", "set-point")), default="time", show_default=True, help="Abscissa."
-)
+@click.option("--element", "elements", metavar="LABEL", multiple=True, help="D12, h3 or c2; repeatable.")
+@click.option("--x", type=click.Choice(("time", "set-point")), default="time", help="Abscissa.")
 @click.option(
     "--effects",
-    type=NameList(_EFFECTS, "effect"),
+    type=EFFECTS,
     default="combined,translation,rotation",
-    show_default=True,
     metavar="LIST",
     help="Curves of each element; centrifugal and coriolis are shares of h.",
 )
@@ -58,7 +43,7 @@ _EFFECTS = ("combined", "translation", "rotation", "centrifugal", "coriolis")
 def figures(
     robot: GivenRobot,
     trajectories: tuple[str, ...],
-    formats: tuple[str, ...],
+    to: tuple[str, ...],
     payload: str | None,
     dominance: float,
     drives: bool | None,
@@ -89,22 +74,18 @@ def figures(
         stage("decomposing")
         run = Run.of(arm, motion, dominance, drives)
         stage("drawing")
-        drawn = element_figures(run, **look)
         made = {
             folder / f"{name}.{form}": drawing_file(figure, form)
-            for form in formats
+            for name, figure in element_figures(run, **look).items()
+            for form in to
             if form != "csv"
-            for name, figure in drawn.items()
         }
-        if "csv" in formats:
+        if "csv" in to:
             made[folder / "dominance.csv"] = element_numbers(run, look["elements"]).encode()
         require_outputs(*made)
         with replacing_together([*made]) as temporaries:
             for temporary, content in zip(temporaries, made.values(), strict=True):
                 temporary.write_bytes(content)
-    facts = (
-        Fact("arm", "Arm", arm.title or arm.name),
-        Fact("trajectory", "Trajectory", motion.name),
-        Fact("set_points", "Set points", motion.n_set_points, shown="count"),
-    )
+    shown = f"{motion.name}, {motion.n_set_points} set points"
+    facts = Fact("arm", "Arm", arm.title or arm.name), Fact("trajectory", "Trajectory", shown)
     output.give(Result(title="Figures of elements by effect", facts=facts), *made)

@@ -284,28 +284,23 @@ def founding_section(findings: Findings) -> Section:
 def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
     """What it costs to keep of every element what dominates it, whatever the torque error."""
     table, whose = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
-    joints = joint_columns(findings.arm.joints)
-    errors = [
-        Column("", f"by {whose[name]}", shares.tolist(), shown="percent")
-        for name, shares in zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
-    ]
-    programs = [whose.get(name, name) for name in table.program.values.tolist()]
+    errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
+    shares = (Column("", f"by {whose[name]}", own.tolist(), shown="percent") for name, own in errors)
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
+    operations = (Column("", name, own.tolist(), shown="count") for name, own in counts)
+    programs = [whose.get(name, name) for name in table.program.values.tolist()]
+    title = "Largest torque error of the peak, where only the dominant parts of D and h are kept"
+    note = (
+        "Exact: the fewest known, each quantity by its own program. By element: D, h and c as [FGL87] writes "
+        "them, subexpressions shared."
+    )
     return (
-        Table(
-            "verdict_errors",
-            "Largest torque error of the peak, where only the dominant parts of D and h are kept",
-            (*joints, *errors),
-        ),
+        Table("verdict_errors", title, (*joint_columns(findings.arm.joints), *shares)),
         Table(
             "verdict_operations",
-            "Operations of D, h and c, and of torque from them",
-            (
-                Column("", "program", programs, shown="text"),
-                *(Column("", name, column.tolist(), shown="count") for name, column in counts),
-            ),
-            "Exact: the fewest known, each quantity by its own program. By element: D, h and c as [FGL87] "
-            "writes them, subexpressions shared.",
+            "Operations of D, h and c",
+            (Column("", "program", programs, shown="text"), *operations),
+            note,
         ),
     )
 

@@ -128,25 +128,25 @@ def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
         gravity_loading_program(form.program, n),
     )
     fewest = [program.count.total for program in programs]
-    by_element = {"exact, by element": parts_of(n), **{name: model.terms for name, model in models.items()}}
     counts = {"exact": [*fewest, sum(fewest), form.operations.total]}
-    for name, kept in by_element.items():
-        torque = ELEMENT.write(form, dict.fromkeys(kept, 1.0), ROUGH).count.total
+    for name, kept in {
+        "exact, by element": ELEMENT.terms(form),
+        **{k: m.terms for k, m in models.items()},
+    }.items():
+        torque = ELEMENT.write(form, kept, ROUGH).count.total
         counts[name] = [*operations_by_quantity(form, kept).values(), torque]
-    return table(
-        "by_verdicts",
-        {
-            "operations": np.array(list(counts.values())),
-            "largest_error": np.array([model.accuracy.errors.largest for model in models.values()]),
-            "largest_share": np.array([model.accuracy.errors.largest_share for model in models.values()]),
-        },
-        exact.arm.is_revolute,
-        {
-            "program": list(counts),
-            "quantity": ["D", "h", "c", "D, h and c", "torque"],
-            "verdicts": list(models),
-        },
-    )
+    errors = [model.accuracy.errors for model in models.values()]
+    values = {
+        "operations": np.array([*counts.values()]),
+        "largest_error": np.array([one.largest for one in errors]),
+        "largest_share": np.array([one.largest_share for one in errors]),
+    }
+    coords = {
+        "program": [*counts],
+        "quantity": ["D", "h", "c", "D, h and c", "torque"],
+        "verdicts": [*models],
+    }
+    return table("by_verdicts", values, exact.arm.is_revolute, coords)
 
 
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
