@@ -25,6 +25,7 @@ from gd_analyze.schema import GROUPS
 NOT_ALWAYS_FINITE = {
     "beyond": {"certified", "worst_found", "within_limits", "mass_within_budget", "uncertainty"},
     "dominance": {"change_without"},
+    "dominance_over_time": {"share"},
     "parts": {"torque_peak"},
     "measured_torque": {name for name, declared in GROUPS["measured_torque"].items() if declared.besides},
 }

@@ -87,7 +87,7 @@ def test_folded_the_page_is_short_and_never_scrolls_sideways(
     with opened(browser, file, width) as tab:
         assert tab.run("document.documentElement.scrollHeight") < most
         if width == WIDE:
-            for selector in ("h1", ".headline", "#scene", "#figure-contributions"):
+            for selector in ("h1", ".headline", "#scene", "#figure-dominance"):
                 assert tab.page.locator(selector).bounding_box()["y"] < 800
         tab.unfold()
         assert tab.run("document.documentElement.scrollWidth") <= width

@@ -15,10 +15,13 @@ from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
 from gd_analyze.studies.study_files import write_findings
 
+# The PUMA states uncertainties.
+STORED = set(GROUPS) - OPTIONAL_GROUPS | {"robustness"}
+
 
 def test_round_trip_is_exact(stored, puma_findings):
     read = load_results(stored)
-    assert set(read.children) == set(GROUPS) - OPTIONAL_GROUPS
+    assert set(read.children) == STORED
     for group, table in puma_findings.tables.items():
         xr.testing.assert_identical(read[group].to_dataset().drop_attrs(), table.drop_attrs())
     for name, attribute in puma_findings.provenance.items():
@@ -52,7 +55,7 @@ def test_plain_xarray_opens_it(stored, puma_findings):
 
 def test_plain_h5py_opens_it(stored, puma_findings):
     with h5py.File(stored) as file:
-        assert set(file) == set(GROUPS) - OPTIONAL_GROUPS
+        assert set(file) == STORED
         inertia = file["decomposition/inertia"]
         np.testing.assert_array_equal(inertia[()], puma_findings.decomposition.inertia)
         assert inertia.attrs["equation"].decode() == "[FGL87] Eq. (3.4-25)"

@@ -49,7 +49,7 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     >>> over_time.dominance.sel(element="D15").dims
     ('time', 'effect')
     >>> gd.verdicts(over_time).sel(element="D15").values[:2].tolist()
-    ['both', 'both']
+    ['translation', 'translation']
     """
     ranking = rank(dataset) if ranking is None else ranking
     labels, joints, peaks = (ranking[name].values for name in ("element", "torque_joint", "peak"))

@@ -19,7 +19,9 @@ from gd_analyze.text import amount, pretty
 _ROWS, _COLUMNS = 30, 120
 # Shades by the element's torque, as a share of the peak torque of its joint.
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
-_PITCH, _MARGINS = 9.5, (26.0, 13.0, 96.0, 16.0)
+_MARGINS = (26.0, 13.0, 96.0, 16.0)
+# Height of a row, and of all that a first page leaves for them, pt.
+_PITCH, _ROOM = 9.5, 205.0
 _LEGEND = (
     Key("translation", "translation", "area"),
     Key("rotation", "rotation", "area"),
@@ -56,7 +58,7 @@ def dominance_figure(run: Run) -> Figure:
     y = Axis(float(rows), 0.0, tuple(k + 0.45 for k in range(rows)), names=tuple(map(subscripted, labels)))
     x = time_axis(time)
     panel = Panel("dominance", "", x, y, (cells, *_beside(run, labels, x.high)), margins=_MARGINS)
-    height = rows * _PITCH + _MARGINS[1] + _MARGINS[3]
+    height = min(rows * _PITCH, _ROOM) + _MARGINS[1] + _MARGINS[3]
     return Figure("Dominant effect of each element over time", ((panel,),), WIDTH, height, _LEGEND)
 
 

@@ -140,7 +140,7 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
         path = "".join(_path(run) for run in _runs(points))
         yield (f'<path{marked} style="stroke:{colour}" stroke-width="{_int(item.width)}" d="{path}"/>')
     dots = item.marker or ("circle" if len(points) == 1 else None)
-    if dots == "circle" and not item.hollow and not item.tips:
+    if dots == "circle" and len(points) > 1 and not item.hollow and not item.tips:
         # Round ends of lines without length: one path for all.
         path = "".join(f"M{_int(x)} {_int(y)}h0" for x, y in points.tolist() if math.isfinite(y))
         shown = look if item.width and len(points) > 1 else marked

@@ -56,10 +56,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     appendices = (
         _appendix(findings, section, letters[section.key], numbers) for section in report.appendices
     )
-    trade_off = fold = changes = ""
-    if report.changes:
-        inside = table_html(report.changes, numbers)
-        changes = f"<details><summary>Verdicts that change along the motion</summary>\n{inside}</details>\n"
+    trade_off = fold = ""
     if report.trade_off:
         drawing, table = report.trade_off
         trade_off = f'<div class="card">{drawing_html(drawing, numbers)}</div>'
@@ -74,7 +71,6 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
         alone="" if trade_off else " alone",
         errors=_errors(findings, numbers),
         trade_off=trade_off,
-        changes=changes,
         numbers=fold,
         model=_model(findings, path, numbers),
         appendices="".join(appendices),

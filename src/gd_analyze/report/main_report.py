@@ -13,7 +13,7 @@ from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Drawing, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
-from gd_analyze.results.rows import changes_table, dominance_note
+from gd_analyze.results.rows import dominance_note
 from gd_analyze.results.run_result import (
     first_facts,
     notices,
@@ -31,7 +31,6 @@ class MainReport(NamedTuple):
     arm: Drawing
     contributions: Drawing
     dominance: Drawing
-    changes: Table | None  # None where no verdict changes
     errors: Table
     trade_off: tuple[Drawing, Table] | None  # where a budget gives fewer operations than the exact torque
     appendices: tuple[Section, ...]
@@ -61,24 +60,14 @@ def main_report(findings: Findings) -> MainReport:
         dominance_figure(findings),
         dominance_note(findings),
     )
-    changes = changes_table(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")
     operations = findings.tables["trade_off"].operations.values
     has_fewer = bool((operations < findings.model.operations_full.total).any())
     trade_off = (_trade_off(findings), _trade_off_table(findings)) if has_fewer else None
     appendices = sections(findings)
-    parts: tuple[Part, ...] = (
-        arm,
-        contributions,
-        dominance,
-        errors,
-        *(trade_off or ()),
-        *([changes] if changes else []),
-        *appendices,
-    )
-    return MainReport(
-        opening, arm, contributions, dominance, changes, errors, trade_off, appendices, Numbers.of(parts)
-    )
+    parts: tuple[Part, ...] = (arm, dominance, contributions, errors, *(trade_off or ()), *appendices)
+    numbers = Numbers.of(parts)
+    return MainReport(opening, arm, contributions, dominance, errors, trade_off, appendices, numbers)
 
 
 def _trade_off(findings: Findings) -> Drawing:

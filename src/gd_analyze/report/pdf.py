@@ -46,7 +46,6 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     data = result_data(report.opening) | {
         "errors": _errors(findings, report),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
-        "changes": parts_data([report.changes] if report.changes else [], numbers),
         "trade_off": parts_data(report.trade_off or (), numbers),
         "model": parts_data(model_parts(findings), numbers),
         "appendices": parts_data(report.appendices, numbers),

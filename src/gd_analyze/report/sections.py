@@ -172,6 +172,8 @@ def _ranking(findings: Findings) -> Section:
             shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
         rows.append(row | shown)
     parts: list[Part] = [table_of("ranking", "Elements by the torque that they make", rows, labels)]
+    if changes := row_parts.changes_table(findings):
+        parts.append(changes)
     if text:
         said = [
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "
