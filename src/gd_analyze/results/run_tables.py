@@ -20,7 +20,8 @@ from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.evaluation import PayloadEffect, TermRanking, losses
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import (
     SimplifiedModel,
     coriolis_centrifugal_program,
@@ -128,13 +129,12 @@ def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
         gravity_loading_program(form.program, n),
     )
     fewest = [program.count.total for program in programs]
-    counts = {"exact": [*fewest, sum(fewest), form.operations.total]}
-    for name, kept in {
-        "exact, by element": ELEMENT.terms(form),
-        **{k: m.terms for k, m in models.items()},
-    }.items():
-        torque = ELEMENT.write(form, kept, ROUGH).count.total
-        counts[name] = [*operations_by_quantity(form, kept).values(), torque]
+    every = ELEMENT.terms(form)
+    counts = {
+        "exact": [*fewest, sum(fewest), form.operations.total],
+        "exact, by element": _by_element(form, every, ELEMENT.write(form, every, ROUGH).count.total),
+        **{name: _by_element(form, one.terms, one.operations.total) for name, one in models.items()},
+    }
     errors = [model.accuracy.errors for model in models.values()]
     values = {
         "operations": np.array([*counts.values()]),
@@ -147,6 +147,10 @@ def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
         "verdicts": [*models],
     }
     return table("by_verdicts", values, exact.arm.is_revolute, coords)
+
+
+def _by_element(form: ExactForm, kept: Terms, torque: int) -> list[int]:
+    return [*operations_by_quantity(form, kept).values(), torque]
 
 
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:

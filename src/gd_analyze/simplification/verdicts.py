@@ -41,10 +41,12 @@ def model_by_verdicts(
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
     """Parts whose loss changes their element by more than the threshold of its peak."""
-    for element in elements(exact.arm.n_joints):
-        parts = element.parts(exact.quantities)
+    every = elements(exact.arm.n_joints)
+    quantities = {name: np.asarray(exact.quantities[name]) for name in {one.quantity for one in every}}
+    for element in every:
+        parts = element.parts(quantities)
         # As in `rank`: round-off is no part.
-        noise = 64 * np.finfo(float).eps * np.abs(exact.quantities[element.quantity]).max()
+        noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
         least = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
         yield from (
             Part(element, effect)
