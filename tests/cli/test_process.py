@@ -179,8 +179,8 @@ def test_progress_on_a_terminal_only_and_not_when_quiet(process, motion, quiet, 
     assert (b"reading" in shown) == (not quiet)
 
 
-VERBS = ["report", "arms", "columns", "plan", "simplify", "rank", "trade-off", "evaluate", "validate"]
-VERBS += ["equations", "compare", "certify", "control", "export", "completion"]
+VERBS = ["report", "arms", "columns", "plan", "figures", "simplify", "rank", "trade-off", "evaluate"]
+VERBS += ["validate", "equations", "compare", "certify", "control", "export", "completion"]
 
 
 @pytest.mark.parametrize(
