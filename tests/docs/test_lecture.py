@@ -22,12 +22,14 @@ def texts(notebook: Any) -> list[tuple[str, list[str]]]:
     for cell in notebook.cells:
         if cell.cell_type != "code":
             continue
-        shown = []
+        # A stream may come in pieces.
+        printed = [
+            f"{output.name}: {output.text}" for output in cell.outputs if output.output_type == "stream"
+        ]
+        shown = ["".join(printed).replace("stdout: ", "")]
         for output in cell.outputs:
             data = output.get("data", {})
-            if output.output_type == "stream":
-                shown.append(f"{output.name}: {output.text}")
-            elif "image/png" not in data:
+            if data and "image/png" not in data:
                 shown.append(data.get("text/latex", data.get("text/plain", "")))
         found.append((cell.source, shown))
     return found
