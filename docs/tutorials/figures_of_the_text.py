@@ -25,9 +25,9 @@ assert parts.sizes["time"] == 31
 # %% [markdown]
 # ## Figs 3.10 and 3.11
 #
-# All 21 elements of D and all 6 of h by effect, with a mark at each set point. `findings.plot` takes the elements,
-# the effects, the abscissa ("time" or "set point") and axes of your own. `gd-analyze figures puma560 pick-and-place
-# --no-drives --to svg,pdf,png` writes the same as files.
+# All 21 elements of D and all 6 of h by effect, with a mark at each set point. `findings.plot` takes the
+# elements, the effects, the abscissa ("time" or "set point") and axes of your own. `gd-analyze figures
+# puma560 pick-and-place --no-drives --to svg,pdf,png` writes the same as files.
 
 # %%
 findings = gd.analyze(arm, motion, drives=False)
