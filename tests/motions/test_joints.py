@@ -107,10 +107,10 @@ def test_as_the_user_says(read, warned):
         logged = read(log_of("arm_a1 arm_a2 arm_a3"), arm_of(*UR[:3]), map=said)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
     assert not texts
-    text = "clock,a,b,q1,q2\n0,1,2,3,4\n0.5,1,2,3,4\n"
-    logged = read(text, arm_of("hip", "knee"), map=["time=clock", "q:knee=a", "qd:hip=#3", "qd:2=b"])
+    text = "clock,a,b,c,q1,q2\n0,1,2,5,3,4\n0.5,1,2,5,3,4\n"
+    logged = read(text, arm_of("hip", "knee"), map=["time=clock", "q:knee=a", "qd:hip=#3", "qd:2=c"])
     np.testing.assert_array_equal(logged.q[0], [3, 1])
-    np.testing.assert_array_equal(logged.qd[0], [2, 2])
+    np.testing.assert_array_equal(logged.qd[0], [2, 5])
     text = "time,q1,qd1,tau1\n0,1,2,3\n0.5,1,2,3\n"
     assert read(text, arm_of("hip"), map=["qd=none"]).qd is None
     assert read(text, arm_of("hip")).qd is not None
@@ -161,6 +161,9 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map 'q:shoulder_pan_joint=COLUMN'"),
     "no such family": (log_of("actual_q_0 target_q_0"), ["hip"], {"family": "planned"}, "--family"),
     "no such column": (log_of("Position1"), ["hip"], {"map": ["time=Postion1"]}, "where: --map; "),
+    "a column for two joints": (log_of("a b"), UR[:2], {"map": ["q:1=a", "q:2=a"]}, "q shoulder_pan_joint and q shoulder_lift_joint"),
+    "a column for two": (log_of("q1 q2"), UR[:2], {"map": ["q:1=q2"]}, "line 1, column 3"),
+    "time for a joint": (log_of("q1"), ["hip"], {"map": ["q:hip=time"]}, "time and q hip"),
     "a column of two": ("time,a,a\n0,1,2\n1,1,2\n", ["hip"], {"map": ["q:hip=a"]}, "#2"),
     "no such joint": (log_of("q1"), ["hip"], {"map": ["q:hipp=q1"]}, "did you mean hip?"),
     "no such role": (log_of("q1"), ["hip"], {"map": ["speed:hip=q1"]}, "qd:JOINT"),

@@ -17,10 +17,6 @@ def table(name: str, stamps: list[object]) -> str:
     ("name", "stamps", "unit", "step"),
     [
         ("time", [0.5, 0.508], "s", 0.008),
-        ("time", [12, 20, 28], "ms", 0.008),
-        ("time", [0.0, 8.25, 16.5], "ms", 0.00825),
-        ("time", [0, 2000, 4000], "us", 0.002),
-        ("time", [0, 8000000, 16000000], "ns", 0.008),
         ("time_us", [1, 2], "us", 1e-6),
         ("t [ms]", [1, 2], "ms", 1e-3),
         ("time_sec", [1, 2], "s", 1.0),
@@ -55,8 +51,8 @@ TWO_TIMES = "time,timestamp,q_0\n0,0,1\n0.1,0.2,2\n"
         ("sample,q_0\n3,1\n4,2\n8,3\n", {"rate": 4.0}, [0, 0.25, 1.25]),  # what is missing stays missing
         (STANDING, {}, [0, 0.5, 1.0, 1.5]),  # a stamp that stands is no time
         (table("time", [0, 0.5, 0.5, 0.25]), {}, [0, 0.5, 0.5, 0.25]),  # it may repeat and fall here
-        (SET_POINTS, {}, [0, 10, 20]),  # as rows of a log the steps tell milliseconds
-        (SET_POINTS, {"measured": True}, [0, 0.01, 0.02]),
+        (SET_POINTS, {}, [0, 10, 20]),
+        (SET_POINTS, {"measured": True, "time_unit": "ms"}, [0, 0.01, 0.02]),
         (TWO_TIMES, {"map": ["time=timestamp"]}, [0, 0.2]),
     ],
 )
@@ -68,6 +64,12 @@ def test_instants(content, asked, time, read):
 CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "steps of 1": (table("Time", [0, 1, 2]), {}, "line 1, column 1"),
     "steps that may be anything": (table("time", [0, 500, 1000]), {}, "steps of 500"),
+    "steps of 8": (table("time", [12, 20, 28]), {}, "--time-unit ms"),
+    "steps of 8.25": (table("time", [0.0, 8.25, 16.5]), {}, "--time-unit ms"),
+    "steps of 2000": (table("time", [0, 2000, 4000]), {}, "--time-unit us"),
+    "steps of 8 million": (table("time", [0, 8000000, 16000000]), {}, "--time-unit ns"),
+    "steps of an hour in ns": (table("time", [0, 36e11, 72e11]), {}, "--time-unit s"),
+    "set points read as a log": (SET_POINTS, {"measured": True}, "--time-unit ms"),
     "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, "leave --rate out"),
     "a rate for a pair": ("sec,nanosec,q_0\n1,0,1\n1,8,2\n", {"rate": 100.0}, "found: time in s"),
     "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, "no column is known to be the time"),

@@ -32,7 +32,8 @@ _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
     r"""Show role, joint and unit of each column of a log, the reason, and which columns are left out.
 
-    --save-mapping writes this as a small TOML file; --mapping reads similar logs by it.
+    What the main job warns of or refuses in the numbers is told, too. --save-mapping writes the roles as a
+    small TOML file; --mapping reads similar logs by it.
 
     \b
     Examples:
@@ -43,8 +44,13 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     with output.working():
         from gd_analyze.result import Fact, Result, Table, columns_of
 
-        arm = robot.load()
-        logged = gd.read_log(TRAJECTORY.path_of(log), arm, reading_asked()[0], progress=progress_shown())
+        from gd_analyze.motions.read import motion_of
+
+        arm, path = robot.load(), TRAJECTORY.path_of(log)
+        reading, treatment = reading_asked()
+        logged = gd.read_log(path, arm, reading, progress=progress_shown())
+        recording = motion_of(logged, path, arm, treatment).recording
+        measured = recording is not None and recording.measured
     labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
     shown = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
     output.give(
@@ -54,7 +60,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
             facts=(
                 Fact("log", "", logged.name),
                 Fact("arm", "", arm.name),
-                Fact("measured", "Kind", logged.measured, text="readings" if logged.measured else "plan"),
+                Fact("measured", "Kind", measured, text="readings" if measured else "plan"),
                 Fact("rows", "Rows", len(logged.time), shown="count"),
                 Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
             ),

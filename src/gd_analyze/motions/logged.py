@@ -14,7 +14,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.cutoff import Source, chosen
 from gd_analyze.motions.reading import ROLES, Quantity, Treatment, refusal
 from gd_analyze.motions.sampling import FEWEST, Sampling, sampling_of, unwrapped
-from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
+from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import figures
 
@@ -60,6 +60,7 @@ class Logged:
     # Of a file of set points, whose rows are taken as they are: the rows, from 0, before which it states a
     # gap. None of any other log
     gaps: tuple[int, ...] | None = None
+    judged: bool = False  # whether `measured` follows from names alone, so that the numbers may say otherwise
 
     def __repr__(self) -> str:
         found = [role for role in ROLES if getattr(self, role) is not None]
@@ -102,6 +103,8 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
         raise refusal(what, logged.origin or logged.name, f"{arm.n_joints} joints", found)
     if logged.gaps is not None and not logged.measured:
         arrays = (logged.time, logged.q, logged.qd, logged.qdd)
+        if logged.judged and not logged.gaps and are_noise(*arrays):
+            return treated(_as_readings(logged), arm, treatment)
         derivatives = completed(*arrays, logged.gaps, logged.name)
         return (logged.time, logged.q, *derivatives, logged.gaps, None)
     treatment = treatment or Treatment()
@@ -120,10 +123,20 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     kept = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
     if logged.measured:
         return _smoothed(kept, sampling, treatment, notes)
+    if logged.judged and are_noise(kept.time, q, qd, qdd, sampling.gaps):
+        return treated(_as_readings(logged), arm, treatment)
     derivatives = completed(kept.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
     recording = Recording(q, torque, torque, None, nothing, nothing, kept.columns, notes)
     return (kept.time, q, *derivatives, sampling.gaps, recording)
+
+
+def _as_readings(logged: Logged) -> Logged:
+    """Take a log for a recording that its names do not call one."""
+    what = "its accelerations are noise, so it is taken for a recording and smoothed"
+    message = f"trajectory {logged.name}: {what}; --planned takes its rows as they are"
+    warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
+    return replace(logged, measured=True, gaps=None, judged=False)
 
 
 def _without_sparse(logged: Logged) -> Logged:

@@ -79,8 +79,11 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
         if name in plain[:k]:
             found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
             raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
-    # q1 of a file of set points is the arm's first joint, whatever its name.
-    names = [str(k + 1) if table.set_points else joint.name for k, joint in enumerate(arm.joints)]
+    # q1 of a file of set points is the arm's first joint, whatever its name, with a header line or without.
+    named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
+    complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
+    in_order = table.set_points or (named and complete)
+    names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
     log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
     said = _said(table, arm, reading)
     chosen: dict[str, Family] = {}
@@ -97,7 +100,6 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
-        named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
         planned = named or kinds.get("qdd") == "plain" or kinds.get("q") == "target"
     measured = not planned if reading.measured is None else reading.measured
     time = _time(log, said)
@@ -316,8 +318,13 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
         (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
         matched = f"joints matched by number, as their names differ: {other} is {own} ... {last}"
         remarks.append(f"{matched}; --map joint:{own}={other} and so on matches them otherwise")
+    counts = arms_numbers([joint.name for joint in log.arm.joints])
+    if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
+        astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
+        if astray is not None:
+            column, joint = log.table.names[q.columns[astray][0]], log.arm.joints[astray].name
+            remarks.append(f"{column} is taken for {joint}, joint {astray + 1} of the chain; check the order")
     if q is not None and q.extra and q.why.startswith("by number"):
-        counts = arms_numbers([joint.name for joint in log.arm.joints])
         # An arm picked out of a longer chain counts as the log does.
         if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
             left = _listed([log.table.names[k] for k in q.extra])

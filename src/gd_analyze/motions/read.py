@@ -91,7 +91,13 @@ def read_trajectory(
     31
     """
     arm = arm_of(arm)
-    logged = read_log(path_or_name, arm, reading, progress=progress)
+    return motion_of(read_log(path_or_name, arm, reading, progress=progress), path_or_name, arm, treatment)
+
+
+def motion_of(
+    logged: Logged, path_or_name: str | Path, arm: RobotArm, treatment: Treatment | None
+) -> Trajectory:
+    """Make a motion of what was read, and look at its numbers; see `read_trajectory`."""
     try:
         trajectory = Trajectory.from_log(logged, arm, treatment)
     except TrajectoryError as error:
@@ -99,7 +105,8 @@ def read_trajectory(
             raise
         # Of numbers alone it does not know which file they are from.
         expected, found, step = (error.details.get(key, "") for key in ("expected", "found", "next"))
-        raise refusal(error.what, Location(_source(path_or_name)[0]), expected, found, step or None) from None
+        where = Location("standard input" if str(path_or_name) == "-" else path_or_name)
+        raise refusal(error.what, where, expected, found, step or None) from None
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
     if degrees:
@@ -170,6 +177,15 @@ def read_log(
         columns = table.read(*choice.wanted, progress)
     else:
         choice, columns = _chosen(table, arm, reading, progress)
+    taken: dict[int, ColumnUse] = {}
+    for column, use in choice.uses:
+        if column in taken or column in (choice.time.columns if choice.time else ()):
+            other = taken.get(column, ColumnUse("", "time"))
+            what, place = f"column {use.column} is given two roles", table.where(None, column)
+            found = " and ".join(f"{one.role} {one.joint}".strip() for one in (other, use))
+            where = f"{reading.mapping or '--map'}; {place}"
+            raise refusal(what, where, "a column for each", found, "`gd-analyze columns` shows the columns")
+        taken[column] = use
     for remark in choice.remarks:
         warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
     return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
@@ -323,10 +339,12 @@ def _logged(
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
     gaps = None
+    if not choice.measured:
+        _require_numbers(table, held, choice.set_points)
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         time = held[choice.time.columns[0]] * TIME_UNITS[unit]
-        _require_complete(table, choice.time.columns[0], held)
+        _require_increasing(table, choice.time.columns[0], held[choice.time.columns[0]])
         gaps = columns.gaps
     elif choice.time is None:
         time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
@@ -356,20 +374,26 @@ def _logged(
         name=name,
         origin=origin,
         gaps=gaps,
+        judged=reading.measured is None,
     )
 
 
-def _require_complete(table: LogTable, time_column: int, held: dict[int, FloatArray]) -> None:
-    """Refuse set points with empty cells, or whose time does not increase."""
+def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: bool) -> None:
+    """Refuse a plan where a cell says nan; one of set points where one is empty, too."""
     for column, values in held.items():
         for row in np.flatnonzero(np.isnan(values))[:1].tolist():
             found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
-            what, step = f"{table.label(column)} is no finite number", "give one, or remove the set point"
-            raise refusal(what, table.where(row, column), "a number", found, step)
-    time = held[time_column]
+            if everywhere or found.lower().strip("-") == "nan":
+                what, step = f"{table.label(column)} is no finite number", "give one, or remove the set point"
+                step += "; --measured leaves out such rows of a recording"
+                raise refusal(what, table.where(row, column), "a number", found, step)
+
+
+def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
+    """Refuse set points whose time does not increase."""
     for k in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
-        where, expected = table.where(k + 1, time_column), f"more than {time[k]!s}, as the line before has"
-        step = "sort the set points by time and keep one for each instant"
+        where, expected = table.where(k + 1, column), f"more than {time[k]!s}, as the line before has"
+        step = "sort the set points by time and keep one for each instant; --measured does so with readings"
         raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 

@@ -24,10 +24,10 @@ Progress = Callable[[int, int], None]
 HEAD_ROWS = 200
 # Instants since 1970 of logs between 1990 and 2100, s.
 _EPOCH = (6.3e8, 4.2e9)
-# Steps of logs of robots, s: from 10 kHz to 1 Hz; longer ones are taken at the user's word alone.
+# Longer steps than this may be of set points in s, or of readings in ms, us or ns.
+_LONGEST = 0.5
+# Steps of logs of robots, s: from 10 kHz to 1 Hz.
 _STEPS = (1e-4, 1.0)
-# Longer steps than this, and below 1, may be of some readings per second or of some per millisecond.
-_DOUBTFUL = 0.5
 
 
 def no_progress(_done: int, _total: int) -> None:
@@ -233,13 +233,12 @@ def in_seconds(
         what, found = f"{name} counts samples, or its unit is unknown", f"whole numbers in steps of {step:g}"
         remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
         raise refusal(what, where, "time in s, or how long a sample is", found, remedy)
-    if step <= _DOUBTFUL:
+    if step <= _LONGEST:
         return values, "s", "no unit stated"
-    likely = [known for known, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]]
-    if len(likely) == 1:
-        return values * TIME_UNITS[likely[0]], likely[0], f"steps of {step:g}"
-    expected, next_step = "time in s, or a name such as time_ms", "--time-unit s, ms, us or ns"
-    raise refusal(f"the unit of {name} is unknown", where, expected, f"steps of {step:g}", next_step)
+    likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
+    expected, found = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
+    next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
+    raise refusal(f"the unit of {name} is unknown", where, expected, found, next_step)
 
 
 def _first(values: FloatArray) -> float:

@@ -134,7 +134,7 @@ class Trajectory:
         qdd: ArrayLike | None = None,
         *,
         name: str = "trajectory",
-        measured: bool = False,
+        measured: bool | None = None,
         arm: RobotArm | None = None,
         treatment: Treatment | None = None,
     ) -> Trajectory:
@@ -150,7 +150,8 @@ class Trajectory:
         name
             Short identifier.
         measured
-            Whether these are readings, which are treated as those of a log. Of a plan time must increase.
+            Whether these are readings, which are treated as those of a log; by default if their accelerations
+            are noise. Time must increase, but for what is said to be measured.
         arm, treatment
             Of readings: whose joints, so that jumps of full turns are undone; and how to treat them.
 
@@ -170,9 +171,8 @@ class Trajectory:
         arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
         derivatives = (arrays.get("qd"), arrays.get("qdd"), None)
         origin = "arrays in memory"
-        logged = Logged(
-            arrays["time"], arrays["q"], *derivatives, measured, name=name, origin=origin, gaps=gaps
-        )
+        how = {"name": name, "origin": origin, "gaps": gaps, "judged": measured is None}
+        logged = Logged(arrays["time"], arrays["q"], *derivatives, bool(measured), **how)
         return cls.from_log(logged, arm, treatment)
 
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,10 +20,18 @@ _LEFT_OUT, FEWEST_COMPARED = 3, 8
 # Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
 # or from a sensor of their own, miss up to 0.1 of it; the slips named here at least 0.9.
 _MISSED = 0.25
-# Movements below these are noise: of a joint beside the others, and in rad or m (per s).
+# Movements below these are noise: of a joint beside the others, and in rad or m (per s, s^2).
 _STILL_SHARE, _STILL = 0.05, 1e-3
 # Nearer to a factor than this is that factor, and with no more than this share left over.
 _NEAR, _LEFT_OVER = 0.1, 0.2
+
+# Accelerations of which more than half changes from one set point to the next are noise; those of plans of all
+# profiles change by a fifth, those of real arms, derived from positions, by three times.
+_NOISE, _FEWEST_JUDGED = 0.5, 32
+# Farther from the middle of its neighbours, rad or m, a set point is one of few, and no reading.
+_FINE = 0.01
+# Largest values left out, and one more for so many: jumps.
+_JUMPS, _ROWS_PER_JUMP = 4, 50
 
 # A joint that rests and whose position was computed at every set point differs in the last digit or two.
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
@@ -41,6 +50,34 @@ _MEANING = {
     "columns in degrees are named {x}1_deg and so on",
     -1.0: "the derivative of {x} with the other sign",
 }
+
+
+def are_noise(
+    time: FloatArray, q: FloatArray, qd: FloatArray | None, qdd: FloatArray | None, gaps: Sequence[int] = ()
+) -> bool:
+    """Whether accelerations, as given or as they follow from the rest, are noise: then these are readings.
+
+    Told by the mean square of their changes over their own (von Neumann): 2 of white noise, 3 and more of noise
+    that was differentiated, 0 of a smooth motion.
+    """
+    parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
+    values, order = (q, 2) if qd is None else (qd, 1) if qdd is None else (qdd, 0)
+    found, bends = [], []
+    for part in parts:
+        accelerations, instants = values[part], time[part]
+        for _ in range(order):
+            accelerations = np.diff(accelerations, axis=0) / np.diff(instants)[:, None]
+            instants = (instants[1:] + instants[:-1]) / 2
+        found.append(accelerations)
+        bends.append(np.abs(np.diff(q[part], 2, axis=0)))
+    if not found or np.median(np.concatenate(bends), axis=0).max() > _FINE:
+        return False
+    changes = np.concatenate([np.diff(part, axis=0) for part in found])
+    least = _JUMPS + len(changes) // _ROWS_PER_JUMP
+    pair = (changes, np.concatenate(found))
+    changed, size = (np.partition(np.square(x), -least, axis=0)[:-least].mean(axis=0) for x in pair)
+    moves = size > max(_STILL_SHARE**2 * float(size.max()), _STILL**2)
+    return bool((changed > _NOISE * size)[moves].any())
 
 
 def completed(
