@@ -161,7 +161,12 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map 'q:shoulder_pan_joint=COLUMN'"),
     "no such family": (log_of("actual_q_0 target_q_0"), ["hip"], {"family": "planned"}, "--family"),
     "no such column": (log_of("Position1"), ["hip"], {"map": ["time=Postion1"]}, "where: --map; "),
-    "a column for two joints": (log_of("a b"), UR[:2], {"map": ["q:1=a", "q:2=a"]}, "q shoulder_pan_joint and q shoulder_lift_joint"),
+    "a column for two joints": (
+        log_of("a b"),
+        UR[:2],
+        {"map": ["q:1=a", "q:2=a"]},
+        "q shoulder_pan_joint and q shoulder_lift_joint",
+    ),
     "a column for two": (log_of("q1 q2"), UR[:2], {"map": ["q:1=q2"]}, "line 1, column 3"),
     "time for a joint": (log_of("q1"), ["hip"], {"map": ["q:hip=time"]}, "time and q hip"),
     "a column of two": ("time,a,a\n0,1,2\n1,1,2\n", ["hip"], {"map": ["q:hip=a"]}, "#2"),
