@@ -42,9 +42,8 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
       gd-analyze my_robot.urdf log.csv --mapping ours.toml
     """
     with output.working():
-        from gd_analyze.result import Fact, Result, Table, columns_of
-
         from gd_analyze.motions.read import motion_of
+        from gd_analyze.result import Fact, Result, Table, columns_of
 
         arm, path = robot.load(), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()

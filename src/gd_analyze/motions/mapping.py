@@ -324,7 +324,7 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
         if astray is not None:
             column, joint = log.table.names[q.columns[astray][0]], log.arm.joints[astray].name
             remarks.append(f"{column} is taken for {joint}, joint {astray + 1} of the chain; check the order")
-    if q is not None and q.extra and q.why.startswith("by number"):
+    if q is not None and q.extra and q.why.startswith("by number"):  # noqa: SIM102 (the comment within)
         # An arm picked out of a longer chain counts as the log does.
         if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
             left = _listed([log.table.names[k] for k in q.extra])

@@ -25,8 +25,8 @@ _STILL_SHARE, _STILL = 0.05, 1e-3
 # Nearer to a factor than this is that factor, and with no more than this share left over.
 _NEAR, _LEFT_OVER = 0.1, 0.2
 
-# Accelerations of which more than half changes from one set point to the next are noise; those of plans of all
-# profiles change by a fifth, those of real arms, derived from positions, by three times.
+# Accelerations of which more than half changes from one set point to the next are noise; those of planned
+# motions change by a fifth, those of real arms, derived from positions, by three times.
 _NOISE, _FEWEST_JUDGED = 0.5, 32
 # Farther from the middle of its neighbours, rad or m, a set point is one of few, and no reading.
 _FINE = 0.01
@@ -57,8 +57,8 @@ def are_noise(
 ) -> bool:
     """Whether accelerations, as given or as they follow from the rest, are noise: then these are readings.
 
-    Told by the mean square of their changes over their own (von Neumann): 2 of white noise, 3 and more of noise
-    that was differentiated, 0 of a smooth motion.
+    Told by the mean square of their changes over their own (von Neumann): 2 of white noise, 3 and more of
+    noise that was differentiated, 0 of a smooth motion.
     """
     parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
     values, order = (q, 2) if qd is None else (qd, 1) if qdd is None else (qdd, 0)
