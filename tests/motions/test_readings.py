@@ -376,3 +376,16 @@ def test_whatever_is_logged_is_a_motion_or_an_error(two_link):
             assert (np.isfinite(noises) & (noises >= 0.0)).all(), seed
             assert (np.diff(motion.time) > 0).all(), seed
     assert count > 30
+
+
+@pytest.mark.parametrize("given", ["q", "q and qd"])
+def test_noise_makes_a_recording_of_what_is_not_said_to_be_a_plan(given):
+    time, motion = instants(1000.0, 2.0), Motion.of(4)
+    noise = np.random.default_rng(0).normal(size=(2, len(time), 2)) * np.reshape([1e-4, 1e-2], (2, 1, 1))
+    q, qd = motion.at(time), motion.at(time, 1) if "qd" in given else None
+    assert gd.Trajectory.from_arrays(time, q, qd).recording is None
+    noisy = (time, q + noise[0], None if qd is None else qd + noise[1])
+    with pytest.warns(GdAnalyzeWarning, match="noise.*--planned"):
+        found = gd.Trajectory.from_arrays(*noisy)
+    assert found.recording.measured
+    assert gd.Trajectory.from_arrays(*noisy, measured=False).recording is None
