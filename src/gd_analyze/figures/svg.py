@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator
-from xml.sax.saxutils import escape, quoteattr
+from html import escape
 
 import numpy as np
 
@@ -54,10 +54,10 @@ def panel_svg(panel: Panel, figure: Figure) -> str:
             f' data-x="{panel.x.low:g} {panel.x.high:g} {panel.x.unit}"'
             f' data-y="{low:.6g} {high:.6g} {escape(panel.y.unit)}"'
         )
-    label = quoteattr(f"{figure.label}: {panel.title}" if panel.title else figure.label)
+    label = escape(f"{figure.label}: {panel.title}" if panel.title else figure.label)
     return (
         f'<svg class="panel" viewBox="0 0 {_int(figure.width)} {_int(figure.height)}" role="img" '
-        f"aria-label={label} data-key={quoteattr(panel.key)}{axes}>"
+        f'aria-label="{label}" data-key="{escape(panel.key)}"{axes}>'
         f"{''.join(_drawn(panel, figure.width, figure.height, on_page))}</svg>"
     )
 
@@ -131,7 +131,7 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
     look = f' class="{item.role}"' if item.role else ""
     look += ' display="none"' if item.hidden else ""
     look += f' opacity="{item.opacity:.2g}"' if item.opacity < 1.0 else ""
-    marked = look + (f" data-label={quoteattr(item.label)}" if item.label else "")
+    marked = look + (f' data-label="{escape(item.label)}"' if item.label else "")
     if item.space is not None and paint is on_page:
         marked += f' data-space="{" ".join(f"{value:.4g}" for value in np.ravel(item.space))}"'
     if item.width and len(points) > 1:
@@ -162,7 +162,7 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
 def _area(item: Area, placed: Placed, paint: Paint) -> str:
     near, far = _runs(placed(item.x, item.near)), _runs(placed(item.x, item.far))
     path = "".join(f"{_path(forth)}L{_path(back[::-1])[1:]}z" for forth, back in zip(far, near, strict=True))
-    marked = f" data-label={quoteattr(item.label)}" if item.label else ""
+    marked = f' data-label="{escape(item.label)}"' if item.label else ""
     return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>'
 
 
@@ -181,7 +181,8 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
         yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
     if paint is on_page:
         told = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
-        yield f"<g data-cells={quoteattr(json.dumps(told, ensure_ascii=False, separators=(',', ':')))}/>"
+        cells = escape(json.dumps(told, ensure_ascii=False, separators=(",", ":")), quote=False)
+        yield "<g data-cells='" + cells.replace("'", "&#39;") + "'/>"
 
 
 def _runs(points: FloatArray) -> list[FloatArray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -149,15 +148,14 @@ class Batch:
         return out
 
 
-def derivative(
-    program: Program, along: Mapping[str, float | str], values: Mapping[str, float] | None = None
-) -> Program:
+def slopes_of(
+    program: Program, along: Mapping[str, float | str], values: Mapping[str, float], trace: Trace
+) -> list[Any]:
     """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
 
     The direction is a number by input, or another input's name; `values` sets inputs to numbers.
     """
-    trace = Trace()
-    value = program.folded(trace, values or {})
+    value = program.folded(trace, values)
     slopes: dict[int, Any] = {}
 
     def slope(x: Any) -> Any:
@@ -179,7 +177,7 @@ def derivative(
             )
         else:
             slopes[step.order] = trace.apply(step.operation, *map(slope, step.arguments))
-    return Program.of(trace, [slope(output) for output in program.outputs])
+    return [slope(output) for output in program.outputs]
 
 
 def written(program: Program) -> tuple[list[list[str | float]], list[str | float]]:
@@ -209,17 +207,16 @@ def read_back(
     invalid.
     """
     trace = Trace()
-    made: list[Expression] = []
+    made: dict[str, Expression] = {}
 
     def value(x: str | float) -> Any:
         if not isinstance(x, str):
             if not abs(x) <= LARGEST_COEFFICIENT:
                 raise ValueError(f"{x} is no number of a torque")
             return float(x)
-        match = re.fullmatch(r"s(0|[1-9][0-9]{0,8})", x)
-        if match is None or int(match[1]) >= len(made):
+        if x not in made:
             raise ValueError(f"{x!r} is no earlier step")
-        return made[int(match[1])]
+        return made[x]
 
     for k, (operation, *arguments) in enumerate(steps):
         if _ARGUMENTS.get(str(operation)) != len(arguments):
@@ -227,9 +224,9 @@ def read_back(
         if operation == "input":
             if arguments[0] not in inputs:
                 raise ValueError(f"step s{k}: there is no input {arguments[0]!r}")
-            made.append(trace.record("input", arguments[0]))
+            made[f"s{k}"] = trace.record("input", arguments[0])
         else:
-            made.append(trace.record(cast("Operation", operation), *(value(x) for x in arguments)))
+            made[f"s{k}"] = trace.record(cast("Operation", operation), *(value(x) for x in arguments))
         if len(trace.expressions) != len(made):
             raise ValueError(f"step s{k} is there twice")
-    return Program(tuple(made), tuple(value(output) for output in outputs))
+    return Program(tuple(made.values()), tuple(value(output) for output in outputs))

@@ -135,7 +135,7 @@ class Trace:
 
     def record(self, operation: Operation, *arguments: Any) -> Expression:
         """Record an operation as it is, without folding, as for a program read from a file."""
-        arguments = tuple(a if isinstance(a, Expression | str) else float(a) for a in arguments)
+        arguments = tuple(a if isinstance(a, _SYMBOLIC) else float(a) for a in arguments)
         key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
         known = self._known.get(key)
         if known is None:
@@ -144,16 +144,24 @@ class Trace:
         return known
 
 
+_SYMBOLIC = (Expression, str)
+
+
 def reached(outputs: Sequence[Any]) -> list[int]:
     """Orders of the expressions that the outputs need, ascending."""
-    needed: set[int] = set()
-    waiting = [x for x in outputs if isinstance(x, Expression)]
-    while waiting:
-        node = waiting.pop()
-        if node.order not in needed:
-            needed.add(node.order)
-            waiting.extend(a for a in node.arguments if isinstance(a, Expression))
-    return sorted(needed)
+    roots = [x for x in outputs if isinstance(x, Expression)]
+    if not roots:
+        return []
+    needed = bytearray(max(root.order for root in roots) + 1)
+    for root in roots:
+        needed[root.order] = True
+    expressions = roots[0].trace.expressions
+    for order in range(len(needed) - 1, -1, -1):
+        if needed[order]:
+            for argument in expressions[order].arguments:
+                if isinstance(argument, Expression):
+                    needed[argument.order] = True
+    return [order for order, is_needed in enumerate(needed) if is_needed]
 
 
 def is_constant(x: Any, value: float) -> bool:

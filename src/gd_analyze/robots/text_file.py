@@ -10,10 +10,10 @@ import tempfile
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -144,7 +144,7 @@ class Node:
     def text(self) -> str:
         """The element and all within as XML."""
         inside = "".join(child.text() for child in self.children)
-        attributes = "".join(f" {key}={quoteattr(value)}" for key, value in self.attributes.items())
+        attributes = "".join(f' {key}="{escape(value)}"' for key, value in self.attributes.items())
         return f"<{self.tag}{attributes}>{inside}</{self.tag}>\n"
 
 

@@ -15,7 +15,7 @@ from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.operations.program import OperationCount, Program, derivative
+from gd_analyze.operations.program import OperationCount, Program, slopes_of
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
@@ -28,11 +28,8 @@ from gd_analyze.text import amount, html_of, joint_name, percent
 
 def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
     """D, row by row: torque is linear in accelerations; of a `symmetric` one the half above is taken."""
-    still, trace = _zeros(n, "qd", "qdd"), Trace()
-    columns = []
-    for j in range(n):
-        column = derivative(program, {f"qdd{j + 1}": 1.0}, still)
-        columns.append([*map(column.folded(trace, {}), column.outputs)])
+    trace, at_rest = Trace(), program.with_values(_zeros(n, "qd"))
+    columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, _zeros(n, "qdd"), trace) for j in range(n)]
     places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i, j in places])
 
@@ -40,10 +37,9 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
 def coriolis_centrifugal_program(program: Program, n: int) -> Program:
     """H, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
-    twice = derivative(program, along, _zeros(n, "qdd"))
     trace = Trace()
-    halves = (trace.multiply(0.5, x) for x in map(twice.folded(trace, {}), twice.outputs))
-    return Program.of(trace, list(halves))
+    twice = slopes_of(program, along, _zeros(n, "qdd"), trace)
+    return Program.of(trace, [trace.multiply(0.5, x) for x in twice])
 
 
 def gravity_loading_program(program: Program, n: int) -> Program:
