@@ -106,6 +106,40 @@ def test_columns_of_a_log(run, here):
     assert "Kind plan" in run("columns two_link two-link-swing").words
 
 
+@pytest.mark.parametrize(("header", "option"), [("time,q1,q2\n", ""), ("", "--columns time,q1,q2")])
+def test_every_verb_takes_noise_for_a_recording(run, here, header, option):
+    time = np.arange(400) * 1e-3
+    q = np.sin(np.outer(time, [3.0, 5.0])) + np.random.default_rng(0).normal(0, 1e-4, (400, 2))
+    rows = "".join(f"{t:.3f},{a:.5f},{b:.5f}\n" for t, (a, b) in zip(time, q, strict=True))
+    (here / "raw.csv").write_text(header + rows)
+    shown = run(f"columns two_link raw.csv {option} --json")
+    assert "accelerations are noise" in shown.err
+    assert shown.json["measured"] is True
+    done = run(f"two_link raw.csv {option} --format json --json")
+    assert "accelerations are noise" in done.err
+    taken = run(f"columns two_link raw.csv {option} --planned --json")
+    assert taken.json["measured"] is False
+
+
+def test_a_plan_of_many_set_points_is_no_noise(run):
+    run("plan puma560 --from 0,0,0,0,0,0 --to 40,-30,60,50,40,90 --duration 2 --points 400 -o plan.csv")
+    assert "Kind plan" in run("columns puma560 plan.csv").words
+
+
+@pytest.mark.parametrize("verb", ["columns two_link", "validate model.toml", "two_link"])
+def test_every_verb_refuses_nan_in_a_plan(run, here, verb):
+    model = gd.analyze("two_link", "two-link-swing").model
+    gd.save_model(model, here / "model.toml")
+    lines = run("plan two_link --from 0,0 --to 60,-45 --duration 2").out.splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("0"))
+    lines[first + 4] = ",".join([*lines[first + 4].split(",")[:-1], "nan"])
+    (here / "plan.csv").write_text("\n".join(lines) + "\n")
+    refused = run(f"{verb} plan.csv")
+    assert refused.code == 2
+    assert f"line {first + 5}" in refused.err
+    assert "nan" in refused.err
+
+
 def test_options_reach_the_reader_in_every_verb(run, here):
     (here / "log.csv").write_text(LOG)
     assert run("columns two_link log.csv --planned --family target --json").json["measured"] is False

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from log_arms import UR, arm_of, log_of
 
+from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.roles import known_joints, meaning_of
 
 # Names by role and kind; the last digit is the joint's number.
@@ -194,3 +195,13 @@ def test_what_the_messages_advise_settles_it(read):
     np.testing.assert_array_equal(read(TWO_TORQUES, arm_of("joint1"), family="torque=b").torque[0], [3])
     logged = read(TWICE, arm_of(*UR[:2]), map=["q:shoulder_lift_joint=#4"])
     np.testing.assert_array_equal(logged.q[0], [0, 2])
+
+
+@pytest.mark.parametrize("header", ["time,q1,q2,q3\n", ""])
+def test_numbers_of_set_points_are_those_of_the_chain_and_a_notice_says_where_that_is_odd(read, header):
+    arm = arm_of("joint_1", "joint_3", "joint_2")
+    text = header + "0,1,2,3\n0.1,1,2,3\n"
+    how = {} if header else {"columns": "time,q1,q2,q3"}
+    with pytest.warns(GdAnalyzeWarning, match="q2 is taken for joint_3, joint 2 of the chain"):
+        logged = read(text, arm, **how)
+    np.testing.assert_array_equal(logged.q[0], [1, 2, 3])
