@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import INPUTS, evaluated, program_of, trees, trees_of
 
-from gd_analyze.operations.program import Program, derivative
+from gd_analyze.operations.program import Program, slopes_of
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 
@@ -28,6 +28,11 @@ seeds = st.integers(0, 2**32 - 1)
 
 def drawn(seed: int, most: float) -> dict[str, np.ndarray]:
     return dict(zip(NAMES, np.random.default_rng(seed).uniform(-most, most, (INPUTS, COUNT)), strict=True))
+
+
+def derivative(program: Program, along, values=None) -> Program:
+    trace = Trace()
+    return Program.of(trace, slopes_of(program, along, values or {}, trace))
 
 
 def inputs_of(program: Program) -> set[str]:

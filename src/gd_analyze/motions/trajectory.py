@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -169,11 +169,9 @@ class Trajectory:
         'qd and qdd derived: C4 (quintic) spline through the given q'
         """
         arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
-        derivatives = (arrays.get("qd"), arrays.get("qdd"), None)
-        origin = "arrays in memory"
-        how = {"name": name, "origin": origin, "gaps": gaps, "judged": measured is None}
-        logged = Logged(arrays["time"], arrays["q"], *derivatives, bool(measured), **how)
-        return cls.from_log(logged, arm, treatment)
+        origin, rows = "arrays in memory", (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
+        logged = Logged(arrays["time"], *rows, bool(measured), (), name, origin)
+        return cls.from_log(replace(logged, gaps=gaps, judged=measured is None), arm, treatment)
 
     @classmethod
     def from_log(

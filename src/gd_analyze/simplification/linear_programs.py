@@ -175,8 +175,11 @@ def _solver_of(costs: Array, lower: float, upper: float) -> Any:
     """An empty program over variables of these costs, all between the same bounds."""
     import highspy
 
-    solver, count = highspy.Highs(), len(costs)
-    solver.setOptionValue("output_flag", False)
+    def silenced(solver: Any) -> None:  # from 1.16 on, the first call prints a banner: this is the first
+        solver.setOptionValue("output_flag", False)
+        highspy.Highs.enableCallbacks(solver)
+
+    solver, count = type("Silent", (highspy.Highs,), {"enableCallbacks": silenced})(), len(costs)
     solver.addVars(count, np.full(count, lower), np.full(count, upper))
     solver.changeColsCost(count, np.arange(count, dtype=np.int32), costs.astype(float))
     return solver
