@@ -103,3 +103,7 @@ class GdAnalyzeWarning(UserWarning):
 
     def __init__(self, text: str) -> None:
         super().__init__(visible(text))
+
+
+class TorqueLimitWarning(GdAnalyzeWarning):
+    """A motion takes more torque than the arm's drives give; it is told before all others."""

@@ -106,6 +106,27 @@ def test_columns_of_a_log(run, here):
     assert "Kind plan" in run("columns two_link two-link-swing").words
 
 
+@pytest.mark.parametrize(
+    ("factor", "speed", "limit", "cause"),
+    [
+        (1.0, 50.0, 5.0, "velocities reach"),
+        (100.0, 1.0, 5.0, "are they degrees, encoder counts or motor angles"),
+        (1.0, 1.0, 0.02, "check masses, gravity, payload and the limit"),
+    ],
+)
+def test_a_torque_above_the_limit_is_the_first_warning(run, here, factor, speed, limit, cause):
+    time = np.linspace(0.0, 2.0, 201)
+    q = factor * np.column_stack([0.3 * np.sin(3.0 * time), 0.2 * np.cos(2.0 * time)])
+    rows = np.column_stack([time / speed, q])
+    np.savetxt("motion.csv", rows, delimiter=",", header="time,q1,q2", comments="")
+    (here / "arm.urdf").write_text(re.sub('effort="[^"]*"', f'effort="{limit}"', two_joints()))
+    for verb in ("columns", "", "simplify"):
+        first, *_ = run(f"{verb} arm.urdf motion.csv{' --format json' * (not verb)}").err.splitlines()
+        assert re.match(rf"warning: joint \d.* needs .* times its limit of {limit:g} N m; .*{cause}", first)
+    (here / "strong.urdf").write_text(re.sub('effort="[^"]*"', 'effort="1e9"', two_joints()))
+    assert "times its limit" not in run("columns strong.urdf motion.csv").err
+
+
 @pytest.mark.parametrize(("header", "option"), [("time,q1,q2\n", ""), ("", "--columns time,q1,q2")])
 def test_every_verb_takes_noise_for_a_recording(run, here, header, option):
     time = np.arange(400) * 1e-3

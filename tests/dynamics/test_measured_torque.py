@@ -152,6 +152,14 @@ def test_other_verdicts(puma, two_link):
     assert set(constant.verdicts) == {"does not follow"}
 
 
+def test_an_arm_that_stands_still(puma):
+    drawn = np.random.default_rng(5)
+    q = np.array([0.1, -0.5, 0.3, 0.2, 0.4, -0.2]) + 1e-5 * drawn.normal(size=(600, 6))
+    motion = Trajectory.from_arrays(np.arange(600) / 125.0, q, arm=puma, measured=True)
+    torque = exact_of(puma, motion) + 0.5 + 0.1 * drawn.normal(size=(600, 6))
+    assert set(gd.compare_torque(puma, with_torques(motion, torque)).verdicts) == {"stands still"}
+
+
 # Friction: what was put in comes out, with errors that are as large as they say.
 
 

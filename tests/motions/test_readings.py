@@ -40,12 +40,16 @@ def rows_at(time, **treatment):
 def test_rows_are_put_in_the_order_of_time_and_one_instant_has_one():
     assert (rows_at(EVEN).q[:, 0] == range(100)).all()
     assert rows_at(EVEN).recording.treatment == ()
-    for apart in (0.0, 1e-6):
+    for apart, late in ((0.0, 20), (1e-6, 20), (0.0, 21)):  # a stamp that is late, or early
         time = EVEN.copy()
-        time[20] = time[21] - apart
-        kept = rows_at(time).q[:, 0]
-        assert 20 not in kept
-        assert 21 in kept
+        time[late] = time[41 - late] - apart * (1 if late == 20 else -1)
+        found = rows_at(time)
+        assert (found.q[:, 0] == range(100)).all()
+        np.testing.assert_allclose(found.time, EVEN, atol=apart + 1e-15)
+    # Without a step to put it in, it is a message that was sent again.
+    kept = rows_at(np.insert(EVEN, 20, EVEN[20])).q[:, 0]
+    assert 20 not in kept
+    assert 21 in kept
     exchanged = EVEN.copy()
     exchanged[[30, 31]] = exchanged[[31, 30]]
     assert rows_at(exchanged).q[30, 0] == 31
@@ -64,6 +68,21 @@ def test_a_logger_that_stumbles_leaves_no_gap(rate, missing, gaps):
     time = np.concatenate([np.arange(100), np.arange(100) + 100 + missing]) / rate
     assert len(rows_at(time).gaps) == gaps
     assert rows_at(time, largest_gap=1.0).gaps == ()
+
+
+def test_repeated_stamps_are_told_and_repaired():
+    """Every tenth reading has the stamp of the next; its accelerations are as they were."""
+    motion, time = Motion.of(4), np.arange(3000) / 1000
+    torn = time.copy()
+    torn[9:-1:10] = torn[10::10]
+    clean = made(readings(time, motion.at(time)))
+    with pytest.warns(
+        GdAnalyzeWarning, match="299 of 3000 stamps are repeated; .* neighbours: 299, left out: 0"
+    ):
+        found = made(readings(torn, motion.at(time)))
+    np.testing.assert_allclose(found.time, time, atol=1e-12)
+    # Stamps are equal to eps of some seconds, which the smoothing spline carries on.
+    assert (rms(found.qdd - clean.qdd) < 1e-6 * rms(clean.qdd)).all()
 
 
 def test_short_stretches_and_empty_rows_are_left_out():

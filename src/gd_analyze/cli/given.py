@@ -89,7 +89,8 @@ class Given:
     seed: int
 
     def exact(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
-        """Read or draw them, and the motion they are of, if any; warns where no joint needs torque."""
+        """Read or draw them, and the motion they are of, if any; warns where torques look wrong."""
+        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.simplification.exact import warn_without_torque
 
         arm = self.robot.load(self.payload)
@@ -97,6 +98,8 @@ class Given:
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
+        if motion is not None:
+            warn_of_torque_limits(arm, states, exact.torque)
         return exact, motion
 
 

@@ -42,13 +42,16 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
       gd-analyze my_robot.urdf log.csv --mapping ours.toml
     """
     with output.working():
+        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
         from gd_analyze.result import Fact, Result, Table, columns_of
 
         arm, path = robot.load(), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
         logged = gd.read_log(path, arm, reading, progress=progress_shown())
-        recording = motion_of(logged, path, arm, treatment).recording
+        motion = motion_of(logged, path, arm, treatment)
+        warn_of_torque_limits(arm, gd.states_of(motion))
+        recording = motion.recording
         measured = recording is not None and recording.measured
     labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
     shown = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))

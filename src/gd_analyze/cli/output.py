@@ -43,7 +43,7 @@ class Output:
 
     def warn(self, texts: Iterable[str]) -> None:
         """Note warnings that a study kept."""
-        self.warnings[:] = dict.fromkeys([*self.warnings, *texts])
+        self.warnings[:] = dict.fromkeys([*texts, *self.warnings])
 
     def give(self, result: Result, *files: Path | None) -> None:
         """Print a result the way that was asked for, and which files hold it."""

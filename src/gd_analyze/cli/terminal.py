@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
         if not issubclass(category, GdAnalyzeWarning):
             shown_by_python(message, category, *rest, **more)
         elif (text := visible(str(message))) not in texts:
-            texts.append(text)
+            texts.insert(0 if issubclass(category, TorqueLimitWarning) else len(texts), text)
 
     try:
         with warnings.catch_warnings():

@@ -28,6 +28,7 @@ Verdict = Literal[
     "other sign",
     "another joint's",
     "below friction",
+    "stands still",
     "does not follow",
     "not measured",
 ]
@@ -230,10 +231,13 @@ def _of_joint(
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
     way, velocity = _direction(trajectory, joint), trajectory.qd[:, joint]
     moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
-    if moving.sum() < _FEWEST:  # an offset alone is fitted
+    is_still = bool(moving.sum() < _FEWEST)
+    if is_still:  # an offset alone is fitted
         way, velocity, moving = np.zeros_like(way), np.zeros_like(way), rows
     fit = fit_joint(model[:, joint], measured, way, velocity, moving, trajectory.stretches)
     verdict, resembles = _verdict(fit, explained_by, joint)
+    if is_still and verdict == "below friction":
+        verdict = "stands still"
     return {
         "compared": count,
         "correlation": along / (wide * spread_measured),

@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 # limit, relative to it, is a rounded digit and no violation.
 ROUNDING = 1e-9
 # A joint without limits may turn several times; numbers beyond two turns are rarely radians.
-_MANY_TURNS = 4 * math.pi
+MANY_TURNS = 4 * math.pi
 # Motions of more than this, rad or m, do not creep; and velocities up to this share of the limits are usual.
 _MOVES, _USUAL = 0.1, 1.5
+_UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 Quantity = Literal["position", "velocity", "acceleration"]
 
@@ -177,14 +178,15 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
         if violation.joint - 1 not in suspects:
             found.append(message)
-    # Velocities that come of positions and instants alone, and would be usual if the instants were in ms.
+    # Velocities that come of positions and instants alone, and would be usual in another unit of time.
     moving = np.ptp(trajectory.q, axis=0) > _MOVES
     limits = arm.limits("velocity_limit")[moving]
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
         share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
-        if 0.0 < 1000.0 * share <= _USUAL:
+        units = [unit for unit, per_second in _UNITS.items() if 0.0 < per_second * share <= _USUAL]
+        if units:
             slow = f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds"
-            found.append(f"{slow}; if it is in milliseconds, say --time-unit ms")
+            found.append(f"{slow}; if it is in {units[0]}, say --time-unit {units[0]}")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in found:
@@ -222,5 +224,5 @@ def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
     outside = (reach > 2 * math.pi) & ((low < lower) | (high > upper))
     inside = (lower <= np.radians(low) + ROUNDING) & (np.radians(high) <= upper + ROUNDING)
     limited = np.isfinite(lower) & np.isfinite(upper)
-    suspect = np.where(limited, outside & inside, reach > _MANY_TURNS)
+    suspect = np.where(limited, outside & inside, reach > MANY_TURNS)
     return np.flatnonzero(suspect & np.array(arm.is_revolute)).tolist()

@@ -113,7 +113,7 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     readable = np.logical_and.reduce([np.isfinite(x).all(axis=1) for x in needed])
     fewest = FEWEST if logged.measured else FEWEST_SET_POINTS if len(needed) < 3 else 1
     name = logged.origin or logged.name
-    sampling = sampling_of(logged.time, readable, treatment.largest_gap, name, fewest)
+    sampling = sampling_of(logged.time, logged.q, readable, treatment.largest_gap, name, fewest)
     q, notes = logged.q[sampling.rows], sampling.notes
     if arm is not None:
         q, turns = unwrapped(q, arm, sampling.stretches)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import figures, named_joints
@@ -20,8 +21,10 @@ from gd_analyze.text import figures, named_joints
 FEWEST = 16
 # A gap is longer than so many of the log's usual steps, and than this, s: a logger that stumbles is no gap.
 _GAP_STEPS, _GAP = 5.0, 0.05
-# Closer than this share of the usual step, stamps are the same.
-_SAME = 0.01
+# Closer than this share of the usual step, stamps are the same; so many of them are worth a warning.
+_SAME, _MANY_SAME = 0.01, 0.01
+# A step of so many usual ones lacks a reading.
+_LONG = 1.5
 # Time that starts farther from zero than this, s, is a date.
 _DATE = 1e6
 _TURN = 2 * math.pi
@@ -46,9 +49,12 @@ class Sampling:
 
 
 def sampling_of(
-    time: FloatArray, readable: NDArray[np.bool_], largest_gap: float | None, name: str, fewest: int
+    time: FloatArray, q: FloatArray, readable: NDArray[np.bool_], gap: float | None, name: str, fewest: int
 ) -> Sampling:
-    """Put the `readable` rows of a log in order; TrajectoryError if no stretch between gaps has `fewest`."""
+    """Put the `readable` rows of a log in order; TrajectoryError if no stretch between gaps has `fewest`.
+
+    Warns if many rows repeat a stamp.
+    """
     notes: list[str] = []
     rows = np.flatnonzero(readable & np.isfinite(time))
     if len(rows) < len(time):
@@ -58,12 +64,19 @@ def sampling_of(
     if not (forward > 0).any():
         raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
     step = float(np.median(forward[forward > 0]))
-    gap = max(_GAP_STEPS * step, _GAP) if largest_gap is None else max(largest_gap, 1.5 * step)
+    gap = max(_GAP_STEPS * step, _GAP) if gap is None else max(gap, _LONG * step)
     rows, times = _in_order(rows, times, gap, notes)
+    same = int((np.diff(times) <= _SAME * step).sum())
+    times = _apart(times, q[rows], step)
     # Of the same stamps the last: a message sent again holds what is newest.
     kept = np.append(np.diff(times) > _SAME * step, True)
-    if not kept.all():
-        notes.append(f"rows with the stamp of the next one, left out: {int((~kept).sum())}")
+    if same:
+        left_out = int((~kept).sum())
+        done = f"put between their neighbours: {same - left_out}, left out: {left_out}"
+        notes.append(f"rows with the stamp of the next one, {done}")
+        if same > _MANY_SAME * len(rows):
+            message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {done}"
+            warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
     rows, times = rows[kept], times[kept]
     begins = np.concatenate([[0], np.flatnonzero(np.diff(times) > gap) + 1])
     lengths = np.diff(np.append(begins, len(times)))
@@ -110,6 +123,18 @@ def _in_order(
         order = np.argsort(times, kind="stable")
         rows, times = rows[order], times[order]
     return rows, times
+
+
+def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
+    """Give rows that move but share a stamp instants of their own, where a step is missing beside them."""
+    times, steps = times.copy(), np.diff(times)
+    moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
+    for k in np.flatnonzero((steps[1:-1] <= _SAME * step) & moves[1:-1]) + 1:
+        if steps[k - 1] >= _LONG * step:
+            times[k] = (times[k - 1] + times[k + 1]) / 2
+        elif steps[k + 1] >= _LONG * step:
+            times[k + 1] = (times[k] + times[k + 2]) / 2
+    return times
 
 
 def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:

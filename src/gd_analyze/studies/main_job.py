@@ -23,7 +23,8 @@ from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.dynamics.robustness import robustness
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
+from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryError, UsageError
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
@@ -280,6 +281,7 @@ def find(
         residuals = cross_check(arm, dataset)
         exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
+        warn_of_torque_limits(arm, exact.states, exact.torque)
         measured = None
         if trajectory.recording is not None and trajectory.recording.torque is not None:
             beside, fit = compared(arm, trajectory, np.asarray(dataset.torque.values)), how.fit_friction
@@ -306,7 +308,7 @@ def find(
     said = [*warned]
     for item in caught:
         if issubclass(item.category, GdAnalyzeWarning):
-            said.append(str(item.message))
+            said.insert(0 if item.category is TorqueLimitWarning else len(said), str(item.message))
         else:  # what other libraries say is passed on
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")

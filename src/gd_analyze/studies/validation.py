@@ -14,6 +14,7 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import ROUNDING, Quantity, Violation, require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
@@ -241,7 +242,8 @@ def validate(
     Warns
     -----
     GdAnalyzeWarning
-        Of limits of the box that are assumed, as the arm states none.
+        Of limits of the box that are assumed, as the arm states none, and of a motion that takes more torque
+        than the drives give.
     """
     arm = model.arm
     asked, box, given = _asked(model, fail_over), box_of(box, arm), motions_of(motions, arm)
@@ -250,6 +252,7 @@ def validate(
     tried = [(one, evaluate(model, one)) for one in given]
     peaks, found = np.max([evaluation.errors.peak_torque for _, evaluation in tried], axis=0), []
     for one, evaluation in tried:
+        warn_of_torque_limits(arm, evaluation.dynamics.states, evaluation.dynamics.torque)
         accuracy, measured = model.accuracy.along(one.fingerprint), None
         most = accuracy.allowed if asked == "promise" else None
         if isinstance(asked, Budget):

@@ -1,0 +1,51 @@
+"""A torque that the arm's drives cannot give tells of units, noise or a payload that nothing else reveals."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.errors import TorqueLimitWarning
+from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
+from gd_analyze.motions.states import States
+from gd_analyze.robots.arm import RobotArm
+
+
+def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | None = None) -> None:
+    """Warn of the joint whose torque, (N, n), is most above its drive's limit, with the likeliest cause."""
+    limits = np.array([drive.torque_limit or np.inf for drive in arm.drives])
+    if not np.isfinite(limits).any():
+        return
+    factors = np.abs(torque_of(arm, states) if torque is None else torque).max(axis=0) / limits
+    joint = int(factors.argmax())
+    if factors[joint] <= 1.0 + ROUNDING:
+        return
+    limit, unit = float(limits[joint]), arm.joints[joint].effort_unit
+    reached = f"{joint_label(joint + 1, arm.joints[joint].name)} needs {factors[joint] * limit:.4g} {unit}"
+    text = f"{reached}, {factors[joint]:.3g} times its limit of {limit:g} {unit}"
+    text += f"; {_likeliest_cause(arm, states, joint, limit, factors[joint])}"
+    warnings.warn(text, TorqueLimitWarning, stacklevel=3)
+
+
+def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, factor: float) -> str:
+    """What to look at first: the arm at rest, then units of angle and of time, then noise."""
+    q, qd, qdd = states.arrays
+    turning = np.abs(q[:, np.array(arm.is_revolute)]).max(initial=0.0)
+    rated = arm.limits("velocity_limit")
+    known = np.isfinite(rated) & (rated > 0.0)
+    speed = (np.abs(qd).max(axis=0)[known] / rated[known]).max(initial=0.0)
+    still = np.zeros_like(q)
+    at_rest = np.abs(torque_of(arm, States(q, still, still))[:, joint]).max() / limit
+    if turning > MANY_TURNS:
+        return f"positions reach {turning:.4g} rad: are they degrees, encoder counts or motor angles?"
+    if at_rest > 1.0:
+        return f"at rest {at_rest:.3g} times: check masses, gravity, payload and the limit"
+    if speed > 2.0:
+        return f"velocities reach {speed:.3g} times their limits: check the units of time and angle"
+    if factor > 2.0:
+        most = np.abs(qdd).max()
+        return f"accelerations reach {most:.4g} per s^2: check the unit of time, and noise (--measured)"
+    return "the motion is too fast, the load too heavy or the limit too low"
