@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification import model_file
@@ -391,6 +392,18 @@ def with_added(model: SimplifiedModel, path: Path, what: Callable[[Steps], str])
 ELSE = [a_high_power, nothing_at_known_states, a_small_term, a_term_lost_in_rounding, an_overflow]
 
 
+@pytest.fixture(params=["written out", "too long"])
+def compared(request, monkeypatch) -> None:
+    """Programs too long to be written out are compared at states."""
+
+    def refuse(program: Any, prismatic: Any) -> None:
+        raise TooLongError("the program is too long to be written out")
+
+    if request.param == "too long":
+        monkeypatch.setattr(model_file, "expanded", refuse)
+
+
+@pytest.mark.usefixtures("compared")
 @pytest.mark.parametrize("what", ELSE)
 def test_what_computes_anything_else_is_refused(of_level, path, what):
     assert refused(with_added(of_level, path, what)).what in (
@@ -400,6 +413,7 @@ def test_what_computes_anything_else_is_refused(of_level, path, what):
     )
 
 
+@pytest.mark.usefixtures("compared")
 def test_what_is_zero_everywhere_may_be_added(of_level, path):
     again = load_model(with_added(of_level, path, zero_everywhere))
     assert again.operations.total > of_level.operations.total

@@ -30,7 +30,7 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 
 # Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia turned into the base
 # frame and multiplied by three axes there has more until sines and cosines cancel.
-_HIGHEST = 3 * DEGREE
+HIGHEST = 3 * DEGREE
 # Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
 # of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
 _MOST_AT_ONCE, _MOST = 2**22, 2**26
@@ -83,12 +83,16 @@ class Expansion:
         It covers the numbers in `rows` as well as running the program, where every step is rounded once and
         the argument of a sine or cosine as often as angles are added up in it.
         """
-        limits = {"q": q, "qd": qd, "qdd": qdd}
-        largest = {f"{name}{j + 1}": float(x) for name, xs in limits.items() for j, x in enumerate(xs)}
-        value = self.program.carried_out(largest.__getitem__, _largest)
-        reached = np.array([abs(float(value(output))) for output in self.program.outputs])
         arguments = self.degrees @ (2.0 + np.abs(q))
-        return np.asarray(_EPS * (2 * self.roundings + arguments) * reached)
+        return np.asarray(_EPS * (2 * self.roundings + arguments) * magnitudes(self.program, q, qd, qdd))
+
+
+def magnitudes(program: Program, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+    """Sum of the magnitudes behind every output where no input exceeds these, shape (outputs,)."""
+    limits = {"q": q, "qd": qd, "qdd": qdd}
+    largest = {f"{name}{j + 1}": float(x) for name, xs in limits.items() for j, x in enumerate(xs)}
+    value = program.carried_out(largest.__getitem__, _largest)
+    return np.array([abs(float(value(output))) for output in program.outputs])
 
 
 def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
@@ -98,7 +102,7 @@ def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
         value = program.carried_out(algebra.given, algebra.apply)
         sums = [algebra.as_sum(value(output)) for output in program.outputs]
     if not all((np.abs(one.numbers) <= LARGEST_COEFFICIENT).all() for one in sums):
-        raise _no_torque("its numbers overflow")
+        raise no_torque("its numbers overflow")
     return Expansion(
         program,
         tuple(algebra.polynomial(one) for one in sums),
@@ -147,10 +151,10 @@ class _TorqueAlgebra:
         moving: list[VelocityFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
         self.place = {factor: k for k, factor in enumerate(moving)}
         self.products = _products(moving, self.place)
-        self.weights = [(2 * _HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
+        self.weights = [(2 * HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
         self.work = 0
-        if (2 * _HIGHEST + 1) ** self.n * len(moving) >= 2**62:
-            raise _no_torque(f"it has {self.n} joints, too many to write it out")
+        if (2 * HIGHEST + 1) ** self.n * len(moving) >= 2**62:
+            raise no_torque(f"it has {self.n} joints, too many to write it out")
 
     def given(self, name: str) -> _Angle | _Sum:
         """An input: an angle, or a sum of one term."""
@@ -167,7 +171,7 @@ class _TorqueAlgebra:
         if isinstance(x, _Sum):
             return x
         if isinstance(x, _Angle):
-            raise _no_torque("it uses an angle outside of sines and cosines")
+            raise no_torque("it uses an angle outside of sines and cosines")
         return self._term(0, 0, np.zeros(self.n, dtype=np.int64), float(x))
 
     def apply(self, operation: str, *arguments: Any) -> Any:
@@ -189,7 +193,7 @@ class _TorqueAlgebra:
         none = (0,) * self.n
         angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
         if any(isinstance(x.constant, _Sum) for x in angles):
-            raise _no_torque("it adds an angle to something that is none")
+            raise no_torque("it adds an angle to something that is none")
         first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
         sign = 1 if operation == "add" else -1
         multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
@@ -199,7 +203,7 @@ class _TorqueAlgebra:
         """Write a sum in harmonics, one polynomial per `velocity_factors`."""
         angles, moving = np.divmod(one.keys, len(self.products))
         if (moving >= len(self.factors)).any():
-            raise _no_torque("an output holds a single velocity")
+            raise no_torque("an output holds a single velocity")
         multiples = self._multiples(angles)
         # Of m and -m, which are conjugate, the one of positive sign counts for both.
         sign = numbers(multiples * ~np.array(self.prismatic))
@@ -213,8 +217,8 @@ class _TorqueAlgebra:
     def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
         out = np.empty((len(angles), self.n), dtype=np.int64)
         for j in reversed(range(self.n)):
-            out[:, j] = (angles + _HIGHEST) % (2 * _HIGHEST + 1) - _HIGHEST
-            angles = (angles - out[:, j]) // (2 * _HIGHEST + 1)
+            out[:, j] = (angles + HIGHEST) % (2 * HIGHEST + 1) - HIGHEST
+            angles = (angles - out[:, j]) // (2 * HIGHEST + 1)
         return out
 
     def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> _Sum:
@@ -223,7 +227,7 @@ class _TorqueAlgebra:
 
     def _exponentials(self, operation: str, argument: Any) -> float | _Sum:
         if isinstance(argument, _Sum):
-            raise _no_torque(f"it takes the {operation} of something that is no sum of angles")
+            raise no_torque(f"it takes the {operation} of something that is no sum of angles")
         multiples, constant = argument if isinstance(argument, _Angle) else ((0,) * self.n, argument)
         degrees = np.abs(np.array(multiples, dtype=object))
         self._require_low(degrees)
@@ -242,14 +246,14 @@ class _TorqueAlgebra:
 
     def _product(self, a: _Sum, b: _Sum) -> _Sum:
         degrees = a.degrees + b.degrees
-        if (degrees > _HIGHEST).any():
+        if (degrees > HIGHEST).any():
             # Squares of sines and cosines may have cancelled since, unlike their roundings.
             self._require_low(self._degrees(a) + self._degrees(b))
         self._spend(len(a.keys) * len(b.keys))
         (angle_a, moving_a), (angle_b, moving_b) = (np.divmod(x.keys, len(self.products)) for x in (a, b))
         moving = self.products[moving_a[:, None], moving_b]
         if (moving < 0).any():
-            raise _no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
+            raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
         keys = ((angle_a[:, None] + angle_b) * len(self.products) + moving).ravel()
         values = np.outer(a.numbers, b.numbers).ravel()
         # Roundings of complex products, and of adding those that share a key.
@@ -275,9 +279,9 @@ class _TorqueAlgebra:
         return np.abs(self._multiples(one.keys // len(self.products))).max(axis=0, initial=0)
 
     def _require_low(self, degrees: NDArray[Any]) -> None:
-        if (degrees > _HIGHEST).any():
-            joint = int(np.argmax(degrees > _HIGHEST))
-            raise _no_torque(f"its degree in q{joint + 1} is above {_HIGHEST}")
+        if (degrees > HIGHEST).any():
+            joint = int(np.argmax(degrees > HIGHEST))
+            raise no_torque(f"its degree in q{joint + 1} is above {HIGHEST}")
 
 
 def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
@@ -305,7 +309,8 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
     return _Sum(keys[starts][~cancelled], totals[~cancelled], degrees, roundings)
 
 
-def _no_torque(what: str) -> ModelError:
+def no_torque(what: str) -> ModelError:
+    """Refuse a program that computes something else."""
     return ModelError(
         f"the program computes no torque of an arm: {what}",
         where="program",

@@ -116,11 +116,6 @@ def _read(values: Any, wanted: Task) -> tuple[Program, ...] | None:
     return programs if all(len(program.outputs) == wanted.n_joints for program in programs) else None
 
 
-def some_states(n_joints: int) -> States:
-    """States at which a wrong program is found out, always the same."""
-    return States(*np.random.default_rng(0).uniform(-3.0, 3.0, (3, 4, n_joints)))
-
-
 def inputs_of(states: States) -> dict[str, FloatArray]:
     """What a program is given at states (N, n)."""
     named = zip(("q", "qd", "qdd"), states.last, strict=True)

@@ -41,15 +41,16 @@ from gd_analyze.simplification.budget import (
     ReferenceTorques,
     share_at,
 )
-from gd_analyze.simplification.effort import ROUGH, Effort, Task, inputs_of, kept_programs, named, some_states
+from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_programs, named
+from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import torque_program
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Outer joints looked at first, to count terms: tens of milliseconds.
-_OUTER_JOINTS = 4
+# Outer joints looked at first, to count terms of an arm of more than so many: tens of milliseconds.
+_OUTER_JOINTS, _QUICK_JOINTS = 4, 6
 # Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
 # thousands, and any model of them takes more operations than its recursion.
 MOST_TERMS = 2000
@@ -58,8 +59,8 @@ MOST_TERMS = 2000
 _MOST_JOINTS, _FEW_JOINTS = 8, 4
 # Of so many terms at most it is looked for what they share: half a second.
 _SHARED = Effort(250)
-# Rewriting adds roundings: a program may differ by so many times what those of a formulation explain.
-_REWRITTEN = 8
+# Rewriting rounds otherwise: by 1e-15 of a joint's torque on arms of up to eight joints.
+_REWRITTEN = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +115,12 @@ class ExactForm:
         return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right))[0]
 
     def _is_given_by(self, program: Program) -> bool:
-        """Whether a program gives the torque at some states, within what roundings explain."""
-        states = some_states(self.arm.n_joints)
-        exact = torque_of(self.arm, states, drives=self.drives)
-        bound = _REWRITTEN * round_off_bounds(self.arm, *states.arrays)["torque"]
-        error = np.abs(program.run(inputs_of(states)).T - exact).max()
-        return bool(error <= bound + ROUND_OFF_SHARE * np.abs(exact).max())
+        """Whether a program gives the torque, in no more operations than the recursion."""
+        known = self.recursion.program
+        if program.count.total > known.count.total:
+            return False
+        apart, size = largest_apart(program, known, self.arm.is_revolute, _REWRITTEN)
+        return bool((apart <= _REWRITTEN * size).all())
 
     @cached_property
     def recursion(self) -> Recursion:
@@ -154,7 +155,7 @@ def too_many_terms(form: ExactForm) -> str:
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints alone are told first."""
-    if "torques" in vars(form):
+    if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
     arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="")
     outer = (

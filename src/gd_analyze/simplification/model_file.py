@@ -30,8 +30,9 @@ from gd_analyze.robots.description import arm_from_description, describe, finger
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
 from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
-from gd_analyze.simplification.effort import ROUGH, inputs_of, some_states
+from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, allowed_by
+from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
@@ -45,6 +46,8 @@ _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-
 # Largest difference of a number in two programs of the same terms, over all numbers of the row: to find what
 # terms share, coefficients that differ by 1e-9 are taken for equal, up to ten of which add up in a number.
 _SAME = 1e-8
+# Where they are too long to be written out, nothing is taken for equal: they differ by 1e-15 of the torque.
+_SAMPLED = 1e-10
 # A budget is written with six digits, the least precise of which are 1.00000; one of the norm with twelve.
 _SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
 # Of a mean of thousands of squares.
@@ -356,17 +359,15 @@ def require_terms_computed(model: SimplifiedModel) -> None:
         rows = zip(wanted.rows, runs.rows, strict=True)
         off = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
         apart = np.array([float(np.abs(difference).max(initial=0.0)) for difference in off])
-    except TooLongError:  # compared at some states
-        inputs = inputs_of(some_states(n))
-        with np.errstate(all="ignore"):
-            torque = again.run(inputs)
-            apart = np.abs(model.program.run(inputs) - torque).max(axis=1)
-        sizes, noise = np.full(n, np.abs(torque).max()), np.zeros(n)
+        same = _SAME
+    except TooLongError:  # compared at states drawn afresh
+        noise, same = np.zeros(n), _SAMPLED
+        apart, sizes = largest_apart(model.program, again, model.arm.is_revolute, same)
     # Nor may it add up and take away so much that a term could hide in its rounding.
-    fits = (apart <= _SAME * sizes + noise) & (noise <= _SAME * sizes.max())
+    fits = (apart <= same * sizes + noise) & (noise <= same * sizes.max())
     if not fits.all():
         joint = int(np.argmin(fits))
-        expected = f"joint {joint + 1} within {_SAME * sizes[joint]:.3g} of its terms"
+        expected = f"joint {joint + 1} within {same * sizes[joint]:.3g} of its terms"
         rounding = f", and rounding of {noise[joint]:.3g}" if noise[joint] else ""
         raise other(expected, f"{apart[joint]:.3g} apart{rounding}")
 

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import reduce
 from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
+from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import POINT, Effort, Task, inputs_of, kept_programs, named, some_states
+from gd_analyze.simplification.effort import POINT, Effort, Task, inputs_of, kept_programs, named
+from gd_analyze.simplification.identity import telling_states
 
 
 class TorqueVariables:
@@ -124,7 +127,7 @@ def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effor
     key = ["torques", velocities.runs, velocities.signs, _listed(terms), effort]
 
     def are_right(programs: Sequence[Program]) -> bool:
-        return len(programs) == 1 and _is_right(velocities, terms, *programs)
+        return len(programs) == 1 and _are_right(velocities, [terms], programs)
 
     def shortest() -> list[Program]:
         ways = [nested_program(velocities, terms, in_line=in_line) for in_line in (False, True)]
@@ -144,8 +147,7 @@ def torque_programs(
     key = ["growing torques", velocities.runs, velocities.signs, len(steps), listed, most]
 
     def are_right(programs: Sequence[Program]) -> bool:
-        # Fewer where the next took too many operations.
-        return all(_is_right(velocities, *each) for each in zip(steps, programs, strict=False))
+        return len(programs) <= len(steps) and _are_right(velocities, steps, programs)
 
     return kept_programs(
         Task(named(key), velocities.n_joints, lambda: _growing(velocities, steps, most), are_right)
@@ -170,18 +172,31 @@ def _listed(terms: Torques) -> list[Any]:
     return [[term, terms[term]] for term in sorted(terms)]
 
 
-def _is_right(velocities: AbsoluteVelocities, terms: Torques, program: Program) -> bool:
-    """Whether a program gives the terms' torques at some states."""
-    states = some_states(velocities.n_joints)
-    values, shape = TorqueVariables(velocities, states.last), (velocities.n_joints, len(states))
-    rows, sizes = np.zeros(shape), np.zeros(shape)
-    for term, weight in terms.items():
-        variables: tuple[Velocity | Factor, ...] = (*term.velocities, *term.monomial)
-        torque = weight * reduce(np.multiply, map(values, variables), np.ones(len(states)))
-        rows[term.row] += torque
-        sizes[term.row] += np.abs(torque)
-    wanted, size = np.array(velocities.joint_rows(rows)), np.array(velocities.joint_rows(sizes))
-    return bool((np.abs(program.run(inputs_of(states)) - wanted) <= _SAME * size.max()).all())
+def _are_right(velocities: AbsoluteVelocities, steps: Sequence[Torques], programs: Sequence[Program]) -> bool:
+    """Whether programs give the torques of one step each; fewer than steps where the next took too many."""
+    n, terms = velocities.n_joints, [*dict.fromkeys(term for step in steps for term in step)]
+    powers = {factor.multiples for term in terms for factor in term.monomial if factor.kind == "power"}
+    turned = [[(0,) * n, *(factor.multiples for factor in term.monomial)] for term in terms]
+    degrees = np.max([np.abs(multiples).sum(axis=0) for multiples in turned], axis=0)
+    is_revolute = [not any(multiples[joint] for multiples in powers) for joint in range(n)]
+    weights = np.zeros((len(programs), n, len(terms)))
+    for k, term in enumerate(terms):
+        weights[:, term.row, k] = [step.get(term, 0.0) for step in steps[: len(programs)]]
+    with np.errstate(all="ignore"), suppress(ModelError):
+        for states in telling_states(programs, is_revolute, _SAME, degrees):
+            known = TorqueVariables(velocities, states.last)
+            variables: list[list[Velocity | Factor]] = [[*term.velocities, *term.monomial] for term in terms]
+            values = np.array(
+                [reduce(np.multiply, map(known, some), np.ones(len(states))) for some in variables]
+            )
+            for program, own in zip(programs, weights, strict=True):
+                wanted = np.array(velocities.joint_rows(own @ values))
+                size = np.maximum(np.abs(own) @ np.abs(values), np.abs(wanted)).max(axis=1)
+                apart = np.abs(program.run(inputs_of(states)) - wanted).max(axis=1)
+                if not (apart <= _SAME * size).all():
+                    return False
+        return True
+    return False
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:

@@ -1,0 +1,132 @@
+"""States, drawn afresh, at which programs that compute different torques are found out.
+
+Every step of a torque's program is a trigonometric polynomial in each angle, and its formal degree d follows
+from the steps. Where such a polynomial reaches M, it exceeds e M on a share p of the circle with
+T_2d(1/cos(p pi/2)) >= 1/e, T the Chebyshev polynomial: S. Tikhonov, P. Yuditskii, Sharp Remez inequality,
+Constructive Approximation 52 (2020); of an interval, for sliding joints, E. Remez (1936). Taken joint by
+joint this bounds from below how likely a difference shows at a random state. So a high degree, which is what
+it takes to hide between states, is refused or answered by more states.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from operator import add
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.expansion import HIGHEST, magnitudes, no_torque
+from gd_analyze.motions.states import States
+from gd_analyze.operations.program import Program
+from gd_analyze.simplification.effort import inputs_of
+
+# A coefficient of 1, qdd_j or qd_j qd_k that somewhere differs by this share of the joint's torque is missed
+# with at most these odds, unless that takes more states than `_MOST`: arms of up to eight joints do not.
+FOUND, ODDS = 1e-3, 1e-6
+_MOST, _BLOCK = 2**22, 2**13
+# At one state in four nothing moves; else velocities and accelerations are -1, 0 or 1. The second differences
+# of f in qd_j and qd_k, say, are four values of f at states as likely as each other: a state shows at least
+# half of each coefficient with a probability of at least 3/4 * (2/3)^2 / 4.
+_STILL, _SHOWN, _SHARE = 0.25, 1.0 / 12.0, 0.5
+# Range of sliding joints, m.
+_REACH = 2.0
+
+
+class _Formal(NamedTuple):
+    """What a step can be at most."""
+
+    degrees: tuple[int, ...]  # in every joint's variable; of a sum of angles their multiples, signed
+    weight: int = 0  # a velocity counts 1, an acceleration 2
+    is_angle: bool = False
+
+
+def formal_degrees(program: Program, is_revolute: Sequence[bool]) -> FloatArray:
+    """Degrees of a program in the joints' variables at most, (n,); ModelError if it can be no torque."""
+    n = len(is_revolute)
+    none = (0,) * n
+    constant = _Formal(none)
+
+    def given(name: str) -> _Formal:
+        letters = name.rstrip("0123456789")
+        joint = int(name[len(letters) :]) - 1
+        if letters != "q":
+            return _Formal(none, len(letters) - 1)
+        return _Formal(tuple(int(j == joint) for j in range(n)), 0, is_revolute[joint])
+
+    def apply(operation: str, first: Any, second: Any = constant) -> _Formal:
+        (a, u, turns), (b, v, other) = (x if isinstance(x, _Formal) else constant for x in (first, second))
+        if operation in ("cos", "sin"):
+            if not turns and (u or a != none):
+                raise no_torque(f"it takes the {operation} of something that is no sum of angles")
+            return _Formal(tuple(map(abs, a)))
+        if turns or other:
+            if operation == "multiply" or u or v or (not turns and a != none) or (not other and b != none):
+                raise no_torque("it uses an angle outside of sines and cosines")
+            own, sign = {"add": (1, 1), "subtract": (1, -1), "negative": (-1, 0)}[operation]
+            return _Formal(tuple(own * x + sign * y for x, y in zip(a, b, strict=True)), 0, True)
+        if operation == "multiply":
+            return _Formal(a if b == none else tuple(map(add, a, b)), u + v)
+        return _Formal(a if a == b or b == none else tuple(map(max, a, b)), max(u, v))
+
+    value = program.carried_out(given, apply)
+    found = [x for x in map(value, program.outputs) if isinstance(x, _Formal)]
+    if any(x.is_angle or x.weight > 2 for x in found):
+        raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
+    degrees = np.array([none, *(x.degrees for x in found)]).max(axis=0)
+    if degrees.max(initial=0) > HIGHEST:
+        raise no_torque(f"its degree in q{int(degrees.argmax()) + 1} may be {degrees.max()}, above {HIGHEST}")
+    return degrees
+
+
+def telling_states(
+    programs: Sequence[Program], is_revolute: Sequence[bool], closeness: float, least: Any = 0
+) -> Iterator[States]:
+    """Blocks of states, drawn afresh; a difference of less than `closeness` of the torque is taken for none.
+
+    Degrees are those of the programs, but at `least` so high. Raises a ModelError if one can be no torque.
+    """
+    found = [formal_degrees(program, is_revolute) for program in programs]
+    degrees = np.maximum(np.max(found, axis=0), least)
+    left, n, turns = states_needed(degrees, is_revolute, closeness), len(is_revolute), np.array(is_revolute)
+    rng = np.random.default_rng()
+    while left > 0:
+        count = min(left, _BLOCK)
+        moving = rng.integers(-1, 2, (2, count, n)) * (rng.random((count, 1)) >= _STILL)
+        q = rng.uniform(-1.0, 1.0, (count, n)) * np.where(turns, np.pi, _REACH)
+        yield States(q, *moving.astype(float))
+        left -= count
+
+
+def largest_apart(
+    program: Program, known: Program, is_revolute: Sequence[bool], closeness: float
+) -> tuple[FloatArray, FloatArray]:
+    """Largest difference of two programs and the largest magnitude of the known one, by joint, (n,) each.
+
+    Infinite where the program can be no torque, see `telling_states`, or adds up and takes away so much that
+    a term could hide in its rounding.
+    """
+    apart, size = (np.zeros(len(known.outputs)) for _ in range(2))
+    with np.errstate(all="ignore"), suppress(ModelError):
+        for states in telling_states((program, known), is_revolute, closeness):
+            torque = known.run(inputs_of(states))
+            apart = np.maximum(apart, np.abs(program.run(inputs_of(states)) - torque).max(axis=1))
+            size = np.maximum(size, np.abs(torque).max(axis=1))
+        unit = np.ones(len(is_revolute))
+        hidden = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit) > closeness * size
+        return np.where(hidden, np.inf, apart), size
+    return np.full_like(apart, np.inf), size
+
+
+def states_needed(degrees: Sequence[int] | FloatArray, is_revolute: Sequence[bool], closeness: float) -> int:
+    """How many states find a difference of `FOUND` with the stated odds, `_MOST` at most."""
+    acting = [(int(d), turns) for d, turns in zip(degrees, is_revolute, strict=True) if d]
+    shown = _SHOWN
+    for d, turns in acting:
+        part = math.acosh((_SHARE * FOUND / closeness) ** (1 / len(acting))) / d
+        shown *= 2 / math.pi * math.acos(1 / math.cosh(part / 2)) if turns else math.tanh(part / 2) ** 2
+    return math.ceil(min(-math.log(ODDS) / shown, _MOST))
