@@ -176,8 +176,10 @@ def _are_right(velocities: AbsoluteVelocities, steps: Sequence[Torques], program
     """Whether programs give the torques of one step each; fewer than steps where the next took too many."""
     n, terms = velocities.n_joints, [*dict.fromkeys(term for step in steps for term in step)]
     powers = {factor.multiples for term in terms for factor in term.monomial if factor.kind == "power"}
-    turned = [[(0,) * n, *(factor.multiples for factor in term.monomial)] for term in terms]
-    degrees = np.max([np.abs(multiples).sum(axis=0) for multiples in turned], axis=0)
+    degrees = np.zeros(n, dtype=int)
+    for term in terms:
+        turned = [(0,) * n, *(factor.multiples for factor in term.monomial)]
+        degrees = np.maximum(degrees, np.abs(turned).sum(axis=0))
     is_revolute = [not any(multiples[joint] for multiples in powers) for joint in range(n)]
     weights = np.zeros((len(programs), n, len(terms)))
     for k, term in enumerate(terms):
@@ -186,9 +188,8 @@ def _are_right(velocities: AbsoluteVelocities, steps: Sequence[Torques], program
         for states in telling_states(programs, is_revolute, _SAME, degrees):
             known = TorqueVariables(velocities, states.last)
             variables: list[list[Velocity | Factor]] = [[*term.velocities, *term.monomial] for term in terms]
-            values = np.array(
-                [reduce(np.multiply, map(known, some), np.ones(len(states))) for some in variables]
-            )
+            rows = [reduce(np.multiply, map(known, some), np.ones(len(states))) for some in variables]
+            values = np.reshape(rows, (len(terms), len(states)))
             for program, own in zip(programs, weights, strict=True):
                 wanted = np.array(velocities.joint_rows(own @ values))
                 size = np.maximum(np.abs(own) @ np.abs(values), np.abs(wanted)).max(axis=1)
