@@ -90,9 +90,10 @@ def telling_states(
 
     Degrees are those of the programs, but at `least` so high. Raises a ModelError if one can be no torque.
     """
+    n, turns = len(is_revolute), np.array(is_revolute)
     found = [formal_degrees(program, is_revolute) for program in programs]
-    degrees = np.maximum(np.max(found, axis=0), least)
-    left, n, turns = states_needed(degrees, is_revolute, closeness), len(is_revolute), np.array(is_revolute)
+    degrees = np.maximum(np.max([np.zeros(n), *found], axis=0), least)
+    left = states_needed(degrees, is_revolute, closeness)
     rng = np.random.default_rng()
     while left > 0:
         count = min(left, _BLOCK)
