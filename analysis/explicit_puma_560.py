@@ -78,7 +78,6 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
         form=exact.form,
         terms=torques,
         program=TERM.write(exact.form, torques, effort),
-        operations_full=exact.form.operations,
         accuracy=Accuracy(nothing + np.inf, "none", unmeasured, exact.states.described),
     )
 

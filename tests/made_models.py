@@ -12,7 +12,7 @@ import xarray as xr
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.program import Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Allowance, Budget
@@ -45,7 +45,6 @@ def promising_nothing(form: ExactForm, level: Level, terms: Terms, program: Prog
         form=form,
         terms=terms,
         program=program,
-        operations_full=OperationCount(3, 2, 1),
         accuracy=Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
     )
 
@@ -90,7 +89,7 @@ def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) 
     np.testing.assert_array_equal(
         again.coriolis_centrifugal(states.q, states.qd), model.coriolis_centrifugal(states.q, states.qd)
     )
-    for name in ("level", "terms", "drives", "refitted", "operations", "operations_full", "provenance"):
+    for name in ("level", "terms", "drives", "refitted", "operations", "provenance"):
         assert getattr(again, name) == getattr(model, name), name
     for name in ("budget", "fitted_on", "steps", "solved"):
         assert getattr(again.accuracy, name) == getattr(model.accuracy, name), name

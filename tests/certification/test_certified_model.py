@@ -59,7 +59,10 @@ def test_along_a_trajectory(puma, pick_and_place, level):
     assert certificate.within(allowed).all()
     bounds = np.broadcast_to(allowed, certificate.along.shape)
     assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
-    assert model.accuracy.budget == "2%, certified"
+    assert model.accuracy.budget == "2%"
+    stated = model.accuracy.certificate
+    assert (stated.margin, stated.trajectory_fingerprint) == (str(gd.Margin()), pick_and_place.fingerprint)
+    np.testing.assert_array_equal(stated.certified, certificate.certified)
 
 
 def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):

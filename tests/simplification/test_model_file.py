@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.certification.proof import proven_again
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -417,6 +419,92 @@ def test_what_computes_anything_else_is_refused(of_level, path, what):
 def test_what_is_zero_everywhere_may_be_added(of_level, path):
     again = load_model(with_added(of_level, path, zero_everywhere))
     assert again.operations.total > of_level.operations.total
+
+
+def test_a_change_that_does_nothing_is_refused(two_link, swing, path):
+    model = gd.simplify(two_link, swing, "5%", level="recursive")
+    steps = model.form.recursion.steps
+    assert dict(model.terms) == model.form.recursion.acting(model.terms)
+    used = {change.step for change in model.terms}
+    idle = {"source": -1, "number": 1000.0}
+
+    def loaded(step: int) -> str | None:
+        with_it = changed(model, path, lambda document: document["terms"].append({"step": step, **idle}))
+        try:
+            load_model(with_it)
+        except ModelError as error:
+            return str(error)
+        return None
+
+    told = [loaded(step) for step in range(len(steps)) if step not in used]
+    assert None not in told
+    assert any("does nothing" in text for text in told)
+
+
+# What is proven of a model stands in its file as data.
+
+
+@pytest.fixture(scope="module")
+def certified(two_link) -> SimplifiedModel:
+    exact = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 50))
+    return gd.simplify_certified(exact, "30%", gd.Box.of(two_link))[0]
+
+
+@pytest.fixture(scope="module")
+def around(two_link, swing) -> SimplifiedModel:
+    exact = gd.ExactDynamics.of(two_link, swing)
+    return gd.simplify_certified(exact, "30%", gd.Tube.along(two_link, swing, "0.5deg"))[0]
+
+
+@pytest.mark.parametrize("which", ["certified", "around"])
+def test_a_certificate_comes_back_and_is_proven_again(request, path, which):
+    model = request.getfixturevalue(which)
+    save_model(model, path)
+    again = load_model(path)
+    for name, value in vars(model.accuracy.certificate).items():
+        np.testing.assert_array_equal(getattr(again.accuracy.certificate, name), value)
+    result, holds = proven_again(again)
+    assert holds
+    assert result.headline == "The certificate holds"
+
+    def smaller(document: Document) -> None:
+        for row in document["certificate"]["joints"]:
+            row["certified"] *= 0.98
+
+    # Not so small that an error at the states it was fitted on is larger, or at some drawn ones.
+    worse = load_model(changed(model, path, smaller))
+    assert proven_again(worse)[0].headline == "The certificate does not hold at joint 1"
+    assert not proven_again(worse)[1]
+
+
+@pytest.mark.parametrize("which", ["certified", "around"])
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        (lambda joint: joint.update(certified=1e-9), "certificate of joint 1"),
+        (lambda joint: joint.update(lower=9.0), "certificate of joint 1"),
+        (lambda joint: joint.update(certified=-1.0), "certificate.joints.0.certified"),
+        (lambda joint: joint.update(joint="another"), "joints of certificate"),
+    ],
+)
+def test_a_certificate_that_cannot_be_is_refused(request, path, which, change, where):
+    model = request.getfixturevalue(which)
+    forged = changed(model, path, lambda document: change(document["certificate"]["joints"][0]))
+    assert where in refused(forged).details["where"]
+
+
+def test_words_are_no_certificate(own, path):
+    forged = changed(own, path, lambda document: document.update(budget=f"{document['budget']}, certified"))
+    assert refused(forged)
+
+
+def test_a_certificate_is_about_its_own_motion(two_link, around, path, swing):
+    faster = replace(swing, time=swing.time * 2.0, qd=swing.qd / 2.0, qdd=swing.qdd / 4.0, name="slow")
+    with pytest.raises(gd.GdAnalyzeError, match="another motion"):
+        proven_again(around, faster)
+    assert proven_again(around, swing)[1]
+    with pytest.raises(gd.GdAnalyzeError, match="states no certificate"):
+        proven_again(exact_model(two_link))
 
 
 @examples(12)

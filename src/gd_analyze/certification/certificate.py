@@ -23,6 +23,7 @@ from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import Proven
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import in_python, number, rounded_up
 
@@ -57,6 +58,7 @@ class Certificate:
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
     # For a tube: bound in every piece, shape (pieces, n); `certified` is its largest. None for a box
     along: FloatArray | None = None
+    effort: int = EFFORT
 
     @property
     def box(self) -> Box:
@@ -66,6 +68,14 @@ class Certificate:
     def __repr__(self) -> str:
         bounds = ", ".join(number(rounded_up(float(value))) for value in self.certified)
         return f"Certificate({len(self.certified)} joints, certified {bounds} N m)"
+
+    @property
+    def stated(self) -> Proven:
+        """What a model states of it."""
+        box, tube = self.box, self.region if isinstance(self.region, Tube) else None
+        limits = box.lower, box.upper, box.velocity, box.acceleration
+        about = () if tube is None else (tube.margin, tube.fingerprint)
+        return Proven(self.certified, *limits, self.region.where, self.effort, *about)
 
     @property
     def where(self) -> str:
@@ -144,7 +154,9 @@ def certify(
     bounds = rows.T + harmonics_slack(harmonics, box)
     along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
     worst = (states[0], states[1], states[2])
-    return Certificate(region or box, along.max(axis=0), errors, worst, None if tube is None else along)
+    return Certificate(
+        region or box, along.max(axis=0), errors, worst, None if tube is None else along, effort
+    )
 
 
 def expansion_of(model: SimplifiedModel) -> Expansion:

@@ -16,7 +16,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.simplification.accuracy import CERTIFIED, LevelTried, SearchStep
+from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
@@ -73,7 +73,7 @@ def simplify_certified(
         "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
     )
     exact = exact.under(budget)
-    allowed, stated = exact.allowed(budget), f"{budget}{CERTIFIED}"
+    allowed, stated = exact.allowed(budget), str(budget)
     share = np.ones(len(allowed))
     known, how = exact, SearchOptions(level, write=False, effort=effort * _EFFORT, dearer=True)
     for turn in range(_ROUNDS):
@@ -94,7 +94,7 @@ def simplify_certified(
         beyond = ~certificate.within(allowed)
         if not beyond.any():
             if model.saves:
-                return model, certificate
+                return proven(model, certificate), certificate
             break
         known = known.at(known.states.joined_by(*(states[beyond] for states in certificate.worst_states)))
         needed = 0.98 * allowed / np.where(beyond, certificate.certified, allowed)
@@ -104,7 +104,7 @@ def simplify_certified(
     everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
     certificate = certify(everything, region, harmonics=exact.form.harmonics)
     if certificate.within(allowed).all():
-        return everything, certificate
+        return proven(everything, certificate), certificate
     raise UsageError(
         "not even the exact model can be certified within that budget",
         where="budget",
@@ -112,6 +112,11 @@ def simplify_certified(
         found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
         next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
     )
+
+
+def proven(model: SimplifiedModel, certificate: Certificate) -> SimplifiedModel:
+    """The model with what is proven of it."""
+    return replace(model, accuracy=replace(model.accuracy, certificate=certificate.stated))
 
 
 def _finished(

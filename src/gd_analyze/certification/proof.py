@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
+from warnings import catch_warnings
 
 import numpy as np
 
@@ -14,10 +16,13 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, largest_torque
 from gd_analyze.certification.positive_definite import Definiteness, certify_positive_definite
 from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, UsageError
 from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Fact, Result, Table, joint_columns
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import rounded_up, share_up
@@ -84,6 +89,62 @@ def proof(
         parts=(_joints(model, certificate, extremes, largest, "stated" if elsewhere else "sampled"),),
         notices=tuple(filter(None, notices)),
     )
+
+
+def proven_again(
+    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Callable[[int], None] | None = None
+) -> tuple[Result, bool]:
+    """Prove again what a model states, along the motion it names, and whether every bound holds.
+
+    Raises a UsageError if it states nothing, or the motion is another or not at hand.
+    """
+    stated, joints = model.accuracy.certificate, model.arm.joints
+    if stated is None:
+        way = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
+        raise UsageError("the model states no certificate", where="--check", next_step=way)
+    region: Box | Tube = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration, stated.where)
+    if stated.trajectory_fingerprint:
+        motion = motion or _shipped(model.arm, stated.trajectory_fingerprint)
+        if motion is None or motion.fingerprint != stated.trajectory_fingerprint:
+            found = "none" if motion is None else motion.name
+            expected, way = f"the motion it is about: {stated.where}", "name its file with --along"
+            what = "the certificate is about another motion"
+            raise UsageError(what, where="--check", expected=expected, found=found, next_step=way)
+        region = Tube.along(model.arm, motion, stated.margin)
+    again = certify(model, region, effort=stated.effort, progress=progress)
+    # The same sums, but for a machine that rounds otherwise.
+    holds = again.certified <= stated.certified * (1.0 + 1e-9)
+    verdict = "holds" if holds.all() else f"does not hold at joint {1 + int(np.argmin(holds))}"
+    units = [joint.effort_unit for joint in joints]
+    columns = (
+        *joint_columns(joints),
+        Column("stated", "stated", stated.certified, units, "bound"),
+        Column("certified", "proven", again.certified, units, "bound"),
+        Column("worst_found", "found", again.worst_found, units),
+        Column("holds", "holds", holds.tolist()),
+    )
+    facts = (
+        Fact("arm", "", model.arm.name),
+        Fact("holds", "", bool(holds.all())),
+        Fact("effort", "", stated.effort),
+    )
+    title = f"{model.arm.title or model.arm.name}: the model's certificate, proven again"
+    subtitle = f"within {stated.where}"
+    parts = (Table("joints", "Torque error", columns),)
+    result = Result(
+        title=title, subtitle=subtitle, headline=f"The certificate {verdict}", facts=facts, parts=parts
+    )
+    return result, bool(holds.all())
+
+
+def _shipped(arm: RobotArm, fingerprint: str) -> Trajectory | None:
+    """The shipped trajectory of that fingerprint, if there is one."""
+    for name in shipped_trajectories():
+        with suppress(GdAnalyzeError), catch_warnings(action="ignore", category=GdAnalyzeWarning):
+            motion = read_trajectory(name, arm)
+            if motion.fingerprint == fingerprint:
+                return motion
+    return None
 
 
 def _joints(

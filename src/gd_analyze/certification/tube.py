@@ -157,6 +157,8 @@ class Tube:
         Number of intervals between set points in which possible motions differ by more than the margins.
     note
         Remark on gaps and on these intervals, or "".
+    margin, fingerprint
+        Text of the margin, and the motion's fingerprint.
     """
 
     lower: FloatArray
@@ -167,6 +169,8 @@ class Tube:
     where: str
     coarse: int = 0
     note: str = ""
+    margin: str = ""
+    fingerprint: str = ""
 
     @property
     def n_joints(self) -> int:
@@ -225,6 +229,8 @@ class Tube:
             f"{margin.in_words(arm)} of {motion.name}",
             int(path.unsure.any(axis=(1, 2)).sum()),
             path.note(),
+            str(margin),
+            motion.fingerprint,
         )
 
 

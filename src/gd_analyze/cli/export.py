@@ -95,6 +95,7 @@ def export(
                 certificate = gd.certify(subject.model, progress=stage.advance)
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
+                subject = replace(subject, unproven=error.what)
                 told = f"no bound is written: {error.what}; --no-bound writes none"
                 warnings.warn(told, GdAnalyzeWarning, stacklevel=2)
         stage("writing")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from gd_analyze.files import shipped
@@ -78,6 +79,11 @@ class NameList(click.ParamType[tuple[str, ...]]):
         before, comma, last = incomplete.rpartition(",")
         rest = [name for name in self.names if name.startswith(last) and name not in before.split(",")]
         return [CompletionItem(before + comma + name) for name in rest]
+
+
+def is_default(option: str) -> bool:
+    """Whether an option of the verb that runs was not given."""
+    return click.get_current_context().get_parameter_source(option) is ParameterSource.DEFAULT
 
 
 def positive_number(words: str) -> float:

@@ -7,17 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
-from click.core import ParameterSource
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import BUDGET, command_line
+from gd_analyze.cli.options import BUDGET, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
-
-
-def _is_default(option: str) -> bool:
-    return click.get_current_context().get_parameter_source(option) is ParameterSource.DEFAULT
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -97,7 +92,7 @@ def simplify(
         raise click.UsageError("--margin goes with --certified and a trajectory")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint goes with --level term or --level energy")
-    searched = certified or refit or operations is not None or not _is_default("budget")
+    searched = certified or refit or operations is not None or not is_default("budget")
     if verdicts is not None and (level != "element" or searched):
         raise click.UsageError("--verdicts goes with --level element, and keeps no budget: without others")
     require_outputs(out)

@@ -10,7 +10,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath
+from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
@@ -140,8 +140,11 @@ def validate(
     "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes; for D a "
     "thirtieth as many positions. Any number gives a valid bound, more give a tighter one.",
 )
+@click.option("--check", is_flag=True, help="Prove the certificate again that the model's file states.")
 @reporting
-def certify(model: Path, along: str | None, margin: str | None, effort: int, output: Output) -> None:
+def certify(
+    model: Path, along: str | None, margin: str | None, effort: int, check: bool, output: Output
+) -> None:
     r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
     With --along, the bound holds for every state within the margins of the motion, between its set points
@@ -151,16 +154,22 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
     is bounded as well. Allowed and sampled errors are measured again if their states are available: drawn
     ones, a shipped trajectory's, or those of --along. The same input gives the same figures on any machine.
 
+    --check proves again what the file states, for the same states and with the same effort: the exit code is
+    0 if every bound holds, 1 if one does not. Of a motion that is not shipped --along names the file.
+
     \b
     Examples:
       gd-analyze certify model.json
       gd-analyze certify model.json --along pick-and-place
       gd-analyze certify model.json --along my.csv --margin 0.5deg,qd=1%
+      gd-analyze certify model.json --check
     """
     if margin is not None and along is None:
         raise click.UsageError("--margin goes with --along")
+    if check and (margin is not None or not is_default("effort")):
+        raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:
-        from gd_analyze.certification.proof import proof
+        from gd_analyze.certification.proof import proof, proven_again
         from gd_analyze.simplification.model_file import measured_at
 
         around = gd.Margin.of(margin)
@@ -170,6 +179,11 @@ def certify(model: Path, along: str | None, margin: str | None, effort: int, out
             loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
-        stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None else 2))
-        result = proof(loaded, motion, margin=around, effort=effort, progress=stage.advance)
+        stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None or check else 2))
+        if check:
+            result, holds = proven_again(loaded, motion, progress=stage.advance)
+        else:
+            result, holds = proof(loaded, motion, margin=around, effort=effort, progress=stage.advance), True
     output.give(result)
+    if not holds:
+        click.get_current_context().exit(1)

@@ -103,7 +103,8 @@ class ExportInput:
     drives: bool  # whether the drives' inertia counts
     functions: tuple[Function, ...]  # torque, D, h and c, or the decomposition
     model: SimplifiedModel | None = None  # the simplified model; None of exact dynamics
-    certificate: Certificate | None = None  # what is proven of its error, if anything
+    certificate: Certificate | None = None  # what is proven of its error over a box, if anything
+    unproven: str = "no certificate was asked for"  # why nothing is
 
     @classmethod
     def of_model(

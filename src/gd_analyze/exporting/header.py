@@ -62,8 +62,14 @@ def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     fitted_on = given.model.accuracy.fitted_on
     yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
     yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(given.model))
+    stated = given.model.accuracy.certificate
+    if stated is not None:
+        yield f"Proven, as the model's file states it: within {foreign(stated.where.replace('°', ' deg'))}"
+        if stated.trajectory_fingerprint:
+            yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
+        yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])
     if given.certificate is None:
-        yield "Nothing is proven of other states: no certificate was asked for."
+        yield f"Nothing is proven of {'other' if stated is None else 'further'} states: {given.unproven}."
         return
     where = foreign(given.certificate.box.where)
     yield f"Proven: no state of the following box ({where}) has an error above the bound."

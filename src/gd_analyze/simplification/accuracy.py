@@ -14,8 +14,6 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Allowance, Budget, NormShare, ReferenceTorques
 from gd_analyze.text import amount, named_joints
 
-# Behind a budget that is proven for a whole box.
-CERTIFIED = ", certified"
 # What a budget may lie below, and what takes that into account.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
@@ -95,6 +93,22 @@ class LevelTried(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class Proven:
+    """A bound on the torque error and the states it holds for: all of a box, or a tube around a motion."""
+
+    certified: FloatArray  # no state has a larger torque error, N m (N), shape (n,)
+    # The box, or the smallest one around the tube, SI, shape (n,)
+    lower: FloatArray
+    upper: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    where: str  # name of the states
+    effort: int  # of the search, see `certify`
+    margin: str = ""  # of a tube, as `Margin.parse` reads it, and the motion's fingerprint
+    trajectory_fingerprint: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class Accuracy:
     """What a model states of itself."""
 
@@ -112,6 +126,7 @@ class Accuracy:
     # The usual states', and what a budget of the norm asked for; infinite where only an error is.
     norms: tuple[NormShare, ...] = ()
     levels: tuple[LevelTried, ...] = ()  # where the level of fewest operations was looked for
+    certificate: Proven | None = None  # what is proven, if anything
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself of any other."""
@@ -129,7 +144,7 @@ class Accuracy:
     @property
     def asked(self) -> Budget:
         """The budget as a value."""
-        return Budget.parse(self.budget.removesuffix(CERTIFIED))
+        return Budget.parse(self.budget)
 
     @property
     def asked_norm(self) -> NormShare | None:

@@ -71,8 +71,6 @@ class SimplifiedModel:
         The torques as a straight-line program, from which D, h and c follow.
     refitted
         Whether kept coefficients were refitted to absorb what was dropped.
-    operations_full
-        Operations of the exact torque, in the fewest known.
     accuracy
         Budget, errors, and where they were measured.
     provenance
@@ -84,7 +82,6 @@ class SimplifiedModel:
     terms: Terms
     program: Program
     refitted: bool = False
-    operations_full: OperationCount
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -135,6 +132,11 @@ class SimplifiedModel:
     def drives(self) -> bool:
         """Whether drive inertia is part of it."""
         return self.form.drives
+
+    @property
+    def operations_full(self) -> OperationCount:
+        """Operations of the exact torque, in the fewest known."""
+        return self.form.operations
 
     @property
     def saves(self) -> bool:
@@ -274,7 +276,6 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         form=form,
         terms=level.terms(form),
         program=form.program,
-        operations_full=form.operations,
         accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
     )
     return measured(exact, model)

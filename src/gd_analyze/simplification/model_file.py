@@ -28,7 +28,7 @@ from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import OperationCount, read_back, written
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, LevelTried, SearchStep
+from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, Proven, SearchStep
 from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, allowed_by
@@ -39,7 +39,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import in_python
 
 FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
-VERSION: Literal[3] = 3
+VERSION: Literal[4] = 4
 # A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
 LARGEST_FILE = 100_000_000
 _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
@@ -54,6 +54,8 @@ _SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
+# States at which a certificate is tried; `gd-analyze certify --check` proves it again.
+_TRIED = 1000
 
 
 class _JointError(Checked):
@@ -96,11 +98,40 @@ class _AlongMotion(Checked):
     errors: list[_JointError]
 
 
+class _Bound(Checked):
+    joint: str
+    certified: Annotated[float, Field(ge=0.0)]
+    lower: float
+    upper: float
+    velocity: Annotated[float, Field(ge=0.0)]
+    acceleration: Annotated[float, Field(ge=0.0)]
+
+
+class _Certificate(Checked):
+    """Bounds on the torque error, and the box they hold in, or the smallest around the tube."""
+
+    where: str
+    joints: list[_Bound]
+    effort: Annotated[int, Field(ge=1)]
+    margin: str
+    trajectory_fingerprint: str
+
+    def as_proven(self) -> Proven:
+        joints: dict[str, Any] = {
+            name: np.array([getattr(row, name) for row in self.joints]) for name in _PROVEN
+        }
+        return Proven(**joints, **{name: getattr(self, name) for name in _ABOUT})
+
+
+_PROVEN = ("certified", "lower", "upper", "velocity", "acceleration")
+_ABOUT = ("where", "effort", "margin", "trajectory_fingerprint")
+
+
 class ModelDocument(Checked):
     """The whole file."""
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[3]
+    version: Literal[4]
     level: str
     drives: bool
     refitted: bool
@@ -110,12 +141,11 @@ class ModelDocument(Checked):
     fitted_on: _FittedOn
     motions: list[_AlongMotion]
     norms: list[_Norm]
-    levels: list[LevelTried]
     search: list[SearchStep]
     solved: bool
     cut_short: bool
+    certificate: _Certificate | None
     operations: OperationCount
-    operations_full: OperationCount
     arm_fingerprint: str
     arm: dict[str, Any]
     terms: list[dict[str, Any]]  # as the level's own entry says
@@ -146,12 +176,11 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
             for m in accuracy.motions
         ],
         norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
-        levels=list(accuracy.levels),
         search=list(accuracy.steps),
         solved=accuracy.solved,
         cut_short=accuracy.cut_short,
+        certificate=_certificate(model),
         operations=model.operations,
-        operations_full=model.operations_full,
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         terms=model.level.to_entries(model.terms),
@@ -178,6 +207,17 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
     ]
 
 
+def _certificate(model: SimplifiedModel) -> _Certificate | None:
+    stated = model.accuracy.certificate
+    if stated is None:
+        return None
+    joints = [
+        _Bound(joint=joint.name, **{name: getattr(stated, name)[i] for name in _PROVEN})
+        for i, joint in enumerate(model.arm.joints)
+    ]
+    return _Certificate(joints=joints, **{name: getattr(stated, name) for name in _ABOUT})
+
+
 def _model_of(document: ModelDocument) -> SimplifiedModel:
     level = LEVELS[document.level]
     form = ExactForm(arm_from_description(document.arm), document.drives)
@@ -189,7 +229,6 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
         terms=level.from_entries(form, document.terms),
         program=read_back(document.steps, document.outputs, inputs),
         refitted=document.refitted,
-        operations_full=document.operations_full,
         accuracy=Accuracy(
             allowed,
             document.budget,
@@ -204,7 +243,7 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
                 for one in document.motions
             ),
             norms=tuple(NormShare(np.inf if x is None else x, part) for part, x in document.norms),
-            levels=tuple(document.levels),
+            certificate=None if document.certificate is None else document.certificate.as_proven(),
         ),
         provenance=document.provenance,
     )
@@ -224,6 +263,9 @@ def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) 
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
+    if document.certificate is not None:
+        named = [row.joint for row in document.certificate.joints]
+        require_equal("joints of certificate", named, [name for name, _ in joints])
     for of in (document.errors, *(one.errors for one in document.motions)):
         require_equal("joints of errors", [(row.joint, row.unit) for row in of], joints)
     if document.motions or "motions" in model.accuracy.fitted_on:
@@ -231,6 +273,7 @@ def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) 
         require_equal("set_points of motions", every, model.accuracy.fitted_on.get("set_points"))
     require_terms_computed(model)
     require_consistent(model)
+    require_not_refuted(model)
     return measured_where_possible(model)
 
 
@@ -410,6 +453,26 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         ("allowed_error", fits, stated.allowed, f"what {model.accuracy.budget} comes to"),
     ):
         _require(model, f"{name}{along}", holds, values, expected)
+
+
+def require_not_refuted(model: SimplifiedModel) -> None:
+    """Refuse, with a ModelError, a certificate that states drawn afresh refute, or those fitted on."""
+    stated, errors = model.accuracy.certificate, model.accuracy.errors.largest
+    if stated is None:
+        return
+    _require(model, "certificate", stated.lower <= stated.upper, stated.lower, "a range of positions")
+    of_motion = stated.trajectory_fingerprint
+    if of_motion and of_motion != model.accuracy.fitted_on.get("trajectory_fingerprint"):
+        return
+    if not of_motion:
+        rng, shape = np.random.default_rng(), (_TRIED, model.arm.n_joints)
+        qd, qdd = (rng.uniform(-most, most, shape) for most in (stated.velocity, stated.acceleration))
+        states = States(rng.uniform(stated.lower, stated.upper, shape), qd, qdd)
+        exact = ExactDynamics.of(model.arm, states, model.drives)
+        errors = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0) - exact.round_off
+    _require(
+        model, "certificate", errors <= stated.certified, stated.certified, "at least an error that is found"
+    )
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:

@@ -345,7 +345,8 @@ def pruned(
     usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
     effort = how.effort * (usual if how.thorough else _QUICK)
     near = _joined_by_near_states(exact)
-    changes = prune(near, allowed, effort=effort, start=start, progress=progress)
+    found = prune(near, allowed, effort=effort, start=start, progress=progress)
+    changes = exact.form.recursion.acting(found)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)
     steps = [SearchStep("pruning", rough.count.total), SearchStep("rewriting", program.count.total)]

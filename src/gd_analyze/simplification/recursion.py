@@ -121,22 +121,31 @@ class Recursion:
 
     def carried_out(self, changes: Changes) -> Changed:
         """Carry changes out; ValueError if steps stand in for one another in a circle."""
-        place = {step.order: k for k, step in enumerate(self.steps)}
-        making = _Making(self, changes)
-        outputs = [making.image(place[x.order]) if isinstance(x, Expression) else x for x in self.outputs]
+        making = _Making(self, changes, Trace())
+        outputs = making.outputs()
         scales = {order: tuple(found) for order, found in making.scales.items()}
         return Changed(Program.of(making.trace, outputs), making.images, scales)
 
+    def acting(self, changes: Changes) -> dict[Change, float]:
+        """Changes without those whose number, though not zero, does nothing to the torques."""
+        trace = Trace()
+        numbers = {
+            one: trace.record("input", f"number{k}") if x else 0.0
+            for k, (one, x) in enumerate(changes.items())
+        }
+        needed = set(Program.of(trace, _Making(self, numbers, trace).outputs()).steps)
+        return {one: x for one, x in changes.items() if not x or numbers[one] in needed}
+
 
 class _Making:
-    """Changes being carried out."""
+    """Changes being carried out, whose numbers may be expressions."""
 
-    def __init__(self, recursion: Recursion, changes: Changes) -> None:
-        self.recursion, self.trace = recursion, Trace()
+    def __init__(self, recursion: Recursion, changes: Mapping[Change, Any], trace: Trace) -> None:
+        self.recursion, self.trace = recursion, trace
         self.images: dict[int, Any] = {}
         self.scales: dict[int, list[Scale]] = defaultdict(list)
-        self._stands_in: dict[int, list[tuple[int, float]]] = defaultdict(list)
-        self._constants: dict[int, float] = {}
+        self._stands_in: dict[int, list[tuple[int, Any]]] = defaultdict(list)
+        self._constants: dict[int, Any] = {}
         # Where an expression, or one times -1, is the value of a step of the recursion.
         self._placed: dict[int, tuple[int, float]] = {}
         for (step, source), number in changes.items():
@@ -144,6 +153,13 @@ class _Making:
                 self._constants[step] = number
             else:
                 self._stands_in[step].append((source, number))
+
+    def outputs(self) -> list[Any]:
+        """What becomes of the torques."""
+        place = {step.order: k for k, step in enumerate(self.recursion.steps)}
+        return [
+            self.image(place[x.order]) if isinstance(x, Expression) else x for x in self.recursion.outputs
+        ]
 
     def image(self, wanted: int) -> Any:
         """What becomes of a step."""

@@ -447,9 +447,11 @@ class RecursiveLevel(Level):
         """Read changes back that can be carried out together; otherwise as every level does."""
         changes = super().from_entries(form, entries)
         try:
-            form.recursion.changed(changes)
+            idle = changes.keys() - form.recursion.acting(changes).keys()
         except ValueError as error:
             raise ModelError(f"the changes cannot be carried out: {error}") from None
+        if idle:
+            raise ModelError(f"the change of step {min(idle).step} does nothing")
         return changes
 
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import certify, expansion_of
+from gd_analyze.certification.certificate import Certificate, certify, expansion_of
+from gd_analyze.certification.certified_model import proven
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
@@ -324,6 +325,9 @@ def find(
     points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
+    tube, certificate = _tube(exact, model, trajectory, Margin.of(how.margin), efforts)
+    if certificate is not None:
+        model = proven(model, certificate)
     tables = {
         "trajectory": motion_tables.trajectory_table(arm, trajectory),
         "decomposition": dataset,
@@ -337,7 +341,7 @@ def find(
         "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
         "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
         "beyond": _beyond(exact, model, ranking, efforts),
-        "tube": _tube(exact, model, trajectory, Margin.of(how.margin), efforts),
+        "tube": tube,
     }
     if trajectory.recording is not None and trajectory.recording.measured:
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
@@ -397,7 +401,7 @@ def _beyond(
 
 def _tube(
     exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, efforts: _Efforts
-) -> xr.Dataset:
+) -> tuple[xr.Dataset, Certificate | None]:
     """Bound a model's errors around the motion, where its equations are few enough to be written out."""
     arm, certificate = exact.arm, None
     try:
@@ -414,7 +418,7 @@ def _tube(
         unknown = np.full((1, 3, arm.n_joints), np.nan)
         margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
         tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
-    return run_tables.tube_table(model, tube, certificate, margin)
+    return run_tables.tube_table(model, tube, certificate, margin), certificate
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:

@@ -12,7 +12,7 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 %   11 (7 mult + 4 add), 1 sin and cos.
 % gravity_loading: gravity loading c(q);
 %   4 (2 mult + 2 add), 2 sin and cos.
-% The exact torque takes 5 (3 mult + 2 add), 1 sin and cos.
+% The exact torque takes 22 (12 mult + 10 add), 4 sin and cos.
 % Inertia of the drives: left out.
 % Units: rad and m, s, N m and N. Friction is not included.
 % Arm two_link, SHA-256 of all that affects its torque:
