@@ -58,6 +58,12 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
         (row(a=431.8), "write a_mm"),
         (moving(placement=Placement(np.eye(3), np.array([0, 300.0, 0]))), "300 m long"),
     ],
+    "offset_far_beyond_the_others": [
+        (changed(2, frame=Placement(np.eye(3), np.array([0.0, 10.0, 0.0]))), "an offset of 10 m"),
+    ],
+    "massless_among_bodies": [
+        (changed(3, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))), "link 4 has no mass"),
+    ],
     "prismatic_range_in_millimetres": [(moving(kind="prismatic", lower=0.0, upper=800.0), "goes to 800 m")],
     "revolute_range_in_degrees": [
         (moving(lower=-end, upper=end), f"joint 1: the range goes to {end:g} rad")
@@ -83,7 +89,7 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     ],
     "centre_of_mass_outside_link": [(changed(3, com=np.array([0.8, 0.0, 0.0])), "link 4 is 0.8")],
     "heavier_than_links_before": [
-        (changed(5, mass=46.0, inertia_com=0.46 * np.eye(3)), "more than half of all links"),
+        (changed(5, mass=46.0, inertia_com=0.46 * np.eye(3)), "more than a third of all links"),
         (changed(3, mass=23.0, inertia_com=0.23 * np.eye(3)), "more than all links before it"),
     ],
 }  # fmt: skip

@@ -138,6 +138,12 @@ class Batch:
             if f"{name}{i + 1}" in self._inputs
         ]
 
+    def at(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
+        """Outputs for inputs by name, shape (outputs, count)."""
+        for name, row in self._inputs.items():
+            row[:] = inputs[name]
+        return self.run()
+
     def run(self) -> FloatArray:
         """Outputs for the inputs written to the rows, shape (outputs, count)."""
         for function, arguments in self._calls:

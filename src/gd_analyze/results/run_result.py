@@ -128,7 +128,6 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
         *operation_facts(model),
         Fact("", "Operations by level", "", text=_by_level(findings)),
         *_for_json(
-            levels=[one._asdict() for one in accuracy.levels],
             search=[step._asdict() for step in accuracy.steps],
         ),
         Fact("", quick, "quick; `gd-analyze simplify` searches longer"),

@@ -17,7 +17,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, checked, is_sentence, require_name
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
 from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
 
 Limit = Literal["lower", "upper", "velocity_limit", "acceleration_limit"]
@@ -43,6 +43,9 @@ class RobotArm:
         Where the numbers come from, and which of them are not published.
     doubts
         What looked wrong when the arm was read, a sentence each; warned of wherever the arm is used.
+    tip, tip_frame
+        The link that was asked for as the last, and its frame relative to that of the last link that moves:
+        a payload's.
 
     Raises
     ------
@@ -61,6 +64,8 @@ class RobotArm:
     sources: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    tip: str = ""
+    tip_frame: Placement = field(default_factory=Placement)
 
     def __post_init__(self) -> None:
         where = f"arm {self.name}"

@@ -282,6 +282,7 @@ def _arm(document: dict[str, Any], place: Place) -> RobotArm:
         joints.append(Joint(name, joint["kind"], before, axis, *limits, joint_place.where))
         links.append(_link(link, link["name"] or str(i + 1), behind, link_place.where))
     drives = [_table(table, DRIVE, place.at("drives", i)) for i, table in enumerate(file["drives"])]
+    texts: dict[str, Any] = {key: tuple(file[key]) for key in ("sources", "assumptions", "doubts")}
     return RobotArm(
         name=file["name"],
         title=file["title"] or file["name"],
@@ -291,7 +292,7 @@ def _arm(document: dict[str, Any], place: Place) -> RobotArm:
         drives=tuple(Drive(**drive) for drive in drives),
         dh_table=tuple(rows),
         convention="placements" if placed else CONVENTIONS[file["convention"]][0],
-        **{key: tuple(file[key]) for key in ("sources", "assumptions", "doubts")},
+        **texts,
     )
 
 

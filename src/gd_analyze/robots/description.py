@@ -30,6 +30,7 @@ def describe_in_full(arm: RobotArm) -> dict[str, Any]:
 
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
     """Arm of what `describe` or `describe_in_full` gave; ArmError, KeyError or TypeError of other things."""
+    texts: dict[str, Any] = {key: tuple(description.get(key, [])) for key in _TEXTS}
     placed = [{**joint, "placement": Placement(**joint["placement"])} for joint in description["joints"]]
     return RobotArm(
         name=description["name"],
@@ -40,7 +41,7 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
         drives=tuple(Drive(**drive) for drive in description["drives"]),
         dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
         convention=description.get("convention", ""),
-        **{key: tuple(description.get(key, [])) for key in _TEXTS},
+        **texts,
     )
 
 

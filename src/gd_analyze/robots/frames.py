@@ -98,6 +98,11 @@ class RightAngles:
     def angle(self, text: str, link: str, place: object, turn: float = 2 * math.pi) -> str:
         """An angle as written, right ones exact; a full turn is `turn`, and `place` its line, for a doubt."""
         value, quarter = float(text), turn / 4
+        if abs(value) > (1.0 + 1e-4) * turn:
+            doubt = (
+                f"{place}: an angle of {text} is more than a full turn, {turn:.4g}; is it in another unit?"
+            )
+            self.suspects.append((link, doubt))
         near = round(value / quarter)
         off = abs(value - near * quarter) * 2 * math.pi / turn
         if off <= RIGHT:
@@ -130,9 +135,13 @@ class RightAngles:
         out: FloatArray = kept / np.linalg.norm(kept)
         return out
 
-    def rotation(self, rotation: FloatArray, link: str) -> FloatArray:
-        """A rotation with exact zeros, orthonormal again."""
+    def rotation(self, rotation: FloatArray, words: Sequence[str], link: str, place: object) -> FloatArray:
+        """A rotation with exact zeros, orthonormal again; `words` are the numbers it was written in."""
         found = straight(rotation, RIGHT)
+        off, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
+        if RIGHT < off <= min(_SUSPECT, 4 * 10.0**-digits):
+            doubt = f"a rotation of {' '.join(words)} is {off:.1g} off a right angle and taken as written"
+            self.suspects.append((link, f"{place}: {doubt}; if the right angle is meant, give it six digits"))
         self._note_turn(link, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
         return found
 

@@ -39,16 +39,27 @@ def read_mjcf(path: Path, root: Node) -> Tree:
             way = "load the file with MuJoCo and call mujoco.mj_saveLastXML('robot.xml', model)"
             way = f'set <compiler saveinertial="true"/>, {way}'
             raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=way)
-    world = root.first("worldbody")
-    if world is None:
+    worlds = root.all("worldbody")
+    if not worlds:
         what, way = "the file describes no bodies", "name the robot's own file, no scene's or defaults'"
         raise ArmError(what, where=root.where, expected="a <worldbody>", next_step=way)
+    world = Node("worldbody", {}, worlds[0].where, [child for one in worlds for child in one.children])
     compilers, notes = root.all("compiler"), Notes(path)
+    for node in compilers:
+        for key, known in (("coordinate", ("local",)), ("angle", ("degree", "radian"))):
+            if (given := node.attributes.get(key, known[0])) not in known:
+                what, expected = f"<compiler {key}={given!r}> is not what MuJoCo reads", " or ".join(known)
+                raise ArmError(
+                    what, where=node.where, expected=expected, next_step="convert the file with MuJoCo"
+                )
     in_degrees = all(node.attributes.get("angle", "degree") == "degree" for node in compilers)
     bodies = _Bodies(notes, 360.0 if in_degrees else 2 * math.pi)
     bare = Node("mujoco", {"model": "robot"}, root.where)
     bare.children = [node.kept(_OF_COMPILER) for node in compilers]
-    bare.children += [_defaults(node) for node in root.all("default")]
+    defaults = root.all("default")
+    if defaults:  # several sections are one
+        inside = [child for node in defaults for child in node.children]
+        bare.children.append(_defaults(Node("default", defaults[0].attributes, defaults[0].where, inside)))
     bare.children.append(world.kept((), {}, *_placed_roots(bodies.below(world, "world"))))
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "robot.xml"
@@ -57,6 +68,9 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     gravity = [0.0, 0.0, -9.81]
     for option in root.all("option"):
         gravity = option.numbers("gravity", 3, " ".join(map(repr, gravity)))
+        if any(flag.attributes.get("gravity") == "disable" for flag in option.all("flag")):
+            gravity = [0.0, 0.0, 0.0]
+            notes.assumptions.append("The file switches gravity off (<flag gravity='disable'/>).")
     name = root.attributes.get("model", "").strip() or path.stem
     tree = Tree(model, notes, name, "MJCF", np.array(gravity))
     bodies.turn_back(tree)
@@ -110,9 +124,14 @@ def _note_equalities(root: Node, sites: dict[str, str], notes: Notes) -> None:
 
 
 def _limit_efforts(root: Node, model: Any) -> None:
-    """Limit a joint's effort to what its actuator gives, where that is stated at the actuator."""
-    limits = model.effortLimit
-    for node in (child for part in root.all("actuator") for child in part.children):
+    """Limit a joint's effort to what its actuator gives, where that is stated, by itself or by its class."""
+    limits, classes = model.effortLimit, dict[str, Node]()
+    for default in root.all("default"):
+        _note_classes(default, {}, classes)
+    for given in (child for part in root.all("actuator") for child in part.children):
+        of_class = classes.get(f"{given.attributes.get('class', 'main')} {given.tag}")
+        stated = given.attributes if of_class is None else of_class.attributes | given.attributes
+        node = Node(given.tag, stated, given.where)
         name = node.attributes.get("joint", "")
         key = next((key for key in ("forcerange", "ctrlrange") if key in node.attributes), None)
         if key is None or (key == "ctrlrange" and node.tag != "motor") or not model.existJointName(name):
@@ -122,6 +141,17 @@ def _limit_efforts(root: Node, model: Any) -> None:
         most = max(abs(value) for value in node.numbers(key, 2)) * abs(gear)
         limits[at] = min(limits[at], most) if limits[at] > 0 else most
     model.effortLimit = limits
+
+
+def _note_classes(default: Node, above: dict[str, dict[str, str]], classes: dict[str, Node]) -> None:
+    """Note what every class of defaults states of actuators, and what it takes from the one around it."""
+    name, stated = default.attributes.get("class", "main"), dict(above)
+    for node in default.children:
+        if node.tag != "default":
+            stated[node.tag] = stated.get(node.tag, {}) | node.attributes
+    classes |= {f"{name} {tag}": Node(tag, attributes, default.where) for tag, attributes in stated.items()}
+    for inner in default.all("default"):
+        _note_classes(inner, stated, classes)
 
 
 class _Bodies:
@@ -183,7 +213,7 @@ class _Bodies:
             elif key == "quat":
                 if not any(numbers):
                     raise ArmError(f"the quat of {link} is 0", where=node.where, expected="a rotation")
-                found[key] = self._quaternion(np.array(numbers), link)
+                found[key] = self._quaternion(np.array(numbers), words, link, node)
             elif key == "euler":
                 found[key] = " ".join(right.angle(word, link, node.where, self.turn) for word in words)
             elif key == "axisangle":
@@ -193,12 +223,14 @@ class _Bodies:
                 found[key] = node.attributes[key]
         return found
 
-    def _quaternion(self, quaternion: FloatArray, link: str) -> FloatArray:
+    def _quaternion(self, quaternion: FloatArray, words: list[str], link: str, node: Node) -> FloatArray:
         """Quaternion (w, x, y, z) of the cleaned rotation."""
         quaternion = quaternion / np.abs(quaternion).max()  # whose square might overflow
         w, x, y, z = quaternion / np.linalg.norm(quaternion)
         rotation = np.array(pin.Quaternion(w, x, y, z).toRotationMatrix())
-        x, y, z, w = pin.Quaternion(self.notes.right_angles.rotation(rotation, link)).coeffs()
+        x, y, z, w = pin.Quaternion(
+            self.notes.right_angles.rotation(rotation, words, link, node.where)
+        ).coeffs()
         return np.array([w, x, y, z])
 
     def _inertia(self, node: Node, name: str) -> list[Node]:

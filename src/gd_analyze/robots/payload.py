@@ -21,9 +21,13 @@ def with_payload(
 ) -> RobotArm:
     """Merge a `payload` into the last link: exact mass, centre of mass and inertia of the two together.
 
-    The uncertainties stated for the link remain those of the link alone. Warns of implausible numbers.
+    It is given in the frame of the arm's tip, if one was asked for, else in that of the last link. The
+    uncertainties stated for the link remain those of the link alone. Warns of implausible numbers.
     """
-    body = payload(mass, position, inertia)
+    given, turn = payload(mass, position, inertia), arm.tip_frame.rotation
+    moments = turn @ given.inertia_com @ turn.T
+    com = turn @ given.com + arm.tip_frame.translation
+    body = dataclasses.replace(given, com=com, inertia_com=(moments + moments.T) / 2)
     for message in check_payload(body, arm.reach):
         warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     last = arm.links[-1]
@@ -41,8 +45,9 @@ def with_payload(
         uncertainty=stated,
         bare=last.bare or last,
     )
-    place = ", ".join(f"{x:g}" for x in body.com)
-    note = f"Link {last.name} carries a payload of {body.mass:g} kg at ({place}) m in its frame."
+    place = ", ".join(f"{x:g}" for x in given.com)
+    frame = f"the frame of {arm.tip}" if arm.tip else "its frame"
+    note = f"Link {last.name} carries a payload of {body.mass:g} kg at ({place}) m in {frame}."
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
 
 

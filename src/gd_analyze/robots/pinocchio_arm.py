@@ -37,7 +37,7 @@ def arm_of_robot(
     else:
         gravity = np.array(source.gravity.linear)
         tree = Tree(source, Notes("the Pinocchio model"), source.name, "", gravity)
-    return _arm_of_chain(tree, *chain_of(tree, tip, base, lock))
+    return _arm_of_chain(tree, *chain_of(tree, tip, base, lock), tip)
 
 
 def _read(path: Path) -> Tree:
@@ -54,7 +54,9 @@ def _read(path: Path) -> Tree:
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
 
 
-def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float]) -> RobotArm:
+def _arm_of_chain(
+    tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float], tip: str | None
+) -> RobotArm:
     """The joints that move; links of held ones are merged, and no mass is lost."""
     model, notes = pin.Model(tree.model), tree.notes
     for frame in model.frames:  # Pinocchio looks joints up among all names, and a link may have the same
@@ -62,6 +64,7 @@ def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, fl
             frame.name = f"link {frame.name}"
     reduced = pin.buildReducedModel(model, sorted(held), tree.configuration(held))
     bodies = list(zip(moving, reduced.jointPlacements[1:], reduced.inertias[1:], strict=True))
+    end = pin.SE3.Identity() if tip is None else reduced.frames[reduced.getFrameId(f"link {tip}")].placement
     carried = tree.beyond(joint.index for joint in moving)
     arms_links = {link for link, index in tree.links.items() if index in carried}
     inboard = set[str]()
@@ -87,6 +90,8 @@ def _arm_of_chain(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, fl
             *_held_sentence(tree, moving, held),
         ),
         doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
+        tip=tip or "",
+        tip_frame=Placement(straight(np.array(end.rotation)), without_round_off(np.array(end.translation))),
     )
 
 

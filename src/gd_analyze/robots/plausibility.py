@@ -98,6 +98,32 @@ def length_in_millimetres(arm: RobotArm) -> Findings:
                 yield place, f"{key} is {length:g} m long; if in mm, {instead}"
 
 
+def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
+    """A point in the wrong place: the longest offset of arms is at most all others together, or 3 m."""
+    offsets = [
+        (place, float(np.linalg.norm(frame.translation)))
+        for joint, link in zip(arm.joints, arm.links, strict=True)
+        for place, frame in ((joint.place, joint.placement), (link.place, link.frame))
+    ]
+    place, longest = max(offsets, key=lambda offset: offset[1])
+    others = sum(length for _, length in offsets) - longest
+    if longest > max(3.0, 3.0 * others) and others > 0.0:
+        yield (
+            place,
+            f"an offset of {longest:.4g} m; all others together have {others:.3g} m: is its point right?",
+        )
+
+
+def massless_among_bodies(arm: RobotArm) -> Findings:
+    """A link whose inertial was forgotten."""
+    stated = _stated(arm)
+    heavy = [k for k, (_, link) in enumerate(stated) if _weighs(link)]
+    for k, (place, link) in enumerate(stated):
+        is_nothing = link.mass < _NO_MASS and not link.inertia_com.any()
+        if is_nothing and heavy and heavy[0] < k < heavy[-1]:
+            yield place, f"link {link.name} has no mass, though links before and after it have; is it stated?"
+
+
 def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
     """Gantries run along 100 m."""
     for joint in arm.joints:
@@ -197,7 +223,7 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
     stated, n = _stated(arm), arm.n_joints
     for index in range((n + 1) // 2, n) if n >= 5 else ():
         (place, link), before = stated[index], sum(one.mass for _, one in stated[:index])
-        share, than = (0.5, "half of all links") if index >= n - 2 else (1.0, "all links")
+        share, than = (0.35, "a third of all links") if index >= n - 2 else (1.0, "all links")
         if link.mass > max(share * before, _NO_MASS):
             mass = f"{number(link.mass)} kg, more than {than} before it together ({number(before)} kg)"
             yield place, f"link {link.name} has {mass}: real arms get lighter towards the end effector"
@@ -205,6 +231,7 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
 
 CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
     gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
+    offset_far_beyond_the_others, massless_among_bodies,
     prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,
     inertia_wider_than_the_arm, mass_too_large_for_reach, mass_too_dense, centre_of_mass_beyond_reach,
     inertia_physically_inconsistent, point_mass_among_bodies, centre_of_mass_outside_link,

@@ -33,6 +33,12 @@ def read_urdf(path: Path, root: Node) -> Tree:
         notes.name(node.tag, node)
     _refuse_loops(joints, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
+    for name, mimic in notes.mimics.items():
+        if ("joint", mimic.master) not in notes.lines:
+            what, found = f"joint {name} mimics a joint that is not there", repr(mimic.master)
+            raise ArmError(
+                what, where=notes.lines["joint", name], found=found, next_step="name one of the file's"
+            )
     bare = Node("robot", {"name": "robot"}, root.where, parts)
     model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 act against z of the base.")
@@ -80,6 +86,9 @@ def _link(node: Node, notes: Notes) -> Node:
     moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
     if value == 0.0 and any(moment != [0.0] for moment in moments.values()):
         doubt = f"{inertia.where}: link {name} has inertia without mass; it counts as stated"
+        notes.doubts.append((name, doubt))
+    if value == 1.0 and [moments[key] for key in ("ixx", "iyy", "izz")] == [[1.0]] * 3:
+        doubt = f"{inertia.where}: link {name} has the exporters' default, 1 kg and 1 kg m^2; state its own"
         notes.doubts.append((name, doubt))
     within = (_origin(inertial, name, notes), mass.kept((), {"value": value}), inertia.kept((), moments))
     return node.kept(("name",), {}, inertial.kept((), {}, *within))

@@ -22,13 +22,17 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import HIGHEST, magnitudes, no_torque
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.effort import inputs_of
 
 # A coefficient of 1, qdd_j or qd_j qd_k that somewhere differs by this share of the joint's torque is missed
-# with at most these odds, unless that takes more states than `_MOST`: arms of up to eight joints do not.
+# with at most these odds, unless that takes more than so many states times steps, some seconds.
 FOUND, ODDS = 1e-3, 1e-6
-_MOST, _BLOCK = 2**22, 2**13
+_MOST = 2.0**31
+# States at a time, so that the values of their steps fit a cache.
+_BLOCK = 1024
+# Share of a joint's torque that may be lost in the rounding of large terms.
+_LOST = 1e-6
 # At one state in four nothing moves; else velocities and accelerations are -1, 0 or 1. The second differences
 # of f in qd_j and qd_k, say, are four values of f at states as likely as each other: a state shows at least
 # half of each coefficient with a probability of at least 3/4 * (2/3)^2 / 4.
@@ -93,14 +97,13 @@ def telling_states(
     n, turns = len(is_revolute), np.array(is_revolute)
     found = [formal_degrees(program, is_revolute) for program in programs]
     degrees = np.maximum(np.max([np.zeros(n), *found], axis=0), least)
-    left = states_needed(degrees, is_revolute, closeness)
+    steps = sum(len(program.steps) for program in programs) or 1
+    left = math.ceil(min(states_needed(degrees, is_revolute, closeness), _MOST / steps))
     rng = np.random.default_rng()
-    while left > 0:
-        count = min(left, _BLOCK)
-        moving = rng.integers(-1, 2, (2, count, n)) * (rng.random((count, 1)) >= _STILL)
-        q = rng.uniform(-1.0, 1.0, (count, n)) * np.where(turns, np.pi, _REACH)
+    for _ in range(0, left, _BLOCK):
+        moving = rng.integers(-1, 2, (2, _BLOCK, n)) * (rng.random((_BLOCK, 1)) >= _STILL)
+        q = rng.uniform(-1.0, 1.0, (_BLOCK, n)) * np.where(turns, np.pi, _REACH)
         yield States(q, *moving.astype(float))
-        left -= count
 
 
 def largest_apart(
@@ -112,22 +115,25 @@ def largest_apart(
     a term could hide in its rounding.
     """
     apart, size = (np.zeros(len(known.outputs)) for _ in range(2))
+    one, other = Batch(known, _BLOCK), Batch(program, _BLOCK)
     with np.errstate(all="ignore"), suppress(ModelError):
         for states in telling_states((program, known), is_revolute, closeness):
-            torque = known.run(inputs_of(states))
-            apart = np.maximum(apart, np.abs(program.run(inputs_of(states)) - torque).max(axis=1))
+            torque = one.at(inputs_of(states))
+            apart = np.maximum(apart, np.abs(other.at(inputs_of(states)) - torque).max(axis=1))
             size = np.maximum(size, np.abs(torque).max(axis=1))
         unit = np.ones(len(is_revolute))
-        hidden = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit) > closeness * size
-        return np.where(hidden, np.inf, apart), size
+        lost = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit)
+        return np.where(lost > _LOST * size, np.inf, apart), size
     return np.full_like(apart, np.inf), size
 
 
-def states_needed(degrees: Sequence[int] | FloatArray, is_revolute: Sequence[bool], closeness: float) -> int:
-    """How many states find a difference of `FOUND` with the stated odds, `_MOST` at most."""
+def states_needed(
+    degrees: Sequence[int] | FloatArray, is_revolute: Sequence[bool], closeness: float
+) -> float:
+    """How many states find a difference of `FOUND` with the stated odds."""
     acting = [(int(d), turns) for d, turns in zip(degrees, is_revolute, strict=True) if d]
     shown = _SHOWN
     for d, turns in acting:
         part = math.acosh((_SHARE * FOUND / closeness) ** (1 / len(acting))) / d
         shown *= 2 / math.pi * math.acos(1 / math.cosh(part / 2)) if turns else math.tanh(part / 2) ** 2
-    return math.ceil(min(-math.log(ODDS) / shown, _MOST))
+    return -math.log(ODDS) / shown

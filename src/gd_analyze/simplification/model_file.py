@@ -47,7 +47,7 @@ _WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-
 # terms share, coefficients that differ by 1e-9 are taken for equal, up to ten of which add up in a number.
 _SAME = 1e-8
 # Where they are too long to be written out, nothing is taken for equal: they differ by 1e-15 of the torque.
-_SAMPLED = 1e-10
+_SAMPLED = 1e-11
 # A budget is written with six digits, the least precise of which are 1.00000; one of the norm with twelve.
 _SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
 # Of a mean of thousands of squares.
