@@ -22,7 +22,7 @@ from gd_analyze.text import LEVEL_NAMES
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
@@ -36,6 +36,7 @@ UNITS: dict[str, tuple[str, ...]] = {
     "viscous": ("N s/m", "N m s"),
     "effort per mass": ("N/kg", "N m/kg"),
     "inertia": ("kg", "kg m", "kg m^2"),
+    "drive inertia": ("kg", "kg m^2"),
     "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
 }
 

@@ -10,9 +10,19 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.dynamics.friction import NOT_FITTED, Friction, JointFit, fit_joint, spread, triangle
+from gd_analyze.dynamics.friction import (
+    NOT_FITTED,
+    Friction,
+    JointFit,
+    fit_joint,
+    independent,
+    reduced,
+    spread,
+    triangle,
+)
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.logged import noise_of
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -27,13 +37,16 @@ Verdict = Literal[
     "too heavy",
     "other sign",
     "another joint's",
+    "lacks drive inertia",
     "below friction",
     "stands still",
     "does not follow",
     "not measured",
 ]
 # Of these the robot file is to blame, or how the log was read.
-CONTRADICTING = ("too light", "too heavy", "other sign", "another joint's", "does not follow")
+CONTRADICTING = (
+    "too light", "too heavy", "other sign", "another joint's", "lacks drive inertia", "does not follow",
+)  # fmt: skip
 
 # Share of the measured variance from which on the model alone is enough: what is left is, as RMS, less than a
 # third (sqrt(0.1)) of what was measured.
@@ -48,6 +61,8 @@ AS_LARGE = 4.0 / 3.0
 FRICTION_IS_KNOWN = 0.2
 # Standard errors from which on a difference is one.
 SIGMAS = 3.0
+# What friction leaves follows the joint's acceleration where that explains this share of its variance.
+_EXPLAINED = 0.3
 
 # Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
 # and a slope.
@@ -95,6 +110,11 @@ class TorqueComparison:
         As slope, friction fitted beside it, and its standard error.
     friction
         Friction and offset fitted to the difference.
+    drive_inertia
+        Inertia of the drive at the joint that the difference beside friction follows; nan where it follows
+        none.
+    noise
+        What is left of the recording's noise in `measured`; nan of a plan.
     verdicts
         Whether the model is what was measured.
     resembles
@@ -115,6 +135,8 @@ class TorqueComparison:
     slope_beside_friction: FloatArray
     slope_error: FloatArray
     friction: Friction
+    drive_inertia: FloatArray
+    noise: FloatArray
     verdicts: tuple[Verdict, ...]
     resembles: tuple[int, ...]
 
@@ -199,12 +221,15 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
         slope_beside_friction=np.array([fit.slope for fit in fits]),
         slope_error=np.array([fit.slope_error for fit in fits]),
         friction=Friction.of(fits),
+        noise=_noise(trajectory, measured),
         verdicts=tuple(joint["verdict"] for joint in joints),
         resembles=tuple(joint["resembles"] for joint in joints),
     )
 
 
-_NUMBERS = ("correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained")
+_NUMBERS = (
+    "correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained", "drive_inertia",
+)  # fmt: skip
 # Of a joint where nothing was measured, but for its model's peak torque.
 _UNKNOWN = dict.fromkeys(_NUMBERS, np.nan) | {"compared": 0, "fit": NOT_FITTED, "resembles": 0}
 
@@ -235,7 +260,10 @@ def _of_joint(
     if is_still:  # an offset alone is fitted
         way, velocity, moving = np.zeros_like(way), np.zeros_like(way), rows
     fit = fit_joint(model[:, joint], measured, way, velocity, moving, trajectory.stretches)
+    inertia = _drive_inertia(model[:, joint], measured, way, velocity, trajectory.qdd[:, joint], moving)
     verdict, resembles = _verdict(fit, explained_by, joint)
+    if not np.isnan(inertia) and verdict != "follows":
+        verdict, resembles = "lacks drive inertia", 0
     if is_still and verdict == "below friction":
         verdict = "stands still"
     return {
@@ -250,6 +278,7 @@ def _of_joint(
         "fit": fit,
         "verdict": verdict,
         "resembles": resembles,
+        "drive_inertia": inertia,
     }
 
 
@@ -275,6 +304,46 @@ def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdi
     # Were the model right, friction beside it would leave at least the model's own torque.
     hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
     return ("below friction" if hidden else "does not follow"), 0
+
+
+def _drive_inertia(
+    model: FloatArray,
+    measured: FloatArray,
+    way: FloatArray,
+    velocity: FloatArray,
+    qdd: FloatArray,
+    used: Array,
+) -> float:
+    """Factor of qdd that explains what friction leaves, clearly better than more of the model; or nan."""
+
+    def columns(at: slice) -> FloatArray:
+        of = model[at]
+        return np.column_stack([np.ones(len(of)), way[at], velocity[at], qdd[at], of, measured[at] - of])[
+            used[at]
+        ]
+
+    r = triangle((columns(at) for at in chunks(len(model))), 6)
+    terms = independent(r, (0, 1, 2))
+    if independent(r, [*terms, 3])[-1:] != [3]:
+        return np.nan
+    before, after, heavier = (
+        float(reduced(r[:, [*some, 5]])[-1, -1]) ** 2 for some in (terms, [*terms, 3], [*terms, 4])
+    )
+    found = float(np.linalg.lstsq(r[:, [*terms, 3]], r[:, 5], rcond=None)[0][-1])
+    return found if found > 0.0 and after <= min((1.0 - _EXPLAINED) * before, 0.8 * heavier) else np.nan
+
+
+def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
+    """Standard deviation of the noise that the filter leaves in measured torques, (n,)."""
+    recording, out = trajectory.recording, np.full(filtered.shape[1], np.nan)
+    if recording is None or recording.torque is None or recording.cutoff is None:
+        return out
+    step, fastest = float(np.median(np.diff(trajectory.time))), recording.cutoff.max(keepdims=True)
+    for joint, (raw, smooth) in enumerate(zip(recording.torque.T, filtered.T, strict=True)):
+        known = np.isfinite(raw) & np.isfinite(smooth)
+        if known.any():
+            out[joint] = noise_of(raw[known], smooth[known], step, fastest, left=True).item()
+    return out
 
 
 def _direction(trajectory: Trajectory, joint: int) -> FloatArray:

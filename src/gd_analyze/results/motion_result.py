@@ -24,12 +24,16 @@ if TYPE_CHECKING:
 _NAMED, MOST_COLUMNS = 8, 12
 # A motion that allows a joint so many times less than others is named: it may be what costs the operations.
 _STRICT = 20.0
+# So many times the noise of the recording, as RMS, what friction leaves is something else; told up to so
+# many: a log that was filtered before has next to no noise.
+_NOISE, _BEYOND = 3.0, 1000
 # Where to look for the reason why a measured torque contradicts the model.
 _CHECK = {
     "too light": ("masses", "payload", "the unit of the torques"),
     "too heavy": ("masses", "the unit of the torques"),
     "other sign": ("the directions of the axes",),
     "another joint's": ("the order of the columns",),
+    "lacks drive inertia": ("the inertia of the drives ([[drives]] of an arm file)",),
     "does not follow": ("the columns of the torques", "the units of the motion"),
 }
 
@@ -94,6 +98,12 @@ def _verdict_text(row: Row) -> str:
     if verdict in ("too light", "too heavy") and slope:
         factor = slope if verdict == "too light" else 1.0 / slope
         return f"{verdict} by a factor {factor:{'.0f' if factor > 99.5 else '.2g'}}"
+    if verdict.startswith("follows") and row["noise"] and (left := row["rms_beside_friction"]):
+        times = left / row["noise"]
+        share = f"{times:.2g}" if times < _BEYOND else f"over {_BEYOND}"
+        verdict += f"; friction leaves {share} times the noise" * (times > _NOISE)
+    if row["drive_inertia"]:
+        verdict += f": the difference follows qdd, as {row['drive_inertia']:.2g} kg m^2 of a drive would"
     return verdict
 
 

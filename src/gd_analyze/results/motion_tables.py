@@ -223,13 +223,16 @@ def measured_torque_table(
         "explained": comparison.explained,
         "slope_beside_friction": comparison.slope_beside_friction,
         "slope_error": comparison.slope_error,
+        "rms_beside_friction": friction.rms,
+        "noise": comparison.noise,
+        "drive_inertia": comparison.drive_inertia,
         "verdict": np.array(comparison.verdicts),
         "resembles": np.array(comparison.resembles),
     }
     if fit_friction:
         for k, name in enumerate(TERMS):
             values |= {name: friction.terms[:, k], f"{name}_error": friction.errors[:, k]}
-        for name in ("rms", "correlation", "explained"):
+        for name in ("correlation", "explained"):
             values[f"{name}_beside_friction"] = getattr(friction, name)
     attributes = {"compared": comparison.compared, "filter": int(recording.cutoff is not None)}
     coordinates = _over_time(trajectory) | joint_names(arm)
