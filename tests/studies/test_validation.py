@@ -232,3 +232,29 @@ def test_junit_has_a_case_per_motion_and_joint_and_hostile_names_stay_in_their_p
     shown = root[1].attrib["name"]
     assert shown == name or not name.isprintable()
     assert cases[0].attrib["name"] == f"joint 1 {name}" or arm is form.arm
+
+
+def test_what_a_model_states_is_held_against_the_arm_as_it_is_now(two_link, swing):
+    """In its box, along its motion; elsewhere it states nothing, and there is no verdict."""
+    heavier = replace(two_link, links=(*two_link.links[:-1], replace(two_link.links[-1], mass=2.0)))
+    exact = gd.ExactDynamics.of(two_link, swing)
+    box = Box.around(*(np.concatenate([1.1 * x, -x]) for x in exact.states.arrays))
+    boxed, _ = gd.simplify_certified(exact, "30%", box)
+    tube, _ = gd.simplify_certified(exact, "30%", gd.Tube.along(two_link, swing))
+    plain = gd.simplify(two_link, swing, "30%")
+    for model in (boxed, tube, plain):
+        found = validate(model, [swing])
+        assert found.fail_over == "stated"
+        assert found.passed
+        assert found.motions[0].most is not None
+        assert not validate(model, [swing], arm=heavier).passed
+        assert validate(model, [swing], arm=heavier, fail_over=None).passed
+        assert validate(model, [FAST]).motions[0].most is None
+    # Of a motion that is partly in the box that part counts.
+    wider = replace(swing, qd=1.5 * swing.qd, qdd=2.0 * swing.qdd, name="wider")
+    (partly,) = validate(boxed, [wider]).motions
+    inside = np.abs(wider.qd) <= box.velocity
+    inside = (inside & (np.abs(wider.qdd) <= box.acceleration)).all(axis=1)
+    error = np.abs(partly.evaluation.torque - partly.evaluation.dynamics.torque)
+    assert inside.any()
+    np.testing.assert_allclose(partly.counted, error[inside].max(axis=0), atol=1e-12)

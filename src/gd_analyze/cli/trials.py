@@ -71,9 +71,16 @@ def evaluate(
 @click.option(
     "--fail-over",
     metavar="LIST",
+    default="stated",
+    show_default=True,
     help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
     "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
-    "`simplify`; or `promise`, what the model's own budget allows.",
+    "`simplify`; `promise`, what the model's own budget allows; or `stated`, what it states of these very "
+    "states: its certificate's bound within its box or tube, or its budget along a motion it was fitted on.",
+)
+@click.option("--report-only", is_flag=True, help="Show the errors without a verdict.")
+@click.option(
+    "--arm", metavar="ROBOT", help="Arm whose exact torque counts, in place of the one in the model."
 )
 @click.option(
     "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show what remains."
@@ -83,7 +90,9 @@ def evaluate(
 def validate(
     model: Path,
     trajectories: tuple[str, ...],
-    fail_over: str | None,
+    fail_over: str,
+    report_only: bool,
+    arm: str | None,
     fit_friction: bool,
     junit: Path | None,
     output: Output,
@@ -92,9 +101,9 @@ def validate(
 
     The result shows each joint's error against the exact dynamics of the arm, and whether the model keeps its
     promise; set points outside the arm's limits, where no certificate for these limits holds; and, for a log
-    with measured torques, the differences of exact and simplified torque from them. Without --fail-over the
-    exit code is 0. `gd-analyze evaluate` shows more of one motion: torques over time, payloads, dropped
-    parts.
+    with measured torques, the differences of exact and simplified torque from them. Where the model states
+    nothing there is no verdict, and the exit code is 0. `gd-analyze evaluate` shows more of one motion:
+    torques over time, payloads, dropped parts.
 
     \b
     Examples:
@@ -111,7 +120,8 @@ def validate(
         loaded = gd.load_model(model)
         motions = motions_of(trajectories, loaded.arm, read_motion)
         stage("validating", len(motions))
-        found = gd.validate(loaded, motions, fail_over=fail_over, progress=stage.advance)
+        asked, other = None if report_only else fail_over, None if arm is None else gd.load_arm(arm)
+        found = gd.validate(loaded, motions, fail_over=asked, arm=other, progress=stage.advance)
         if junit is not None:
             stage(f"writing {junit.name}")
             write_text(junit, junit_xml(found))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,14 @@ from gd_analyze.motions.limits import ROUNDING, Quantity, Violation, require_joi
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import Accuracy, share_of
+from gd_analyze.simplification.accuracy import Accuracy, ErrorTable, share_of
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.evaluation import Evaluation, evaluate
 from gd_analyze.simplification.exact import allowed_by
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import amount, html_of, joint_name, percent
+
+_Stated: TypeAlias = Literal["promise", "stated"]
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class ValidatedMotion:
     evaluation: Evaluation  # torque and error along it
     accuracy: Accuracy  # what the model promises, along this motion if it was fitted on several
     most: FloatArray | None  # error above which a joint fails, (n,); None without a verdict
+    counted: FloatArray  # largest error of the set points that the verdict is about, (n,)
     exits: tuple[BoxExit, ...]  # where it leaves the box
     outside: Array  # whether each set point does, (N,)
     measured: BesideMeasured | None  # None where no torques were recorded
@@ -103,8 +106,7 @@ class ValidatedMotion:
     @property
     def fails(self) -> NDArray[np.bool_]:
         """Whether each joint's error is above its limit; False without a verdict."""
-        largest = self.evaluation.errors.largest
-        return np.zeros(len(largest), dtype=bool) if self.most is None else largest > self.most
+        return np.zeros(len(self.counted), dtype=bool) if self.most is None else self.counted > self.most
 
     @property
     def keeps_promise(self) -> NDArray[np.bool_]:
@@ -143,14 +145,14 @@ class Validation:
     model, box
         The model, and the states that bounds on it are about.
     fail_over
-        Error above which a joint fails: a budget, "promise", or None without a verdict.
+        Error above which a joint fails: a budget, "promise", "stated", or None without a verdict.
     motions
         Its errors along each.
     """
 
     model: SimplifiedModel
     box: Box
-    fail_over: Budget | Literal["promise"] | None
+    fail_over: Budget | _Stated | None
     motions: tuple[ValidatedMotion, ...]
 
     @property
@@ -172,7 +174,7 @@ class Validation:
 
         def size(one: ValidatedMotion) -> FloatArray:
             errors = one.evaluation.errors
-            return errors.largest_share if one.most is None else share_of(errors.largest, one.most)
+            return errors.largest_share if one.most is None else share_of(one.counted, one.most)
 
         worst = max(self.motions, key=lambda one: float(size(one).max()))
         return worst, int(size(worst).argmax())
@@ -200,8 +202,9 @@ def validate(
     model: SimplifiedModel,
     motions: GivenMotions,
     *,
-    fail_over: Budget | str | None = None,
+    fail_over: Budget | str | None = "stated",
     box: Box | None = None,
+    arm: RobotArm | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Validation:
     """Compare a model with the exact dynamics of its arm along motions, and with measured torques.
@@ -218,11 +221,15 @@ def validate(
         one are compared with the exact and the simplified ones.
     fail_over
         Error above which a joint fails: a budget per joint, whose shares are of the joint's own torque along
-        the same motion (over all of them at a joint that needs none along it), or "promise", what the model
-        promises; None for no verdict.
+        the same motion (over all of them at a joint that needs none along it); "promise", what the model
+        promises; "stated", what it states of these very states: the bound of its certificate at set points
+        within, or what it is allowed along a motion that it was fitted on, and no verdict elsewhere; None for
+        no verdict at all.
     box
         The states to look for those outside of; the arm's own limits by default, for which `certify` and
         `simplify_certified` bound a model.
+    arm
+        Another arm whose exact torque counts, such as the same one as it is known today.
     progress
         Called with 1 after every motion.
 
@@ -245,16 +252,19 @@ def validate(
         Of limits of the box that are assumed, as the arm states none, and of a motion that takes more torque
         than the drives give.
     """
-    arm = model.arm
+    arm = model.arm if arm is None else arm
     asked, box, given = _asked(model, fail_over), box_of(box, arm), motions_of(motions, arm)
     for one in given:
         require_joints(one, arm)
-    tried = [(one, evaluate(model, one)) for one in given]
+    tried = [(one, evaluate(model, one, arm)) for one in given]
     peaks, found = np.max([evaluation.errors.peak_torque for _, evaluation in tried], axis=0), []
     for one, evaluation in tried:
         warn_of_torque_limits(arm, evaluation.dynamics.states, evaluation.dynamics.torque)
         accuracy, measured = model.accuracy.along(one.fingerprint), None
         most = accuracy.allowed if asked == "promise" else None
+        counted = evaluation.errors.largest
+        if asked == "stated":
+            most, counted = _as_stated(model, accuracy, one, evaluation)
         if isinstance(asked, Budget):
             # A share of a torque that a joint does not need along this motion would be one of nothing.
             exact, needs = evaluation.dynamics, evaluation.errors.peak_torque > 0.0
@@ -263,16 +273,36 @@ def validate(
         if one.recording is not None and one.recording.torque is not None:
             torques = evaluation.dynamics.torque, evaluation.torque
             measured = BesideMeasured(*(compared(arm, one, torque) for torque in torques))
-        found.append(ValidatedMotion(one, evaluation, accuracy, most, *box_exits(arm, one, box), measured))
+        exits = box_exits(arm, one, box)
+        found.append(ValidatedMotion(one, evaluation, accuracy, most, counted, *exits, measured))
         if progress is not None:
             progress(1)
     return Validation(model, box, asked, tuple(found))
 
 
-def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | Literal["promise"] | None:
+def _as_stated(
+    model: SimplifiedModel, accuracy: Accuracy, motion: Trajectory, evaluation: Evaluation
+) -> tuple[FloatArray | None, FloatArray]:
+    """What the model states of a motion's set points, (n,) or None, and the largest error of those."""
+    stated, largest = model.accuracy.certificate, evaluation.errors.largest
+    if stated is not None and not stated.trajectory_fingerprint:
+        box = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration)
+        inside = ~box_exits(model.arm, motion, box)[1]
+        if inside.any():
+            torques = evaluation.dynamics.torque[inside], evaluation.torque[inside]
+            return stated.certified, ErrorTable.of(*torques).largest
+    elif stated is not None and stated.trajectory_fingerprint == motion.fingerprint:
+        return stated.certified, largest
+    fitted = accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint
+    return accuracy.allowed if fitted and accuracy.asked.norm is None else None, largest
+
+
+def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | _Stated | None:
     """The limit asked for; one that is of no joint alone is refused."""
     if fail_over is None:
         return None
+    if isinstance(fail_over, str) and fail_over.strip().lower() == "stated":
+        return "stated"
     if isinstance(fail_over, str) and fail_over.strip().lower() == "promise":
         if model.accuracy.asked.norm is not None:
             raise UsageError(

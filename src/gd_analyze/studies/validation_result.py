@@ -28,13 +28,15 @@ def validation_result(found: Validation, *, fit_friction: bool = False) -> Resul
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     asked = "" if found.fail_over is None else str(found.fail_over)
     verdict = f"{'Passed' if found.passed else 'Failed'}: --fail-over {asked}."
+    is_judged = asked and any(one.most is not None for one in found.motions)
+    why = "the model states nothing of these states" if asked else "--report-only"
     one, joint = found.worst
     name = joint_name(joint + 1, model.arm.joints[joint].name)
     tried = len(found.motions) * model.arm.n_joints
     return Result(
         title=model.arm.title or model.arm.name,
         subtitle=", ".join(filter(None, [drives_text(model.arm, model.drives), "model validated"])),
-        headline=verdict if asked else "Not judged: no --fail-over given.",
+        headline=verdict if is_judged else f"Not judged: {why}.",
         facts=(
             Fact("arm", "", model.arm.name),
             Fact("drives", "", model.drives),
@@ -42,7 +44,7 @@ def validation_result(found: Validation, *, fit_friction: bool = False) -> Resul
             Fact("fitted_on", "Model fitted on", dict(model.accuracy.fitted_on), text=fitted_on),
             Fact("budget", "Budget", model.accuracy.budget),
             Fact("fail_over", "Fail over" * bool(asked), asked or None),
-            Fact("passed", "", found.passed if asked else None),
+            Fact("passed", "", found.passed if is_judged else None),
             Fact("", "Errors above it" * bool(failures), f"{len(failures)} of {tried}"),
             Fact("", "Worst", f"joint {name} along {one.name}: {one.error_text(joint)}"),
             Fact("box", "", {"where": box.where, **limits}),
@@ -91,7 +93,8 @@ def _motions_table(found: Validation) -> Table:
         Column("", "outside box", [int(one.outside.sum()) for one in motions], shown="count"),
     ]
     if found.fail_over is not None:
-        columns.append(Column("", "passed", [not one.fails.any() for one in motions], shown="flag"))
+        passed = [None if one.most is None else not one.fails.any() for one in motions]
+        columns.append(Column("", "passed", passed, shown="flag"))
     note = "Of peak: largest error over peak torque. Promise broken: joints. Outside box: set points."
     return Table("", "All motions", tuple(columns), note)
 
