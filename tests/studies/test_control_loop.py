@@ -19,7 +19,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
-from gd_analyze.studies.control_loop import Dynamics, Loop, follow
+from gd_analyze.studies.control_loop import Dynamics, Loop, accelerations, follow
 
 
 def world_of(model, motion, gains, **more) -> World:
@@ -189,3 +189,11 @@ def test_the_integrals_of_the_impulse_response(bandwidth, damping):
     assert error == pytest.approx(trapezoid(np.abs(g), time), rel=1e-5)
     assert velocity == pytest.approx(np.abs(np.diff(g)).sum(), rel=1e-5)
     assert acceleration == pytest.approx(1.0 + gains.damper * velocity + gains.stiffness * error)
+
+
+def test_a_loop_whose_inertia_is_singular_is_lost_alone():
+    """A loop that diverges may overflow into a matrix of zeros; the others go on."""
+    inertia = np.stack([np.diag([2.0, 4.0]), np.zeros((2, 2)), np.eye(2)])
+    found = accelerations(inertia, np.ones((3, 2)))
+    np.testing.assert_array_equal(found[[0, 2]], [[0.5, 0.25], [1.0, 1.0]])
+    assert np.isnan(found[1]).all()

@@ -133,6 +133,17 @@ def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
     return per, length, count
 
 
+def accelerations(inertia: FloatArray, torque: FloatArray) -> FloatArray:
+    """Solve D qdd = torque of m loops, (m, n); nan where D is singular, as of a loop whose state overflows."""
+    try:
+        return np.linalg.solve(inertia, torque[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        if len(torque) == 1:
+            return np.full_like(torque, np.nan)
+        each = zip(inertia, torque, strict=True)
+        return np.concatenate([accelerations(matrix[None], one[None]) for matrix, one in each])
+
+
 class _Run:
     """All m loops on their way, those with most steps first; the first ones go on when others have ended."""
 
@@ -217,9 +228,9 @@ class _Run:
         q, qd = state[:n], state[n : 2 * n]
         resistance = self.world.resistance(qd.T).T
         inertia, rest = self.dynamics.at(q, qd)
-        solved = np.linalg.solve(inertia, (torque - resistance - rest).T[..., None])
+        solved = accelerations(inertia, (torque - resistance - rest).T)
         energies = [(torque * qd).sum(axis=0), (resistance * qd).sum(axis=0)]
-        return np.concatenate([qd, solved[..., 0].T, energies])
+        return np.concatenate([qd, solved.T, energies])
 
     def tracked(self, j: int) -> TrackedLoop:
         """What came of one loop."""
