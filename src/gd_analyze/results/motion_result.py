@@ -112,6 +112,15 @@ def is_described(table: xr.Dataset) -> bool:
     return not {*table.verdict.values.tolist()} & {*CONTRADICTING}
 
 
+def contradicted_joints(findings: Findings) -> str:
+    """Sentence for the joints at which measured torques contradict the arm, or ""."""
+    if "measured_torque" not in findings.tables or is_described(findings.tables["measured_torque"]):
+        return ""
+    rows = rows_of(findings.tables["measured_torque"], "joint")
+    joints = [row["joint"] for row in rows if row["verdict"] in CONTRADICTING]
+    return f"The log contradicts the arm at {named_joints(joints, findings.arm.n_joints)}. "
+
+
 def torque_warning(table: xr.Dataset, arm: str) -> str:
     """At which joints a model is not what was measured, and what to check."""
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]

@@ -80,8 +80,9 @@ def subtitle(findings: Findings) -> str:
 
 
 def run_headline(findings: Findings) -> str:
-    """What can be dropped, at what error, and whether that is proven."""
+    """What can be dropped, at what error, and whether that is proven; before it a log that contradicts."""
     model, bound = findings.model, tube_bound(findings)
+    contradicted = motion_result.contradicted_joints(findings)
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
@@ -90,7 +91,7 @@ def run_headline(findings: Findings) -> str:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"{worst_error(model, bound).text} near {motion} (proven)"
-    return headline(model, f"Torque error at most {error}")
+    return f"{contradicted}{headline(model, f'Torque error at most {error}')}"
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:

@@ -134,9 +134,9 @@ def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
 
 
 def accelerations(inertia: FloatArray, torque: FloatArray) -> FloatArray:
-    """Solve D qdd = torque of m loops, (m, n); nan where D is singular, as of a loop whose state overflows."""
+    """Solve D qdd = torque of m loops, (m, n); nan where D is singular, as where a state overflows."""
     try:
-        return np.linalg.solve(inertia, torque[..., None])[..., 0]
+        return np.asarray(np.linalg.solve(inertia, torque[..., None])[..., 0])
     except np.linalg.LinAlgError:
         if len(torque) == 1:
             return np.full_like(torque, np.nan)
