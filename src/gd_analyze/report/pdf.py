@@ -27,8 +27,8 @@ from gd_analyze.text import pretty
 
 TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
-# What a bar of the chart of errors shows of what the budget allows, at most.
-_LONGEST = 3.0
+# What a bar of the chart of errors shows of what the budget allows, at most: bars of the rest would vanish.
+_LONGEST = 20.0
 
 
 def pdf_of(result: Result, created: str) -> bytes:

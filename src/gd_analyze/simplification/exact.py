@@ -339,9 +339,13 @@ class ExactDynamics:
         return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
 
     def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
-        """Shares of the norm by which torques (N, n) err, at 95 %, 99.9 % and what is asked of the states."""
+        """Shares of the norm by which torques (N, n) err, at 95 %, 99.9 % and what is asked of the states.
+
+        Of states so few that this leaves none out, at all.
+        """
         shares = self.norm_measure(NormShare(1.0)).shares((torque - self.torque).T)
-        states = sorted({*USUAL_STATES, *([] if asked is None else [asked.states])})
+        usual = {part if len(shares) * (1.0 - part) >= 1.0 else 1.0 for part in USUAL_STATES}
+        states = sorted({*usual, *([] if asked is None else [asked.states])})
         return tuple(NormShare(share_at(shares, part), part) for part in states)
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
