@@ -42,8 +42,9 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         ),
         option(
             "--map",
-            "Of a log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none), or "
-            "the log's name of a joint (joint:elbow=joint_a3). May be repeated.",
+            "Of a log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of a "
+            "column per joint (q=mp1..mp7), or the log's name of a joint (joint:elbow=joint_a3). May be "
+            "repeated.",
             metavar="ROLE=COLUMN",
             multiple=True,
         ),

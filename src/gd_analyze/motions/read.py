@@ -30,6 +30,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import in_python, visible
 
+_LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
     **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"}
 }
@@ -166,7 +167,7 @@ def read_log(
         mapping, lines = read_mapping(reading.mapping)
         rate, topic = reading.rate or mapping.rate, reading.topic or mapping.topic
         reading = replace(reading, columns=tuple(mapping.names), rate=rate, topic=topic)
-    table = _opened(path, reading, data, progress)
+    table = _opened(path, reading, data, progress, arm.n_joints)
     if isinstance(table, TextTable):
         command = recorded_command(table.first_lines[:20])
         origin += f"; made by: {command}" if command else ""
@@ -260,9 +261,19 @@ def _unreadable(path: Path, error: OSError) -> TrajectoryError:
     return refusal("cannot read the trajectory", Location(path), "a file, or a folder of files", found, step)
 
 
-def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress) -> LogTable:
+def _begin(path: Path) -> bytes:
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(len(_LFS))
+    return b""
+
+
+def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress, joints: int) -> LogTable:
     """The table of a file, with names: those of its header, of the messages in it, or those of the user."""
     kind = None if data is not None else _format(path)
+    begin = data if data is not None or path.is_dir() else _begin(path)
+    if (begin or b"").startswith(_LFS):
+        found, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
+        raise refusal("this is no log", Location(path), "the log itself", found, step)
     if kind == "bag":
         return read_bag(path, reading.topic, progress)
     if kind == "parquet":
@@ -283,11 +294,15 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
         return TextTable(path, data, echoed)
     if not reading.columns:
-        values = len(cells) - 1
-        kinds = next((count for count in (3, 2) if values % count == 0 and values // count > 1), 1)
-        last = values // kinds
-        names = ["time", *(f"{role}1..{role}{last}" if last > 1 else f"{role}1" for role in ROLES[:kinds])]
+        # Joint 1 is no time: as many columns as the arm's joints have no time among them.
+        has_time = len(cells) % joints > 0 or joints == 1
+        kinds = max(1, min((len(cells) - has_time) // joints, len(ROLES)))
+        names = ["time"] * has_time
+        names += [f"{role}1..{role}{joints}" if joints > 1 else f"{role}1" for role in ROLES[:kinds]]
+        rest = len(cells) - has_time - kinds * joints
+        names += ["-"] * rest
         step = f"if these are the columns, name them: --columns {','.join(names)}"
+        step += "" if has_time else " with --rate HZ"
         found = f"numbers in {len(cells)} columns"
         raise refusal("the file has no header line", where, "the names of the columns", found, step)
     width = len(table.names)

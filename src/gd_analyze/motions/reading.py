@@ -78,7 +78,7 @@ class Reading:
         family: str | Iterable[str] = (),
         **rest: Any,
     ) -> Reading:
-        """Take words as they are typed: "time,q1..q6", "q:elbow=Position3", "torque=cur".
+        """Take words as they are typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Reading:
         families = [family] if isinstance(family, str) else list(family)
         return cls(
             columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
-            map=tuple((role.strip(), column.strip()) for role, column in pairs),
+            map=tuple(one for role, column in pairs for one in _joint_by_joint(role.strip(), column.strip())),
             family=tuple(_pair(word, "--family") if "=" in word else ("", word) for word in families),
             **rest,
         )
@@ -152,6 +152,14 @@ def _pair(entry: str, where: str) -> tuple[str, str]:
         expected = "ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3"
         raise refusal("this maps nothing", where, expected, repr(entry))
     return role.strip(), column.strip()
+
+
+def _joint_by_joint(role: str, column: str) -> list[tuple[str, str]]:
+    """Roles of `q=mp1..mp7`, a column per joint; any other pair itself."""
+    names = _expanded(column) if role in ROLES else [column]
+    if len(names) == 1:
+        return [(role, column)]
+    return [(f"{role}:{joint}", name) for joint, name in enumerate(names, start=1)]
 
 
 def _expanded(entry: str) -> list[str]:

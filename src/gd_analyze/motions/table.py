@@ -131,12 +131,14 @@ class ParquetTable(LogTable):
         except ImportError:
             raise missing_library("pyarrow", path) from None
         self._arrow = pyarrow
+        # What a damaged file raises.
+        self._errors = (OSError, ValueError, pyarrow.lib.ArrowException)
         try:
             self._file = pyarrow.parquet.ParquetFile(path)
             self._first = next(self._file.iter_batches(HEAD_ROWS), None)
-        except (OSError, ValueError) as error:
+            self._fields = list(self._file.schema_arrow)
+        except self._errors as error:
             raise self._broken(error) from None
-        self._fields = list(self._file.schema_arrow)
         self.names = tuple(f"{f.name} [ns]" if _is_instant(f.type) else f.name for f in self._fields)
 
     def head(self, column: int) -> list[str | float]:
@@ -146,7 +148,7 @@ class ParquetTable(LogTable):
             return ["text"]
         try:
             return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
-        except ValueError as error:  # a number beyond 64 bits with a sign
+        except self._errors as error:  # a number beyond 64 bits with a sign, too
             raise self._broken(error) from None
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
@@ -165,7 +167,7 @@ class ParquetTable(LogTable):
                     parts.append(self._numbers(held[k]))
                 row += read.num_rows
                 progress(group + 1, groups)
-        except (OSError, ValueError) as error:
+        except self._errors as error:
             raise self._broken(error) from None
         wrong = np.isinf(table) | (np.abs(table) > LARGEST)
         if wrong.any():

@@ -162,12 +162,23 @@ def _joint_limits(document: Any, depth: int = 3) -> Mapping[Any, Any] | None:
     return next((found for found in below if found is not None), None)
 
 
+# References to other parts of a file of limits.
+_MOST_ALIASES = 20
+
+
 def _yaml(path: Path, text: str) -> Any:
     """YAML with the units that some robots' limits have: !degrees and !radians."""
     import yaml  # 0.02 s at every start
 
     class Loader(yaml.SafeLoader):  # the one in C crashes where lists nest deep
-        pass
+        aliases = 0
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            # Merged into one another, a few lines of them fill any memory.
+            self.aliases += self.check_event(yaml.AliasEvent)
+            if self.aliases > _MOST_ALIASES:
+                raise yaml.MarkedYAMLError(problem=f"more than {_MOST_ALIASES} aliases")
+            return super().compose_node(parent, index)
 
     def scaled(factor: float) -> Any:
         return lambda loader, node: factor * float(loader.construct_scalar(node))

@@ -1,0 +1,78 @@
+"""Files that are not what they seem: pointers, damaged Parquet, nested aliases, headers that lack."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.motions.read import read_log
+from gd_analyze.motions.reading import Reading
+
+SHAPES = np.column_stack([np.sin(np.linspace(0.0, 1.0, 60) + joint) for joint in range(6)])
+TIME = np.linspace(0.0, 1.0, 60)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mcap", ".yaml"])
+def test_a_pointer_of_git_lfs_is_named_as_that(tmp_path, puma, suffix):
+    path = tmp_path / f"log{suffix}"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 12\n")
+    with pytest.raises(GdAnalyzeError, match="this is no log") as caught:
+        read_log(path, puma)
+    assert caught.value.details["found"] == "a pointer of Git LFS"
+    assert "git lfs pull" in caught.value.details["next"]
+
+
+def test_damaged_parquet_is_refused_by_name_or_read(tmp_path, puma):
+    arrow = pytest.importorskip("pyarrow", reason="reading Parquet is an extra")
+    import pyarrow.parquet
+
+    columns = {"time": TIME} | {f"q{k + 1}": SHAPES[:, k] for k in range(6)}
+    path = tmp_path / "log.parquet"
+    pyarrow.parquet.write_table(arrow.table(columns), path)
+    whole, rng, told = path.read_bytes(), np.random.default_rng(1), list[str]()
+    for _ in range(300):
+        damaged = bytearray(whole)
+        for at in rng.integers(0, len(whole), rng.integers(1, 6)):
+            damaged[at] ^= 1 << int(rng.integers(0, 8))
+        path.write_bytes(bytes(damaged))
+        try:
+            gd.Trajectory.from_log(read_log(path, puma), puma)
+        except (GdAnalyzeError, Warning) as error:  # what is read may look odd
+            told.append(str(error))
+    assert len(told) > 10
+    assert all("log" in text for text in told)
+
+
+@pytest.mark.parametrize(
+    ("columns", "named"),
+    [
+        (SHAPES, "--columns q1..q6 with --rate HZ"),
+        (np.column_stack([TIME, SHAPES]), "--columns time,q1..q6"),
+        (np.column_stack([SHAPES, SHAPES]), "--columns q1..q6,qd1..qd6 with --rate HZ"),
+        (np.column_stack([TIME, SHAPES, SHAPES, TIME]), "--columns time,q1..q6,qd1..qd6,-"),
+    ],
+)
+def test_what_is_proposed_for_a_file_without_a_header_has_the_arms_joints(tmp_path, puma, columns, named):
+    np.savetxt(tmp_path / "log.csv", columns, delimiter=",")
+    with pytest.raises(GdAnalyzeError, match="no header line") as caught:
+        read_log(tmp_path / "log.csv", puma)
+    assert caught.value.details["next"].endswith(named)
+
+
+def test_a_column_per_joint_in_one_word(tmp_path, puma):
+    names = ["Time", *(f"mp{k}" for k in range(1, 7))]
+    table = np.column_stack([TIME, SHAPES])
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=",".join(names), comments="")
+    logged = read_log(tmp_path / "log.csv", puma, Reading.of(map=["q=mp1..mp6"]))
+    np.testing.assert_allclose(logged.q, SHAPES, atol=1e-15)
+
+
+def test_nested_aliases_are_refused(tmp_path):
+    lines = ["a0: &a0 {x: 1}"]
+    lines += [f"a{k}: &a{k} {{<<: [{', '.join([f'*a{k - 1}'] * 9)}]}}" for k in range(1, 9)]
+    (tmp_path / "limits.yaml").write_text("\n".join(lines))
+    with pytest.raises(GdAnalyzeError, match="not valid YAML") as caught:
+        gd.load_arm("two_link", limits=[str(tmp_path / "limits.yaml")])
+    assert "aliases" in caught.value.details["found"]
