@@ -37,10 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         code = _run(words)
         sys.stdout.flush()
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
         code = INTERRUPTED
     except Exception as error:
-        code = _explain(error, words)
+        # Python wraps what is raised while a class is made.
+        code = INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else _explain(error, words)
+    if code == INTERRUPTED:
+        click.echo("interrupted", err=True)
+    if arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is left to clean up
     if code != DONE:
         sys.exit(code)
 
@@ -58,6 +62,10 @@ def _run(words: list[str]) -> int:
     return int(app(words, prog_name="gd-analyze", standalone_mode=False, obj=command) or DONE)
 
 
+# What takes less memory.
+_FEW, _FEWER = "fewer set points or states", {"equations": "--element, or an arm of fewer joints"}
+
+
 def _explain(error: Exception, words: Sequence[str]) -> int:
     """Print what went wrong to standard error and choose the exit code."""
     if isinstance(error, NoArgsIsHelpError):
@@ -71,8 +79,8 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         tell("error", str(error))
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
-        is_main_job = next((word for word in words if not word.startswith("-")), "") not in app.commands
-        fewer = "--no-christoffel, or fewer set points" if is_main_job else "fewer set points or states"
+        verb = next((word for word in words if not word.startswith("-")), "")
+        fewer = _FEWER.get(verb, _FEW if verb in app.commands else f"--no-christoffel, or {_FEW}")
         tell("error", str(GdAnalyzeError("out of memory", found=str(error), next_step=f"try {fewer}")))
     elif isinstance(error, OSError):
         where = None if error.filename is None else str(error.filename)
@@ -112,6 +120,8 @@ def _behave_as_a_process() -> None:
         # As with every Unix tool, `| head` ends it quietly; all files are written before anything is printed.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     # By an exception, so that temporary files are removed on the way.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     # Importing the numerical libraries makes a million objects that live as long as the process. Looking
     # through them again and again, and once more on leaving, would take a fifth of the main job.

@@ -135,5 +135,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:
-    """Whether the drives' inertia is part of the torque; "" of an arm that has none."""
-    return ("drives included" if drives else "links alone") if arm.counts_drives() else ""
+    """Whether the drives' inertia is part of the torque; "" of an arm without drives."""
+    if arm.counts_drives():
+        return "drives included" if drives else "links alone"
+    return "drives' inertia unknown" if arm.drives else ""

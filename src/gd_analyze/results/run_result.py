@@ -40,7 +40,7 @@ from gd_analyze.results.rows import (
 )
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import joined, number, percent
+from gd_analyze.text import amount, joined, number, percent
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
@@ -197,7 +197,23 @@ def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before believing the numbers."""
     note = str(findings.tables["tube"].attrs["note"])
     of_motions = *motion_result.recording_notices(findings), motion_result.strict_notice(findings)
-    return tuple(filter(None, (*of_motions, findings.model.notice, note, _symmetry_notice(findings))))
+    others = findings.model.notice, note, _drives_notice(findings), _symmetry_notice(findings)
+    return tuple(filter(None, (*of_motions, *others)))
+
+
+def _drives_notice(findings: Findings) -> str:
+    """Say where the inertia of drives that nobody states would matter most."""
+    arm = findings.arm
+    if not arm.drives or arm.counts_drives():
+        return ""
+    labels = [f"D{joined((i, i))}" for i in range(arm.n_joints)]
+    peaks = findings.dominance.peak.sel(element=labels).values
+    joint = int(peaks.argmin())
+    least = amount(float(peaks[joint]), "kg m^2" if arm.is_revolute[joint] else "kg")
+    return (
+        f"The robot's file states no inertia of its drives, and none is counted. It decides most at joint "
+        f"{joint + 1}: {labels[joint]} is at most {least}. An arm file has it in [[drives]]."
+    )
 
 
 def _symmetry_notice(findings: Findings) -> str:

@@ -178,6 +178,7 @@ def _drives(arm: RobotArm) -> Iterator[Table]:
     headings = ["joint", "inertia", "±", "ratio", "viscous", "Coulomb +", "Coulomb -", "limit"]
     rows = []
     for joint, x in zip(arm.joints, arm.drives, strict=True):
-        numbers = (x.inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous, *x.coulomb, x.torque_limit)
+        inertia = x.inertia if arm.counts_drives() else None  # that nobody states
+        numbers = (inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous, *x.coulomb, x.torque_limit)
         rows.append([joint.name, *_cells(numbers)])
     yield _table(title, headings, rows)
