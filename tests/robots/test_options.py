@@ -216,3 +216,30 @@ def test_files_that_are_no_limits(robot, tmp_path, name, text, fact):
         path.write_text(text)
     with pytest.raises(ArmError, match=fact):
         gd.load_arm(robot, limits=path)
+
+
+def test_gravity_and_drive_inertia_in_place_of_the_files(read):
+    arm = read(two_joints(), gravity="0,0,-1.62", drive_inertia="0.5,0.25")
+    assert arm.gravity.tolist() == [0.0, 0.0, -1.62]
+    assert arm.drive_inertia.tolist() == [0.5, 0.25]
+    assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
+    plain = gd.load_arm("two_link", drive_inertia=[0.1, 0.2])
+    assert plain.counts_drives()
+    assert plain.drive_inertia.tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("options", "where"),
+    [
+        ({"gravity": "0,-9.81"}, "--gravity"),
+        ({"gravity": "0,0,g"}, "--gravity"),
+        ({"drive_inertia": "1"}, "--drive-inertia"),
+        ({"drive_inertia": [1.0, 2.0, 3.0]}, "--drive-inertia"),
+    ],
+)
+def test_numbers_that_do_not_fit_are_refused(options, where):
+    with pytest.raises(UsageError) as caught:
+        gd.load_arm("two_link", **options)
+    assert caught.value.details["where"] == where
+    with pytest.raises(ArmError, match="inertia"):
+        gd.load_arm("two_link", drive_inertia="-1,2")

@@ -111,9 +111,7 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
 
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):
-            raise click.UsageError(
-                "--drives, --tip, --base, --lock and --limits are of arms: a model has its own"
-            )
+            raise click.UsageError("--drives, --tip, --gravity and the like are of arms: a model has its own")
         if what == "decomposition":
             raise click.UsageError("--what decomposition is of an arm: give the arm in place of the model")
         return ExportInput.of_model(gd.load_model(robot.name), name)

@@ -36,7 +36,14 @@ _picking_options = together(
         help="Add limits of acceleration, in rad/s^2, m/s^2, or with a unit: elbow=10, all=600deg, a list in "
         "the joints' order, or a YAML or TOML file such as MoveIt's joint_limits.yaml. May be repeated.",
     ),
+    click.option("--gravity", metavar="LIST", help="Gravity in the base frame, m/s^2: 0,0,-9.81."),
+    click.option(
+        "--drive-inertia", metavar="LIST", help="Inertia of the drives at the joints, kg m^2 (kg), by joint."
+    ),
 )
+
+
+PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 
 
 @dataclass(frozen=True)
@@ -48,10 +55,13 @@ class GivenRobot:
     base: str | None = None
     lock: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
+    gravity: str | None = None
+    drive_inertia: str | None = None
 
     def load(self, payload: str | None = None) -> gd.RobotArm:
         """Read the arm and attach the payload, if any, to its end effector."""
-        arm = gd.load_arm(self.name, tip=self.tip, base=self.base, lock=self.lock, limits=self.limits)
+        words = {key: value for key, value in vars(self).items() if key != "name"}
+        arm = gd.load_arm(self.name, **words)
         if payload is None:
             return arm
         from gd_analyze.robots.payload import carrying, parse_payload
@@ -63,7 +73,7 @@ def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None
     def decorate(function: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(function)
         def verb(robot: str | None, **words: Any) -> None:
-            picked = {name: words.pop(name) for name in ("tip", "base", "lock", "limits")}
+            picked = {name: words.pop(name) for name in PICKED}
             function(robot=None if robot is None else GivenRobot(robot, **picked), **words)
 
         words = "Built-in arm (see `gd-analyze arms`), or path of an arm's URDF, MJCF or TOML file."
@@ -73,7 +83,7 @@ def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None
     return decorate
 
 
-# ROBOT, --tip, --base, --lock and --limits; the verb gets a `GivenRobot`, or None without a ROBOT.
+# ROBOT, and what is picked of it; the verb gets a `GivenRobot`, or None without a ROBOT.
 robot_given, robot_or_none = _robot(required=True), _robot(required=False)
 
 

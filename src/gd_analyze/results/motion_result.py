@@ -33,7 +33,7 @@ _CHECK = {
     "too heavy": ("masses", "the unit of the torques"),
     "other sign": ("the directions of the axes",),
     "another joint's": ("the order of the columns",),
-    "lacks drive inertia": ("the inertia of the drives ([[drives]] of an arm file)",),
+    "lacks drive inertia": ("the inertia of the drives (--drive-inertia)",),
     "does not follow": ("the columns of the torques", "the units of the motion"),
 }
 

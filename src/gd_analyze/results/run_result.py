@@ -212,7 +212,7 @@ def _drives_notice(findings: Findings) -> str:
     least = amount(float(peaks[joint]), "kg m^2" if arm.is_revolute[joint] else "kg")
     return (
         f"The robot's file states no inertia of its drives, and none is counted. It decides most at joint "
-        f"{joint + 1}: {labels[joint]} is at most {least}. An arm file has it in [[drives]]."
+        f"{joint + 1}: {labels[joint]} is at most {least}. --drive-inertia states it."
     )
 
 

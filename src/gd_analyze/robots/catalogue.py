@@ -5,15 +5,19 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gd_analyze.errors import ArmError, Location
+import numpy as np
+
+from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
-from gd_analyze.robots.limits import Given, locks_of, with_limits
+from gd_analyze.robots.limits import Given, locks_of, value_in, with_limits
+from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.text import in_python
 
@@ -42,6 +46,8 @@ def load_arm(
     base: str | None = None,
     lock: Mapping[str, float] | Sequence[str] = (),
     limits: Given = None,
+    gravity: Sequence[float] | str | None = None,
+    drive_inertia: Sequence[float] | str | None = None,
 ) -> RobotArm:
     """Load a built-in arm by name, any arm by its TOML, URDF or MJCF file, or that of a `pinocchio.Model`.
 
@@ -59,6 +65,10 @@ def load_arm(
         Acceleration limits, which URDF and MJCF do not have: a mapping by joint, texts such as "elbow=10",
         "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state ranges and
         velocity limits as well.
+    gravity
+        g in the base frame, m/s^2, in place of the file's: three numbers, or their text "0,0,-1.62".
+    drive_inertia
+        Inertia of the drives at the joints, kg m^2 (kg), in place of the file's: a number per joint, or text.
 
     Returns
     -------
@@ -70,7 +80,7 @@ def load_arm(
     ArmError
         If there is neither such an arm nor such a file, or the file is not a possible arm.
     UsageError
-        If `lock` or `limits` cannot be read.
+        If `lock`, `limits`, `gravity` or `drive_inertia` cannot be read.
 
     Warns
     -----
@@ -90,13 +100,36 @@ def load_arm(
         from gd_analyze.robots.pinocchio_arm import arm_of_robot  # Pinocchio takes 0.2 s
 
         robot = arm_of_robot(name_or_path if path is None else path, tip, base, locked)
-        arm = with_limits(robot, limits)
+        arm = _supplemented(with_limits(robot, limits), gravity, drive_inertia)
         warn_of_implausible(arm, stacklevel=2)
         return arm
     if tip is not None or base is not None or locked:
         what = f"arm {name_or_path} is one chain, all of which moves: there is nothing to choose"
         raise ArmError(what, where="--tip, --base, --lock", next_step="leave them out")
-    return with_limits(read_arm(path), limits)
+    return _supplemented(with_limits(read_arm(path), limits), gravity, drive_inertia)
+
+
+def _supplemented(
+    arm: RobotArm, gravity: Sequence[float] | str | None, drive_inertia: Sequence[float] | str | None
+) -> RobotArm:
+    """The arm with other gravity, and other inertia of its drives."""
+    if gravity is not None:
+        arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2")))
+    if drive_inertia is not None:
+        stated = _numbers(drive_inertia, arm.n_joints, "--drive-inertia", "kg m^2 (kg), a number per joint")
+        drives = zip(arm.drives or (Drive(),) * arm.n_joints, stated, strict=True)
+        arm = replace(arm, drives=tuple(replace(drive, inertia=value) for drive, value in drives))
+    return arm
+
+
+def _numbers(given: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
+    """So many numbers, given as such or as a text; or UsageError."""
+    values = [value_in(word) for word in (given.split(",") if isinstance(given, str) else given)]
+    known = [value for value in values if value is not None]
+    if len(known) == len(values) == count:
+        return known
+    expected, found = f"{count} numbers with commas, {unit}", in_python(given)
+    raise UsageError("these are not the numbers", where=where, expected=expected, found=found)
 
 
 def is_xml(path: Path) -> bool:
