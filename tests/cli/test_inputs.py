@@ -96,6 +96,17 @@ LOG = "timestamp,actual_q_0,actual_q_1,target_q_0,target_q_1,temp_0\n" + "".join
 )
 
 
+def test_columns_that_share_a_name_and_nobody_needs(run, here):
+    head, *rows = LOG.splitlines()
+    (here / "log.csv").write_text("\n".join([f"{head},temp_0", *(f"{row},22" for row in rows)]))
+    result = run("two_link log.csv --format json,h5 --out out")
+    assert result.code == 0, result.err
+    assert [*gd.load_findings("out/analysis.h5").tables["recording"].column.values[-2:]] == [
+        "temp_0",
+        "temp_0 (7)",
+    ]
+
+
 def test_columns_of_a_log(run, here):
     (here / "log.csv").write_text(LOG)
     shown, told = run("columns two_link log.csv").words, run("columns two_link log.csv --json").json

@@ -45,6 +45,20 @@ def test_damaged_parquet_is_refused_by_name_or_read(tmp_path, puma):
     assert all("log" in text for text in told)
 
 
+def test_lists_in_a_parquet_column_are_a_column_each(tmp_path, puma):
+    arrow = pytest.importorskip("pyarrow", reason="reading Parquet is an extra")
+    import pyarrow.parquet
+
+    for kind in (arrow.list_(arrow.float32(), 6), arrow.list_(arrow.float64())):
+        state = arrow.array(SHAPES.tolist(), type=kind)
+        table = arrow.table({"timestamp": TIME, "observation.state": state, "note": ["x"] * 60})
+        pyarrow.parquet.write_table(table, tmp_path / "log.parquet", row_group_size=25)
+        reading = Reading.of(map=["q=observation.state_1..observation.state_6"])
+        logged = read_log(tmp_path / "log.parquet", puma, reading)
+        np.testing.assert_allclose(logged.q, SHAPES, atol=1e-7)  # of single precision
+        np.testing.assert_allclose(logged.time, TIME)
+
+
 @pytest.mark.parametrize(
     ("columns", "named"),
     [
@@ -76,3 +90,19 @@ def test_nested_aliases_are_refused(tmp_path):
     with pytest.raises(GdAnalyzeError, match="not valid YAML") as caught:
         gd.load_arm("two_link", limits=[str(tmp_path / "limits.yaml")])
     assert "aliases" in caught.value.details["found"]
+
+
+def test_currents_become_torques(tmp_path, puma):
+    names = ["timestamp", *(f"q_{k}" for k in range(6)), *(f"current_{k}" for k in range(6))]
+    table = np.column_stack([TIME, SHAPES, 2.0 * SHAPES])
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.17g")
+    pairs = [f"torque:{k + 1}=current_{k}" for k in range(6)]
+    reading = Reading.of(map=pairs, torque_constant="10,10.7,8.5,9,9.5,10.1")
+    logged = read_log(tmp_path / "log.csv", puma, reading)
+    np.testing.assert_allclose(logged.torque, 2.0 * SHAPES * [10, 10.7, 8.5, 9, 9.5, 10.1])
+    with pytest.raises(GdAnalyzeError, match="do not fit the log"):
+        read_log(tmp_path / "log.csv", puma, Reading.of(map=pairs, torque_constant="1,2"))
+    with pytest.raises(GdAnalyzeError, match="do not fit the log"):
+        read_log(tmp_path / "log.csv", puma, Reading.of(map=["torque=none"], torque_constant="1,2,3,4,5,6"))
+    with pytest.raises(GdAnalyzeError, match="no numbers"):
+        Reading.of(torque_constant="1,x")

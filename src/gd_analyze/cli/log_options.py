@@ -71,6 +71,11 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             type=OutputPath(),
         ),
         option(
+            "--torque-constant",
+            "Of a log: its torque columns are currents; torque at the joints per ampere, by joint.",
+            metavar="LIST",
+        ),
+        option(
             "--measured/--planned",
             "Of a log: readings of sensors, to be smoothed, or a plan.  [default: judged by its columns]",
             default=None,

@@ -350,6 +350,13 @@ def _logged(
         ]
         if found and (role == "q" or np.isfinite(found).any()):
             arrays[role] = np.column_stack(found)
+    if reading.torque_constant is not None:
+        constants = len(reading.torque_constant) * ("torque" in arrays)
+        if constants != arm.n_joints:
+            what, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
+            expected = f"{arm.n_joints} constants, and columns of torque or currents"
+            raise refusal(what, where, expected, str(constants or "no such columns"))
+        arrays["torque"] = arrays["torque"] * np.array(reading.torque_constant, dtype=float)
     q = arrays["q"]
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")

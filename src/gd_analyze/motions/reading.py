@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from gd_analyze.errors import Location, TrajectoryError, UsageError
-from gd_analyze.text import LARGEST
+from gd_analyze.text import LARGEST, number_in
 
 Quantity = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")
@@ -52,6 +52,8 @@ class Reading:
         Mapping file to read the log by, and mapping file to write.
     measured
         Whether these are readings of sensors, or else a plan.
+    torque_constant
+        Torque at the joint per unit of the torque columns, N m/A (N/A) where these are currents, by joint.
 
     Raises
     ------
@@ -69,6 +71,7 @@ class Reading:
     mapping: str | Path | None = None
     save_mapping: str | Path | None = None
     measured: bool | None = None
+    torque_constant: tuple[float | None, ...] | None = None
 
     @classmethod
     def of(
@@ -87,11 +90,15 @@ class Reading:
         """
         listed = columns.split(",") if isinstance(columns, str) else list(columns)
         pairs = map.items() if isinstance(map, dict) else (_pair(entry, "--map") for entry in map)
+        constants = rest.pop("torque_constant", None)
+        if isinstance(constants, str):
+            constants = [number_in(word) for word in constants.split(",")]
         families = [family] if isinstance(family, str) else list(family)
         return cls(
             columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
             map=tuple(one for role, column in pairs for one in _joint_by_joint(role.strip(), column.strip())),
             family=tuple(_pair(word, "--family") if "=" in word else ("", word) for word in families),
+            torque_constant=None if constants is None else tuple(constants),
             **rest,
         )
 
@@ -100,6 +107,9 @@ class Reading:
             raise refusal("unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit))
         if self.rate is not None and not 0.0 < self.rate <= LARGEST:
             raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
+        if self.torque_constant is not None and None in self.torque_constant:
+            expected = "a number per joint, N m/A, with commas"
+            raise refusal("the torque constants are no numbers", "torque_constant", expected, "another word")
         if self.rate is not None and self.time_unit is not None:
             expected, found = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
             raise refusal("a rate and a unit of time contradict each other", "rate", expected, found)

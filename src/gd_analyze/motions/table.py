@@ -121,7 +121,10 @@ def missing_library(library: str, path: str | Path) -> TrajectoryError:
 
 
 class ParquetTable(LogTable):
-    """A Parquet file; columns of instants are read in nanoseconds, and named so."""
+    """A Parquet file; columns of instants are read in nanoseconds, and named so.
+
+    A column of lists, as LeRobot's `observation.state`, is one column per element, `observation.state_1`.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self.path = path
@@ -136,18 +139,21 @@ class ParquetTable(LogTable):
         try:
             self._file = pyarrow.parquet.ParquetFile(path)
             self._first = next(self._file.iter_batches(HEAD_ROWS), None)
-            self._fields = list(self._file.schema_arrow)
+            self._fields = [each for field in self._file.schema_arrow for each in self._elements(field)]
         except self._errors as error:
             raise self._broken(error) from None
-        self.names = tuple(f"{f.name} [ns]" if _is_instant(f.type) else f.name for f in self._fields)
+        self.names = tuple(
+            f"{name} [ns]" if _is_instant(kind) else f"{name}_{at + 1}" if at is not None else name
+            for name, kind, at in self._fields
+        )
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column."""
-        kind = self._fields[column].type
+        kind = self._fields[column][1]
         if not _is_instant(kind) and not str(kind).startswith(("int", "uint", "float", "double", "half")):
             return ["text"]
         try:
-            return [] if self._first is None else list(self._numbers(self._first.column(column)).tolist())
+            return [] if self._first is None else list(self._numbers(self._of(self._first, column)).tolist())
         except self._errors as error:  # a number beyond 64 bits with a sign, too
             raise self._broken(error) from None
 
@@ -159,8 +165,9 @@ class ParquetTable(LogTable):
         row, groups = 0, self._file.metadata.num_row_groups
         try:
             for group in range(groups):
-                read = self._file.read_row_group(group, columns=[self._fields[k].name for k in columns])
-                held = dict(zip(columns, read.columns, strict=True))
+                names = dict.fromkeys(self._fields[k][0] for k in columns)
+                read = self._file.read_row_group(group, columns=list(names))
+                held = {k: self._of(read, k) for k in columns}
                 for i, k in enumerate(numbers):
                     table[row : row + read.num_rows, i] = self._numbers(held[k], exact=False)
                 for parts, k in zip(instants, stamps, strict=True):
@@ -176,6 +183,23 @@ class ParquetTable(LogTable):
             where, expected = self.where(at, numbers[k]), f"numbers up to {LARGEST:g}"
             raise refusal(what, where, expected, str(table[at, k]), "check its unit")
         return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants))
+
+    def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
+        """Name, kind and number in a list, from 0, of the columns that a field is."""
+        if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
+            return [(field.name, field.type, None)]
+        first = self._first.column(field.name)[0].as_py() if self._first else None
+        return [(field.name, field.type.value_type, k) for k in range(len(first or ()))]
+
+    def _of(self, rows: Any, column: int) -> Any:
+        """A column of some rows."""
+        name, _, at = self._fields[column]
+        held = rows.column(name)
+        if at is None:
+            return held
+        import pyarrow.compute
+
+        return pyarrow.compute.list_element(held, at)
 
     def _numbers(self, column: Any, *, exact: bool = True) -> Any:
         """Floats, or integers where the file has such; instants in nanoseconds."""

@@ -159,10 +159,15 @@ def recording_table(
             **_over_time(trajectory),
             "element": dominance.element.values,
             "torque_unit": ("element", dominance.torque_unit.values),
-            "column": _words(recording, "column"),
+            "column": _distinct([use.column for use in recording.columns]),
         },
         {"treatment": "\n".join(recording.treatment)},
     )
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Names of columns, those that are there before with their number: "temp (9)"."""
+    return [f"{name} ({k})" if name in names[: k - 1] else name for k, name in enumerate(names, start=1)]
 
 
 def _words(recording: Recording, name: str) -> np.ndarray:
