@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import re
+import select
 import stat
 import time
 import warnings
@@ -32,6 +33,8 @@ _BAD_PLACE = {
 }  # fmt: skip
 
 _PIECE = 2**20  # bytes read at once
+# Seconds in which somebody has to begin to write to a pipe.
+_PATIENCE = 60.0
 # Of a file that is being written; what a killed process left of one goes after a day.
 _TEMPORARY, _ABANDONED_AFTER = ".gd-analyze.", 86400.0
 
@@ -89,7 +92,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
     """
     if isinstance(source, str | Path):
-        with Path(source).open("rb") as file:
+        with _opened(Path(source)) as file:
             return read_at_most(file, most)
     data = bytearray()
     while piece := source.read(min(_PIECE, most + 1 - len(data))):
@@ -99,6 +102,18 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
         if b"\0" in piece:
             break
     return bytes(data)
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open a file to read, or a pipe as soon as somebody writes; a TimeoutError where nobody does."""
+    if not path.is_fifo():
+        return path.open("rb")
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    if not select.select([number], [], [], _PATIENCE)[0]:
+        os.close(number)
+        raise TimeoutError(errno.ETIMEDOUT, f"nobody wrote to the pipe for {_PATIENCE:g} s", str(path))
+    os.set_blocking(number, True)
+    return os.fdopen(number, "rb")
 
 
 def megabytes(size: int) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import threading
+
 import numpy as np
 import pytest
 
@@ -106,3 +109,18 @@ def test_currents_become_torques(tmp_path, puma):
         read_log(tmp_path / "log.csv", puma, Reading.of(map=["torque=none"], torque_constant="1,2,3,4,5,6"))
     with pytest.raises(GdAnalyzeError, match="no numbers"):
         Reading.of(torque_constant="1,x")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of POSIX")
+def test_a_pipe_that_nobody_writes_to_is_not_waited_for_forever(tmp_path, puma, monkeypatch):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    monkeypatch.setattr("gd_analyze.files._PATIENCE", 0.2)
+    with pytest.raises(GdAnalyzeError, match="cannot read the trajectory") as caught:
+        read_log(path, puma)
+    assert "nobody wrote to the pipe" in caught.value.details["found"]
+    rows = "".join(f"{k / 10},{','.join(['0.1'] * 6)}\n" for k in range(20))
+    writer = threading.Thread(target=path.write_text, args=["time,q1,q2,q3,q4,q5,q6\n" + rows])
+    writer.start()
+    assert read_log(path, puma).q.shape == (20, 6)
+    writer.join()

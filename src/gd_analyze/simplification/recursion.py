@@ -127,14 +127,14 @@ class Recursion:
         return Changed(Program.of(making.trace, outputs), making.images, scales)
 
     def acting(self, changes: Changes) -> dict[Change, float]:
-        """Changes without those whose number, though not zero, does nothing to the torques."""
-        trace = Trace()
-        numbers = {
-            one: trace.record("input", f"number{k}") if x else 0.0
-            for k, (one, x) in enumerate(changes.items())
-        }
+        """Changes, those with 0 in place of their number on whose number the torques do not depend."""
+        trace, numbers = Trace(), dict[Change, Any]()
+        for k, (change, number) in enumerate(changes.items()):
+            numbers[change] = trace.record("input", f"number{k}") if number else 0.0
         needed = set(Program.of(trace, _Making(self, numbers, trace).outputs()).steps)
-        return {one: x for one, x in changes.items() if not x or numbers[one] in needed}
+        left = {change: x if numbers[change] in needed else 0.0 for change, x in changes.items()}
+        # What is 0 now may fold away what others act by.
+        return left if left == changes else self.acting(left)
 
 
 class _Making:

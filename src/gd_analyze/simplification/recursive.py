@@ -447,11 +447,11 @@ class RecursiveLevel(Level):
         """Read changes back that can be carried out together; otherwise as every level does."""
         changes = super().from_entries(form, entries)
         try:
-            idle = changes.keys() - form.recursion.acting(changes).keys()
+            acting = form.recursion.acting(changes)
         except ValueError as error:
             raise ModelError(f"the changes cannot be carried out: {error}") from None
-        if idle:
-            raise ModelError(f"the change of step {min(idle).step} does nothing")
+        if idle := [change.step for change, number in changes.items() if acting[change] != number]:
+            raise ModelError(f"the change of step {min(idle)} does nothing")
         return changes
 
 
