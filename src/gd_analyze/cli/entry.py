@@ -125,7 +125,7 @@ def _behave_as_a_process() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     # Importing the numerical libraries makes a million objects that live as long as the process. Looking
     # through them again and again, and once more on leaving, would take a fifth of the main job.
-    gc.set_threshold(200_000, 50, 100)
+    gc.set_threshold(1_000_000, 50, 100)
     atexit.register(gc.freeze)
     # Of matrices as small as these a second thread only waits for the first, at full speed. With one the
     # last bits do not depend on the machine's cores either.
