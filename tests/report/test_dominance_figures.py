@@ -11,7 +11,8 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.svg import panel_svg
-from gd_analyze.results.rows import changes_text, element_rows
+from gd_analyze.results.rows import changes_text, dominance_note, element_rows
+from recordings import swung
 
 
 def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
@@ -61,3 +62,20 @@ def test_the_report_says_when_and_how_surely(puma_findings):
     assert "robustness" not in gd.find("two_link", "two-link-swing").tables
     uncertain = gd.find("two_link", "two-link-swing", gd.Settings(uncertainty="mass=5%", dominance=0.2))
     assert uncertain.tables["robustness"].attrs["threshold"] == uncertain.dominance.attrs["threshold"] == 0.2
+
+
+def test_gaps_between_motions_are_empty(two_link):
+    motions = [swung(2.0, "slow"), swung(1.0, "fast"), swung(1.5, "last")]
+    findings = gd.find(two_link, motions)
+    (panel,) = dominance_figure(findings).panels
+    cells = panel.items[0]
+    time, gaps = findings.trajectory.time, list(findings.trajectory.gaps)
+    assert len(gaps) == 2
+    for before, after in zip(time[np.array(gaps) - 1], time[gaps], strict=True):
+        column = int(np.flatnonzero(cells.x == before)[0])
+        assert cells.x[column + 1] == after
+        assert (cells.colours[:, column] == "").all()
+        assert (cells.colours[:, [column - 1, column + 1]] != "").any()
+    assert cells.colours.shape == cells.opacity.shape == cells.numbers.shape[:2]
+    assert cells.colours.shape[1] == len(cells.x) - 1
+    assert "slow from 0 s, fast from" in dominance_note(findings)

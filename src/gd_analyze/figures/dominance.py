@@ -44,15 +44,23 @@ def dominance_figure(run: Run) -> Figure:
     share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
+    numbers = np.concatenate([np.rint(100 * parts), _three_digits(torque)[..., None]], axis=-1)
+    colours = np.array(["", "translation", "rotation", "both"])[needed @ [1, 2]]
+    shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
+    # Nothing is known across a gap: an empty column.
+    for behind in np.unique(np.searchsorted(time, run.trajectory.time[list(run.trajectory.gaps)]))[::-1]:
+        edges = np.concatenate([edges[:behind], time[behind - 1 : behind + 1], edges[behind + 1 :]])
+        colours, shades = (np.insert(x, behind, y, axis=1) for x, y in ((colours, ""), (shades, 0.0)))
+        numbers = np.insert(numbers, behind, 0.0, axis=1)
     cells = Cells(
         edges,
-        np.array(["", "translation", "rotation", "both"])[needed @ [1, 2]],
-        np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES]),
+        colours,
+        shades,
         tuple(
             f"{label}: translation {{0}} % of peak, rotation {{1}} %; {{2}} {pretty(str(unit))} at joint {k}"
             for label, k, unit in told
         ),
-        np.concatenate([np.rint(100 * parts), _three_digits(torque)[..., None]], axis=-1),
+        numbers,
     )
     rows = len(labels)
     y = Axis(float(rows), 0.0, tuple(k + 0.45 for k in range(rows)), names=tuple(map(subscripted, labels)))

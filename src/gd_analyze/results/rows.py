@@ -98,6 +98,10 @@ def dominance_note(findings: Findings) -> str:
     """What the figure of dominance over time shows, and which verdicts are in doubt."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
     note = f"Coloured: {threshold_text(findings)}; white: neither. Kept: by the founding text's method."
+    motions, time = findings.trajectory.motions, findings.trajectory.time
+    if motions:
+        begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]
+        note += f" One motion after the other: {', '.join(begins)}."
     if doubtful:
         note += f" Less than {percent(SURE)} sure, as parameters are uncertain: {', '.join(doubtful)}."
     return note
