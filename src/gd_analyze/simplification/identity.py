@@ -29,8 +29,8 @@ from gd_analyze.simplification.effort import inputs_of
 # with at most these odds, unless that takes more than so many states times steps, some seconds.
 FOUND, ODDS = 1e-3, 1e-6
 _MOST = 2.0**31
-# States at a time, so that the values of their steps fit a cache.
-_BLOCK = 1024
+# States at a time, so that the values of their steps fit a cache; and most values, half a gigabyte.
+_BLOCK, _MOST_VALUES = 1024, 2**26
 # Share of a joint's torque that may be lost in the rounding of large terms.
 _LOST = 1e-6
 # At one state in four nothing moves; else velocities and accelerations are -1, 0 or 1. The second differences
@@ -99,10 +99,10 @@ def telling_states(
     degrees = np.maximum(np.max([np.zeros(n), *found], axis=0), least)
     steps = sum(len(program.steps) for program in programs) or 1
     left = math.ceil(min(states_needed(degrees, is_revolute, closeness), _MOST / steps))
-    rng = np.random.default_rng()
-    for _ in range(0, left, _BLOCK):
-        moving = rng.integers(-1, 2, (2, _BLOCK, n)) * (rng.random((_BLOCK, 1)) >= _STILL)
-        q = rng.uniform(-1.0, 1.0, (_BLOCK, n)) * np.where(turns, np.pi, _REACH)
+    block, rng = max(1, min(_BLOCK, _MOST_VALUES // steps)), np.random.default_rng()
+    for _ in range(0, left, block):
+        moving = rng.integers(-1, 2, (2, block, n)) * (rng.random((block, 1)) >= _STILL)
+        q = rng.uniform(-1.0, 1.0, (block, n)) * np.where(turns, np.pi, _REACH)
         yield States(q, *moving.astype(float))
 
 
@@ -115,11 +115,12 @@ def largest_apart(
     a term could hide in its rounding.
     """
     apart, size = (np.zeros(len(known.outputs)) for _ in range(2))
-    one, other = Batch(known, _BLOCK), Batch(program, _BLOCK)
+    batches: list[Batch] = []
     with np.errstate(all="ignore"), suppress(ModelError):
         for states in telling_states((program, known), is_revolute, closeness):
-            torque = one.at(inputs_of(states))
-            apart = np.maximum(apart, np.abs(other.at(inputs_of(states)) - torque).max(axis=1))
+            batches = batches or [Batch(one, len(states)) for one in (program, known)]
+            found, torque = (batch.at(inputs_of(states)) for batch in batches)
+            apart = np.maximum(apart, np.abs(found - torque).max(axis=1))
             size = np.maximum(size, np.abs(torque).max(axis=1))
         unit = np.ones(len(is_revolute))
         lost = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit)
