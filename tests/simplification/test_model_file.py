@@ -20,13 +20,14 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.simplification import model_file
+from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.model_file import load_model, measured_at, require_terms_computed, save_model
+from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
+from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.simplification.simplify import simplify_exact
 from made_models import assert_same, exact_model, model_of, signed
 from recordings import swung
@@ -402,7 +403,7 @@ def compared(request, monkeypatch) -> None:
         raise TooLongError("the program is too long to be written out")
 
     if request.param == "too long":
-        monkeypatch.setattr(model_file, "expanded", refuse)
+        monkeypatch.setattr(model_claims, "expanded", refuse)
 
 
 @pytest.mark.usefixtures("compared")

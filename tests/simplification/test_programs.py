@@ -29,7 +29,7 @@ from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, 
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import exactly
-from gd_analyze.simplification.model_file import require_terms_computed
+from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison_costs import count_cost

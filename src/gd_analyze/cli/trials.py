@@ -180,7 +180,7 @@ def certify(
         raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:
         from gd_analyze.certification.proof import proof, proven_again
-        from gd_analyze.simplification.model_file import measured_at
+        from gd_analyze.simplification.model_claims import measured_at
 
         around = gd.Margin.of(margin)
         loaded = gd.load_model(model)

@@ -324,13 +324,13 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
         if astray is not None:
             column, joint = log.table.names[q.columns[astray][0]], log.arm.joints[astray].name
             remarks.append(f"{column} is taken for {joint}, joint {astray + 1} of the chain; check the order")
-    if q is not None and q.extra and q.why.startswith("by number"):  # noqa: SIM102 (the comment within)
-        # An arm picked out of a longer chain counts as the log does.
-        if counts is None or max(counts[1]) - min(counts[1]) < log.arm.n_joints:
-            left = _listed([log.table.names[k] for k in q.extra])
-            logged = f"{len(q.columns) + len(q.extra)} joints logged"
-            check = f"left out: {left}; check that the log is of this arm"
-            remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
+    # An arm picked out of a longer chain counts as the log does.
+    is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
+    if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
+        left = _listed([log.table.names[k] for k in q.extra])
+        logged = f"{len(q.columns) + len(q.extra)} joints logged"
+        check = f"left out: {left}; check that the log is of this arm"
+        remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
         dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
         if dead:

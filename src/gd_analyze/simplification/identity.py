@@ -119,7 +119,8 @@ def largest_apart(
     with np.errstate(all="ignore"), suppress(ModelError):
         for states in telling_states((program, known), is_revolute, closeness):
             batches = batches or [Batch(one, len(states)) for one in (program, known)]
-            found, torque = (batch.at(inputs_of(states)) for batch in batches)
+            inputs = inputs_of(states)
+            found, torque = (batch.at(inputs) for batch in batches)
             apart = np.maximum(apart, np.abs(found - torque).max(axis=1))
             size = np.maximum(size, np.abs(torque).max(axis=1))
         unit = np.ones(len(is_revolute))

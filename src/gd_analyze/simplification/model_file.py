@@ -7,55 +7,38 @@ from __future__ import annotations
 
 import hashlib
 import json
-import warnings
-from contextlib import suppress
-from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
-from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
-from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, ModelError
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
-from gd_analyze.harmonics.expansion import TooLongError, expanded
-from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.motions.read import read_trajectory, shipped_trajectories
-from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import OperationCount, read_back, written
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, Proven, SearchStep
-from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
-from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm, allowed_by
-from gd_analyze.simplification.identity import largest_apart
+from gd_analyze.simplification.budget import NormShare
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_claims import (
+    WRITE_AGAIN,
+    measured_where_possible,
+    require_consistent,
+    require_equal,
+    require_not_refuted,
+    require_terms_computed,
+)
 from gd_analyze.text import in_python
 
 FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[4] = 4
 # A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
 LARGEST_FILE = 100_000_000
-_WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
-# Largest difference of a number in two programs of the same terms, over all numbers of the row: to find what
-# terms share, coefficients that differ by 1e-9 are taken for equal, up to ten of which add up in a number.
-_SAME = 1e-8
-# Where they are too long to be written out, nothing is taken for equal: they differ by 1e-15 of the torque.
-_SAMPLED = 1e-11
-# A budget is written with six digits, the least precise of which are 1.00000; one of the norm with twelve.
-_SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
-# Of a mean of thousands of squares.
-_ROUNDING = 1e3 * float(np.finfo(float).eps)
-# Most drawn states at which errors are measured again: a tenth of a second.
-_MOST_STATES = 10_000
-# States at which a certificate is tried; `gd-analyze certify --check` proves it again.
-_TRIED = 1000
 
 
 class _JointError(Checked):
@@ -307,7 +290,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
     path = Path(path)
 
     def refused(what: str, where: str, expected: str | None, found: str | None) -> ModelError:
-        return ModelError(what, where=where, expected=expected, found=found, next_step=_WRITE_AGAIN)
+        return ModelError(what, where=where, expected=expected, found=found, next_step=WRITE_AGAIN)
 
     raw = _read(path)
     for key, known in (("version", [VERSION]), ("level", list(LEVELS))):
@@ -359,7 +342,7 @@ def _read(path: Path) -> dict[str, Any]:
     except json.JSONDecodeError as error:
         what = "the model file is damaged: it is not valid JSON"
         where = Location(path, error.lineno, error.colno)
-        raise ModelError(what, where=where, found=error.msg, next_step=_WRITE_AGAIN) from None
+        raise ModelError(what, where=where, found=error.msg, next_step=WRITE_AGAIN) from None
     except ValueError:
         found = "a number of thousands of digits"
     except RecursionError:
@@ -373,170 +356,3 @@ def _digest(document: dict[str, Any]) -> str:
     """SHA-256 of everything in the file but the digest itself."""
     content = {key: value for key, value in document.items() if key != "digest"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def require_equal(what: str, stated: Any, found: Any) -> None:
-    """Refuse what a file states of itself if it is not so."""
-    if stated != found:
-        shown = str(stated)[:120]
-        raise ModelError("the model file contradicts itself", where=what, expected=str(found), found=shown)
-
-
-def require_terms_computed(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, a program that is not its terms at every state: both written out."""
-
-    def other(expected: str, found: str) -> ModelError:
-        what = "the program does not compute the terms"
-        return ModelError(what, where="steps", expected=expected, found=found, next_step=_WRITE_AGAIN)
-
-    again, n = model.level.write(model.form, model.terms, ROUGH), model.arm.n_joints
-    if len(model.program.outputs) != n:
-        raise other(f"{n} outputs", f"{len(model.program.outputs)}")
-    if written(again) == written(model.program):
-        return
-    sliding, unit = [not turns for turns in model.arm.is_revolute], np.ones(n)
-    try:
-        wanted, runs = expanded(again, sliding), expanded(model.program, sliding)
-        sizes = np.array([float(np.abs(row.coefficients).sum()) for row in wanted.rows])
-        noise = wanted.round_off(unit, unit, unit) + runs.round_off(unit, unit, unit)
-        rows = zip(wanted.rows, runs.rows, strict=True)
-        off = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
-        apart = np.array([float(np.abs(difference).max(initial=0.0)) for difference in off])
-        same = _SAME
-    except TooLongError:  # compared at states drawn afresh
-        noise, same = np.zeros(n), _SAMPLED
-        apart, sizes = largest_apart(model.program, again, model.arm.is_revolute, same)
-    # Nor may it add up and take away so much that a term could hide in its rounding.
-    fits = (apart <= same * sizes + noise) & (noise <= same * sizes.max())
-    if not fits.all():
-        joint = int(np.argmin(fits))
-        expected = f"joint {joint + 1} within {same * sizes[joint]:.3g} of its terms"
-        rounding = f", and rounding of {noise[joint]:.3g}" if noise[joint] else ""
-        raise other(expected, f"{apart[joint]:.3g} apart{rounding}")
-
-
-def require_consistent(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, an accuracy of which one number contradicts another, or the budget."""
-    _require_of(model, model.accuracy)
-    for few, many in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
-        if few.share > many.share:
-            raise _impossible_norm(few, f"at most that of more states, {many.share:.6g}")
-    if (asked := model.accuracy.asked.norm) is not None:
-        stated = model.accuracy.norm_at(asked.states) or NormShare(np.inf, asked.states)
-        if stated.share > asked.share * (1.0 + _TWELVE_DIGITS):
-            raise _impossible_norm(stated, f"at most {asked.share:.6g}, the budget")
-    over_all = model.accuracy.errors.peak_torque
-    for motion in model.accuracy.motions:
-        _require_of(model, motion, f" along {motion.name}")
-        what, peak = f"peak_torque along {motion.name}", motion.errors.peak_torque
-        _require(model, what, peak <= over_all, peak, "at most that over all motions")
-
-
-def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: str = "") -> None:
-    """Refuse what is promised over all states, or along one of several motions."""
-    errors, spread, asked = stated.errors, stated.uncertainty, model.accuracy.asked
-    # Along a motion what is allowed is a quotient, and rounded. A budget of the norm is of no joint alone.
-    is_allowed = errors.largest <= (1.0 + _ROUNDING if along else 1.0) * stated.allowed
-    comes_to = allowed_by(asked, ReferenceTorques(model.arm, errors.peak_torque, spread))
-    # Of states without torque the allowed error is their round-off, which only they tell; of a joint that
-    # needs none along one of several motions, it is what the others allow.
-    unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
-    fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
-    known = np.zeros(model.arm.n_joints) if spread is None else spread
-    is_root = errors.rms <= (1.0 + _ROUNDING) * errors.largest
-    for name, holds, values, expected in (
-        ("peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more"),
-        ("uncertainty", known >= 0.0, known, "0 or more"),
-        ("rms_error", errors.rms >= 0.0, errors.rms, "0 or more"),
-        ("rms_error", is_root, errors.rms, "at most the largest error"),
-        ("largest_error", is_allowed | (asked.norm is not None), errors.largest, "at most the allowed error"),
-        ("allowed_error", fits, stated.allowed, f"what {model.accuracy.budget} comes to"),
-    ):
-        _require(model, f"{name}{along}", holds, values, expected)
-
-
-def require_not_refuted(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, a certificate that states drawn afresh refute, or those fitted on."""
-    stated, errors = model.accuracy.certificate, model.accuracy.errors.largest
-    if stated is None:
-        return
-    _require(model, "certificate", stated.lower <= stated.upper, stated.lower, "a range of positions")
-    of_motion = stated.trajectory_fingerprint
-    if of_motion and of_motion != model.accuracy.fitted_on.get("trajectory_fingerprint"):
-        return
-    if not of_motion:
-        rng, shape = np.random.default_rng(), (_TRIED, model.arm.n_joints)
-        qd, qdd = (rng.uniform(-most, most, shape) for most in (stated.velocity, stated.acceleration))
-        states = States(rng.uniform(stated.lower, stated.upper, shape), qd, qdd)
-        exact = ExactDynamics.of(model.arm, states, model.drives)
-        errors = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0) - exact.round_off
-    _require(
-        model, "certificate", errors <= stated.certified, stated.certified, "at least an error that is found"
-    )
-
-
-def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
-    """Measure errors again at states of a box or of a shipped motion; mark those of others as stated."""
-    accuracy, states = model.accuracy, None
-    count, seed, name = (accuracy.fitted_on.get(key) for key in ("states", "seed", "trajectory"))
-    # Another arm may bear the name of one that a motion was planned for, and limits that it breaks.
-    with warnings.catch_warnings(), suppress(GdAnalyzeError):
-        warnings.simplefilter("ignore", GdAnalyzeWarning)
-        if isinstance(count, int) and isinstance(seed, int):
-            if 0 < count <= _MOST_STATES and seed >= 0:
-                states = states_in_box(model.arm, count, seed)
-        elif name in shipped_trajectories():
-            states = states_of(read_trajectory(str(name), model.arm))
-    if states is None or dict(states.described) != dict(accuracy.fitted_on):
-        return replace(model, accuracy=replace(accuracy, measured=False))
-    return measured_at(model, states)
-
-
-def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
-    """Measure errors again at the states that a model was fitted on; a ModelError where it states others."""
-    accuracy = model.accuracy
-    exact = ExactDynamics.of(model.arm, states, model.drives)
-    torque = model.torque(*states.arrays)
-    measured = ErrorTable.of(exact.torque, torque)
-    # On another machine either sum may be rounded otherwise.
-    slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
-    spread = np.zeros(model.arm.n_joints) if exact.uncertainty is None else exact.uncertainty
-    for name, stated, found in (
-        ("peak_torque", accuracy.errors.peak_torque, measured.peak_torque),
-        ("largest_error", accuracy.errors.largest, measured.largest),
-        ("rms_error", accuracy.errors.rms, measured.rms),
-        ("uncertainty", spread if accuracy.uncertainty is None else accuracy.uncertainty, spread),
-    ):
-        fits = np.abs(stated - found) <= slack
-        was = found[int(np.argmin(fits))]
-        _require(model, name, fits, stated, f"{was:.6g}, as measured at {states.in_words}")
-    measure = exact.norm_measure(NormShare(1.0))
-    shares = measure.shares((torque - exact.torque).T)
-    with np.errstate(divide="ignore"):
-        off = slack * np.sqrt(model.arm.n_joints) / measure.norms.min(axis=0)
-    low, high = np.where(np.isfinite(off), shares - off, 0.0), shares + off
-    for norm in accuracy.norms:
-        if not share_at(low, norm.states) <= norm.share <= share_at(high, norm.states):
-            was = share_at(shares, norm.states)
-            raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
-    norms = exact.norms_of(torque, accuracy.asked.norm)
-    again = replace(accuracy, measured=True, uncertainty=exact.uncertainty, norms=norms)
-    return replace(model, accuracy=again)
-
-
-def _require(
-    model: SimplifiedModel, what: str, holds: NDArray[np.bool_], stated: FloatArray, expected: str
-) -> None:
-    if not holds.all():
-        joint = int(np.argmin(holds))
-        where = f"{what} of joint {joint + 1}, {model.arm.joints[joint].name}"
-        raise _impossible(where, expected, f"{stated[joint]:.6g}")
-
-
-def _impossible_norm(norm: NormShare, expected: str) -> ModelError:
-    return _impossible(f"norms at {norm.states:.10g} of the states", expected, f"{norm.share:.6g}")
-
-
-def _impossible(where: str, expected: str, found: str) -> ModelError:
-    what = "what the model file states of its errors cannot be"
-    return ModelError(what, where=where, expected=expected, found=found, next_step=_WRITE_AGAIN)
