@@ -20,7 +20,7 @@ import numpy as np
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify
-from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.harmonics.terms import Torques, TorqueTerm
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable

@@ -20,21 +20,21 @@ from typing import NamedTuple, get_args
 
 import numpy as np
 
-from gd_analyze import dynamics
-from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.operations.counting import Tally, counting_array
-from gd_analyze.operations.program import OperationCount
-from gd_analyze.studies.comparison_costs import (
+from formulation_costs import (
     SIZES,
     Counted,
     Growth,
     TextCost,
-    count_cost,
     explanation,
     generic_chain,
     growth,
     text_costs,
 )
+from gd_analyze import dynamics
+from gd_analyze.dynamics.methods import METHODS
+from gd_analyze.operations.counting import Tally, counting_array
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.studies.comparison import count_cost
 
 N = 6
 

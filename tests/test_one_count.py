@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import trade_off
-from gd_analyze.studies.comparison import compare
+from gd_analyze.studies.comparison import comparison
 from gd_analyze.studies.main_job import Settings, find
 
 
@@ -31,7 +33,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     certified, _ = simplify_certified(exact, gd.Budget.parse("5%"), Box.of(two_link))
     told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
     assert set(told) == {full}
-    assert compare(two_link).exact == full
+    assert comparison(two_link).document()["operations_full"] == asdict(full)
     points = trade_off(exact, factors=(1e-6,), kinds=((TERM, False),))
     assert [point.operations for point in points] == [full]
 

@@ -9,8 +9,8 @@ import sys
 import pytest
 
 import gd_analyze as gd
+from formulation_costs import generic_chain
 from gd_analyze.robots.arm_toml import toml_of
-from gd_analyze.studies.comparison_costs import generic_chain
 from made_models import signed
 from parallel_axes import arm_of
 from robot_files import fingers, two_joints
@@ -184,8 +184,8 @@ WORDS: dict[str, tuple[str, ...]] = {
     # Options that do not go together
     "simplify two_link --refit --level element": ("level term, recursive or energy",),
     "two_link x.csv --refit --level element": ("level term, recursive or energy",),
-    "simplify two_link --certified --refit": ("--certified",),
-    "simplify two_link --margin 1deg": ("--margin goes with --certified",),
+    "simplify two_link --certified --at-set-points": ("--certified",),
+    "simplify two_link --margin 1deg": ("--margin goes with a trajectory",),
     "simplify two_link --states 20 --certified --budget|1% norm": ("--certified",),
     "certify m.json --margin 1deg": ("--along",),
     "evaluate m.json -o torque.csv": ("trajectory",),

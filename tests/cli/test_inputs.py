@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from formulation_costs import generic_chain
 from gd_analyze.cli.motions import PROFILE_NAMES
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formula
 from gd_analyze.motions.profiles import PROFILES
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.studies.comparison_costs import generic_chain
 from robot_files import fingers, link, two_joints
 
 # The moments are 0.03, 0.04 and 0.05 but for products; 0.15 is more than the others by half of itself.

@@ -16,7 +16,7 @@ from gd_analyze.files import RESULT_FILES
 LONG = "a" * 300
 COMPUTING = {
     "gd_analyze.simplification.simplify": "simplify_exact",
-    "gd_analyze.studies.comparison": "compare",
+    "gd_analyze.studies.control": "control",
 }
 resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
 
@@ -39,7 +39,7 @@ def plenty(here, motion, model):
     (here / "link.csv").symlink_to(motion)
     os.link(motion, here / "hard.csv")
     (here / "r" / "report.html").mkdir(parents=True)
-    (here / "r" / "comparison.pdf").mkdir()
+    (here / "r" / "control.pdf").mkdir()
     os.link(motion, here / "r" / "dominance.csv")
 
 
@@ -53,12 +53,17 @@ REFUSED = [
     ("equations own.toml -o own.toml", REPLACES),
     ("two_link gentle.csv --out r --format csv", REPLACES),
     ("two_link gentle.csv --out r --format json,html", "report.html"),
-    ("compare two_link gentle.csv --out r", "comparison.pdf"),
+    ("control model.json gentle.csv --out r", "control.pdf"),
     ("simplify two_link -o r", "found: is a folder"),
     ("simplify two_link -o /dev/null", "found: is a device or a pipe"),
     ("equations two_link -o own.toml/x", "own.toml is not a folder"),
 ]
-OUT_OF = ["two_link gentle.csv", "compare two_link", "simplify two_link gentle.csv", "equations two_link"]
+OUT_OF = [
+    "two_link gentle.csv",
+    "control model.json gentle.csv",
+    "simplify two_link gentle.csv",
+    "equations two_link",
+]
 
 
 @pytest.mark.usefixtures("plenty", "nothing_computed")

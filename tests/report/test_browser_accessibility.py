@@ -13,7 +13,7 @@ from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.comparison import compare, comparison_result
+from gd_analyze.studies.comparison import comparison
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
@@ -37,7 +37,7 @@ def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) ->
 
 def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "comparison.html"
-    path.write_text(page_of(comparison_result(compare(load_arm("two_link")))), encoding="utf-8")
+    path.write_text(page_of(comparison(load_arm("two_link"))), encoding="utf-8")
     with opened(browser, path, color_scheme="dark") as tab:
         tab.unfold()
         assert violations(tab) == []

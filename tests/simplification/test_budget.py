@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification.certified_model import simplify_certified
+from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from formulation_costs import generic_chain
 from gd_analyze.errors import ModelError
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program, written
@@ -24,7 +25,6 @@ from gd_analyze.simplification.identity import (
     states_needed,
     telling_states,
 )
-from gd_analyze.studies.comparison_costs import generic_chain
 from strategies import arms, examples
 
 TURNS = [True] * 7

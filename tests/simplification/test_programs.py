@@ -32,7 +32,7 @@ from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.simplify import simplify
 from gd_analyze.simplification.torque_program import torque_program
-from gd_analyze.studies.comparison_costs import count_cost
+from gd_analyze.studies.comparison import count_cost
 from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
 

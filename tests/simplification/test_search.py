@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from few_tries import few_tries
+from formulation_costs import generic_chain
 from gd_analyze.arrays import ROUND_OFF_SHARE, peak_magnitude
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -30,7 +31,6 @@ from gd_analyze.simplification.linear_programs import Refit, select
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import search
 from gd_analyze.simplification.simplify import simplify, simplify_exact
-from gd_analyze.studies.comparison_costs import generic_chain
 from made_models import by_elements, model_of, of_shares, of_torque
 from strategies import arms_with_states, examples, motions, two_link_of
 

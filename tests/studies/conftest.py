@@ -2,12 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
+from formulation_costs import Growth, growth
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify
-from gd_analyze.studies.comparison import Comparison, compare
-from gd_analyze.studies.comparison_costs import Growth, growth
 from gd_analyze.studies.control import ControlStudy, control
 from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
 
@@ -15,11 +12,6 @@ from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
 @pytest.fixture(scope="session")
 def grown() -> Growth:
     return growth()
-
-
-@pytest.fixture(scope="session")
-def swing_comparison(two_link: RobotArm, swing: Trajectory) -> Comparison:
-    return compare(two_link, swing, command="gd-analyze compare two_link", warned=("odd",))
 
 
 @pytest.fixture(scope="session")

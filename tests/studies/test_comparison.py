@@ -14,22 +14,22 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from formulation_costs import (
+    N_JOINTS,
+    SIZES,
+    Polynomial,
+    exact_polynomial,
+    explanation,
+    text_costs,
+)
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.report.html import page_of
-from gd_analyze.studies.comparison import agreement, comparison_result
-from gd_analyze.studies.comparison_costs import (
-    N_JOINTS,
-    SIZES,
-    Polynomial,
-    count_cost,
-    exact_polynomial,
-    explanation,
-    text_costs,
-)
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.studies import comparison as module
+from gd_analyze.studies.comparison import agreement, comparison, count_cost
 from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed_forms
 from strategies import arms_with_states, examples
 
@@ -89,23 +89,20 @@ def test_a_wrong_formulation_is_noticed(two_link):
         assert worst == "newton_euler_link"
 
 
-def test_the_result_holds_everything_and_names_are_only_text(swing_comparison):
-    result = comparison_result(swing_comparison)
-    told = json.loads(json.dumps(result.document(), allow_nan=False))
-    *methods, pinocchio = told["cost"]["methods"]
-    assert ([row["name"] for row in methods], pinocchio["name"]) == (list(METHODS), "pinocchio")
+def test_the_result_holds_everything(two_link, swing, monkeypatch):
+    told = json.loads(json.dumps(comparison(two_link, swing).document(), allow_nan=False))
+    methods, differences = told["methods"], told["from_pinocchio"]
+    assert [row["name"] for row in methods] == [row["name"] for row in differences[:-1]] == list(METHODS)
     for row in methods:
-        assert row["executed"]["additions"] == swing_comparison.costs[row["name"]].executed.additions
-        stated = text_costs().of(row["name"])
-        assert (row["text"] and row["text"]["multiplications"]) == (stated and stated.multiplications(2))
+        assert row["executed"] == dataclasses.asdict(count_cost(METHODS[row["name"]], two_link).executed)
+    largest = max(row["torque"] for row in differences[:-1])
     assert told["agrees"]
-    assert told["notices"] == ["odd"]
-    arm = dataclasses.replace(swing_comparison.arm, title="<script>alert(1)</script>")
-    hostile = dataclasses.replace(swing_comparison, arm=arm, warnings=("<b>",))
-    assert "<script>alert" not in page_of(comparison_result(hostile))
-    bounds = dict.fromkeys(swing_comparison.agreement.bounds, 0.0)
-    apart = dataclasses.replace(swing_comparison.agreement, bounds=bounds)
-    disagreeing = comparison_result(dataclasses.replace(swing_comparison, agreement=apart))
+    assert largest <= told["largest_difference"] <= differences[-1]["torque"]
+    assert told["operations_full"] == dataclasses.asdict(ExactForm(two_link).operations)
+    found = agreement(two_link, states_in_box(two_link, 20))
+    apart = dataclasses.replace(found, bounds=dict.fromkeys(found.bounds, 0.0))
+    monkeypatch.setattr(module, "agreement", lambda *_, **__: apart)
+    disagreeing = comparison(two_link)
     assert not disagreeing.document()["agrees"]
     assert "DISAGREE" in disagreeing.headline
 

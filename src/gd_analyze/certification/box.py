@@ -61,6 +61,12 @@ class Box:
         """Number of joints n."""
         return len(self.lower)
 
+    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Limits of q, qd and qdd from which each of `count` states is to be drawn, shape (3, count, n)."""
+        upper = np.stack([self.upper, self.velocity, self.acceleration])
+        lower = np.stack([self.lower, -self.velocity, -self.acceleration])
+        return lower[:, None].repeat(count, axis=1), upper[:, None].repeat(count, axis=1)
+
     @property
     def centre(self) -> FloatArray:
         """Middle of the positions, shape (n,)."""

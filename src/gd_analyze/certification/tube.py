@@ -180,6 +180,11 @@ class Tube:
     def __len__(self) -> int:
         return len(self.lower)
 
+    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Limits of q, qd and qdd from which each of `count` states is to be drawn, shape (3, count, n)."""
+        chosen = rng.integers(len(self), size=count)
+        return self.lower[chosen].swapaxes(0, 1), self.upper[chosen].swapaxes(0, 1)
+
     @property
     def enclosing(self) -> Box:
         """The smallest box around all."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -124,24 +123,6 @@ def pinocchio_dynamics(
         for name, value in zip(QUANTITIES, state, strict=True):
             found[name].append(value)
     return {name: np.array(values) for name, values in found.items()}
-
-
-def pinocchio_torques(
-    arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
-) -> Callable[[], FloatArray]:
-    """Prepare Pinocchio's `rnea` state by state, in a loop that can be timed; shapes (N, n)."""
-    import pinocchio as pin
-
-    model = pinocchio_model(arm)
-    data = model.createData()
-
-    def loop() -> FloatArray:
-        out = np.empty(q.shape)
-        for k in range(len(q)):
-            out[k] = pin.rnea(model, data, q[k], qd[k], qdd[k])
-        return out
-
-    return loop
 
 
 def pinocchio_model(arm: RobotArm) -> Any:

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 
     Given: TypeAlias = Axes | Sequence[Axes] | None
 
-_MARKERS = dict(
-    zip(("circle", "square", "triangle", "down", "diamond", "cross", "star"), "os^vDx*", strict=True)
-)
+_MARKERS = dict(zip(("circle", "square", "triangle", "diamond", "cross", "star"), "os^Dx*", strict=True))
 _LEGEND, _FOOT = 16.0, 8.0
 
 

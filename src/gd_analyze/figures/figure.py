@@ -31,7 +31,7 @@ ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 WIDTH = 493.0
 
 Anchor = Literal["start", "middle", "end"]
-Marker = Literal["circle", "square", "triangle", "down", "diamond", "cross", "star"]
+Marker = Literal["circle", "square", "triangle", "diamond", "cross", "star"]
 Margins = tuple[float, float, float, float]
 
 

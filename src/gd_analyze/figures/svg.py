@@ -241,7 +241,6 @@ def _mark(shape: str, x: float, y: float, size: float) -> str:
     corners: dict[str, list[tuple[float, float]]] = {
         "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
         "triangle": [(-1.15 * r, r), (1.15 * r, r), (0, -1.1 * r)],
-        "down": [(-1.15 * r, -r), (1.15 * r, -r), (0, 1.1 * r)],
         "diamond": [(0, -1.3 * r), (1.3 * r, 0), (0, 1.3 * r), (-1.3 * r, 0)],
         "star": [(radius * math.sin(turn), -radius * math.cos(turn)) for radius, turn in turns],
     }

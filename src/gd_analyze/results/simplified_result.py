@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.holding import Held
 from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
@@ -29,18 +29,18 @@ _ROWS = 12
 
 
 def simplified_result(
-    model: SimplifiedModel,
+    held: Held,
     states: States,
-    certificate: Certificate | None,
     seconds: float,
     digits: int,
     *,
     joint_velocities: bool = False,
 ) -> Result:
-    """Facts of a model fitted on states, with what is proven of it; coefficients are shown in few digits.
+    """Facts of a model fitted on states, with where it holds; coefficients are shown in few digits.
 
     Equations are in absolute velocities, or by element in those of the joints.
     """
+    model, certificate = held.model, held.certificate
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
     answer, proven, joints = None, [], joint_errors(model, bound)
@@ -54,6 +54,10 @@ def simplified_result(
             Fact("certified_within", "Proven for every state", certificate.region.where),
             Fact("", "Proof" * bool(certificate.note), certificate.note),
         ]
+    if held.found is not None and held.tried:
+        worst, count = worst_error(model, held.found), f"{held.tried:,}".replace(",", " ")
+        answer = f"Torque error at most {worst.text} (joint {worst.joint}) at {count} states"
+        proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
     search = Table(
         "search",
         "Operations after each step of the search",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.recursive import RECURSIVE
 
 # In the order of `text.LEVEL_NAMES`.
@@ -35,6 +35,7 @@ class SearchOptions:
     thorough: bool = True  # search the integer program: seconds; dive into it only: tenths of a second
     write: bool = True  # spend tenths of a second on a program of few operations
     effort: float = 1.0  # a multiple of the usual, a minute at most; where it ends, the best so far is given
+    start: Terms | None = None  # of level recursive: changes to go on from
     dearer: bool = False  # give what was found even where it takes more operations than the exact torque
 
     def __post_init__(self) -> None:

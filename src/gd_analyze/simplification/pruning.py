@@ -59,6 +59,8 @@ _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE, _ROOM = 0.15, 2.0, 1.1, 0.01
 _LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
+# Attempts to bring a model within a budget that it breaks at other states, each the best of so many.
+_MENDING, _TRIED = 12, 4
 # Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
 _AT_A_TIME, _WRITING = 8.0, 1.5e4
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
@@ -252,10 +254,24 @@ class _Pruning:
                 kept.append(one._replace(added=added))
         return sorted(kept, key=lambda one: one.order)
 
-    def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
+    def mended(self, here: _Pruned, random: Random) -> _Pruned:
+        """Fit, and undo what helps most often, until the budget is kept everywhere; else undo all."""
+        for _ in range(_MENDING):
+            here = self.again(here)
+            kept = self.kept_everywhere(here)
+            if kept is not None:
+                return self.stated(kept)
+            here = self.again(here)
+            trials = [self.partly_undone(self.stated(here), random, _UNDONE[:1]) for _ in range(_TRIED)]
+            here = min(trials, key=lambda trial: trial.fit.largest)
+        nothing = self.with_changes({})
+        assert nothing is not None
+        return nothing
+
+    def partly_undone(self, here: _Pruned, random: Random, shares: Sequence[float] = _UNDONE) -> _Pruned:
         """Undo some of the changes, and fit."""
         steps = here.replaced
-        count = max(int(random.choice(_UNDONE) * len(steps)), 1)
+        count = max(int(random.choice(shares) * len(steps)), 1)
         if random.random() < _NEAR:
             first = random.choice(steps)
             gone = set(sorted(steps, key=lambda step: abs(step - first))[:count])
@@ -316,16 +332,21 @@ def prune(
     start: Changes | None = None,
     progress: Progress = None,
 ) -> dict[Change, float]:
-    """Prune a recursion to the allowed error, N m, (n,), from `start` on; one descent ends at any effort."""
+    """Prune a recursion to the allowed error, N m, (n,), from `start` on; one descent ends at any effort.
+
+    Where `start` exceeds it, changes are undone first.
+    """
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
     aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)
     pruning = _Pruning(exact.form.recursion, aim, Work(effort), progress)
     here = pruning.with_changes(start or {})
     assert here is not None
+    random = Random(0)
+    if start and pruning.beyond(here).size:
+        here = pruning.mended(here, random)
     pruning.reached = here.operations
     here = pruning.descend(here, whole=True)
-    random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random))
         # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.

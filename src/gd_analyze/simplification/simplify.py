@@ -236,7 +236,7 @@ def _within(
             if isinstance(level, CandidateLevel):
                 found = dropped(known, level, most, trial, progress)
             else:
-                found = pruned(known, most, trial, progress, None if start is None else start.terms)
+                found = pruned(known, most, trial, progress, how.start if start is None else start.terms)
             model = exactly(known, level, most, str(budget))
             done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
             model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)

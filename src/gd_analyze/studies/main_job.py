@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, expansion_of
-from gd_analyze.certification.certified_model import proven
+from gd_analyze.certification.holding import proven
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank

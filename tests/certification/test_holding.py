@@ -1,4 +1,4 @@
-"""Models whose budget is proven: no state of the region breaks it, drawn or found."""
+"""Models that hold over a region: no state breaks their budget, drawn or found."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.certification import holding
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.pruning import prune
 from strategies import arms, arms_with_states, examples
 
 
@@ -96,3 +99,74 @@ def test_what_is_returned_and_stated_is_the_model_certified(two_link):
     assert counts.pop(model.level.name) == model.operations.total
     assert set(counts.values()) <= {None}
     assert model.accuracy.steps[-1].operations == model.operations.total
+
+
+def test_along_a_motion_the_default_is_proven_by_terms_refitted_or_by_recursion(puma, pick_and_place):
+    exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
+    for how in (SearchOptions("recursive", thorough=False), SearchOptions("term", True, effort=0.01)):
+        model, certificate, tried, *_ = gd.simplify_held(exact, "2%", tube, how)
+        assert model.saves
+        assert tried == 0
+        assert certificate.within(exact.allowed("2%")).all()
+        assert model.accuracy.certificate.certified.tolist() == certificate.certified.tolist()
+        bounds = np.broadcast_to(exact.allowed("2%"), certificate.along.shape)
+        assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
+
+
+def test_within_limits_other_states_keep_the_budget_too(puma):
+    """Of so many others none may be off by more than a twentieth of the budget; fitted on 100, some are."""
+    exact, box = gd.ExactDynamics.of(puma, gd.states_in_box(puma, 100)), gd.Box.of(puma)
+    held = gd.simplify_held(exact, "2%", box, SearchOptions("term", thorough=False))
+    sampled = gd.simplify(puma, exact.states, "2%", level="term")
+    others = gd.ExactDynamics.of(puma, gd.states_in_box(puma, 100_000, 7))
+    allowed = exact.allowed("2%")
+    for model, most in ((held.model, 1.05), (sampled, np.inf)):
+        off = np.abs(model.torque(*others.states.arrays) - others.torque).max(axis=0)
+        assert (off <= most * allowed).all()
+    assert (off > 1.05 * allowed).any()
+    assert held.certificate is None
+    assert (held.found <= allowed).all()
+    assert held.tried == holding.TRIED
+    assert held.model.accuracy.fitted_on == exact.states.described
+
+
+def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):
+    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
+    monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
+    held = gd.simplify_held(exact, "30%", tube)
+    assert (held.tried, held.where) == (holding.TRIED, tube.where)
+    certificate = gd.certify(held.model, tube)
+    assert (held.found <= exact.allowed("30%")).all()
+    # An ascent to the ends of small boxes finds nearly all that the proof allows for.
+    assert (held.found >= 0.9 * certificate.worst_found).all()
+
+
+def test_an_ascent_stays_inside_and_never_descends():
+    rng = np.random.default_rng(3)
+    lower, slope = rng.normal(size=(3, 5, 2)), rng.normal(size=(3, 2))
+    upper = lower + rng.uniform(0.0, 1.0, lower.shape)
+
+    def share(states):
+        return np.abs(np.einsum("ksn,kn->s", states, slope))[None]
+
+    start = rng.uniform(lower, upper)
+    reached = holding._climbed(share, 0, start, lower, upper)
+    assert ((reached >= lower) & (reached <= upper)).all()
+    assert (share(reached) >= share(start)).all()
+    # A linear error is largest at the ends that one of its two signs points to.
+    ends = [np.where(sign * slope[:, None] > 0, upper, lower) for sign in (1, -1)]
+    best = np.maximum(*map(share, ends))
+    assert (share(reached) == best).mean() > 0.5
+
+
+def test_a_recursion_goes_on_from_changes_that_break_the_budget(two_link, swing):
+    exact = gd.ExactDynamics.of(two_link, swing)
+    allowed = exact.allowed("1%")
+    start = prune(exact, 50 * allowed, effort=1e-6)
+    level = gd.LEVELS["recursive"]
+    for given_changes in (start, {}):
+        changes = prune(exact, allowed, effort=1e-6, start=given_changes)
+        torque = level.write(exact.form, changes, holding.THOROUGH).run(holding.inputs_of(exact.states))
+        assert (np.abs(torque.T - exact.torque).max(axis=0) <= (1 + 1e-9) * allowed).all()
+    broken = level.write(exact.form, start, holding.THOROUGH).run(holding.inputs_of(exact.states))
+    assert (np.abs(broken.T - exact.torque).max(axis=0) > allowed).any()

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from gd_analyze.dynamics.methods import METHODS, Method
+from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.files import data_folder
-from gd_analyze.operations.counting import count_operations
-from gd_analyze.operations.program import OperationCount, Program
-from gd_analyze.operations.trace import Trace
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
+from gd_analyze.studies.comparison import Cost, count_cost
 
 Counted = Literal["executed", "folded", "text"]
 
@@ -126,13 +125,6 @@ def generic_chain(n: int) -> RobotArm:
     return RobotArm(f"chain{n}", tuple(joints), tuple(links), gravity=gravity, title=title)
 
 
-class Cost(NamedTuple):
-    """Arithmetic of one torque evaluation."""
-
-    executed: OperationCount  # by the code as it stands, products with zero included
-    folded: OperationCount  # constants folded, products with 0 and 1 gone, equal subexpressions shared
-
-
 @dataclass(frozen=True, eq=False)
 class Growth:
     """Costs on the generic chain over the number of joints."""
@@ -165,27 +157,10 @@ class Growth:
         return found
 
 
-@cache
-def count_cost(method: Method, arm: RobotArm) -> Cost:
-    """Count one method's torque of an arm, whose numbers are constants; the state is not."""
-    n = arm.n_joints
-    code = partial(method.torque, arm)
-    # Values do not matter to a count, only that they are there.
-    executed = count_operations(code, *np.full((3, n), 0.5))
-    trace = Trace()
-    torque = code(*(trace.inputs(name, n) for name in ("q", "qd", "qdd")))
-    return Cost(executed, Program.of(trace, list(torque[:, 0])).count)
-
-
-def growth(progress: Callable[[int], None] = lambda done: None) -> Growth:
-    """Count every method on generic chains of `SIZES` joints; `progress` is called with 1 after each."""
-    costs: dict[str, tuple[Cost, ...]] = {}
-    for name in METHODS:
-        costs[name] = ()
-        for n in SIZES:
-            costs[name] += (count_cost(METHODS[name], generic_chain(n)),)
-            progress(1)
-    return Growth(costs)
+def growth() -> Growth:
+    """Count every method on generic chains of `SIZES` joints."""
+    chains = [generic_chain(n) for n in SIZES]
+    return Growth({name: tuple(count_cost(m, arm) for arm in chains) for name, m in METHODS.items()})
 
 
 def explanation(method: str, grown: Growth) -> str:

@@ -1,0 +1,305 @@
+"""Models that keep their budget at every state of a box or a tube: proven, or tried at states drawn afresh.
+
+A model is fitted on some states and tried over the region. Where a joint exceeds the budget, the worst states
+found join those it is fitted on, and the budget of that joint shrinks; a few rounds suffice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import EFFORT, Certificate, certify, expansion_of
+from gd_analyze.certification.tube import Tube
+from gd_analyze.errors import UsageError
+from gd_analyze.harmonics.expansion import TooLongError
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.accuracy import LevelTried, SearchStep
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import THOROUGH, inputs_of
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
+from gd_analyze.simplification.simplify import simplify_exact
+
+# Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
+_ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
+# Share of a usual search in each round.
+_EFFORT = 0.25
+# States drawn at first, beside those given.
+_DRAWN = 300
+# States drawn afresh in every round, so many at a time, and how many of them join for each joint at most.
+TRIED, _AT_ONCE, _JOINING = 200_000, 50_000, 30
+# Steps of an ascent.
+_STEPS = 3
+# Terms of a program, written out, up to which it is proven within seconds, and the effort beyond.
+_MOST_WRITTEN, _MANY_WRITTEN, _LITTLE = 150_000, 20_000, 2_000
+# A bound above the budget by more than this is not brought within it.
+_LOOSE = 1.5
+
+_USUAL = SearchOptions()
+
+
+class Held(NamedTuple):
+    """A model that keeps its budget over a region."""
+
+    model: SimplifiedModel
+    certificate: Certificate | None = None  # what is proven of it, if anything
+    tried: int = 0  # states drawn, at none of which it exceeds the budget; 0 where it is proven
+    found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
+    where: str = ""  # name of these states
+
+
+def simplify_held(
+    exact: ExactDynamics,
+    budget: Budget | str | None,
+    region: Box | Tube,
+    how: SearchOptions = _USUAL,
+    *,
+    certified: bool = False,
+    effort: int = EFFORT,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+    stage: Callable[[str], object] = lambda _: None,
+) -> Held:
+    """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
+
+    Along a motion the budget is proven; where the bound stays above it, and in a box, it holds at 200 000
+    states drawn afresh, along a motion also at those that an ascent from the worst of them reaches.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the first states; shares in the budget are of their peak torque.
+    budget
+        Allowed torque error per joint; 1 % of each joint's peak torque by default.
+    region
+        The states.
+    how
+        Level, refit and effort; all rounds but the last are shorter than those of `simplify`.
+    certified
+        Give a proven model or the exact one.
+    effort
+        Of every proof, see `certify`.
+    provenance, stage
+        As for `simplify_exact`.
+    progress
+        Called with 1 after every round.
+
+    Returns
+    -------
+    Held
+        The model and what is known of it; the exact model where none with fewer operations was found.
+
+    Raises
+    ------
+    UsageError
+        If not even the exact model can be certified, or the budget is of the norm, which holds for a share of
+        states only.
+    """
+    budget = Budget.of(budget).require_per_joint(
+        "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
+    )
+    exact = exact.under(budget)
+    allowed, stated = exact.allowed(budget), str(budget)
+    share = np.ones(len(allowed))
+    lower, upper = region.pieces(_DRAWN, np.random.default_rng(0))
+    known = exact.at(exact.states.joined_by(*np.random.default_rng(0).uniform(lower, upper)))
+    search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True)
+    wants_proof = certified or isinstance(region, Tube)
+    for turn in range(_ROUNDS):
+        model = simplify_exact(
+            known, Budget.of_torques(share * allowed), search, provenance=provenance, stage=stage
+        )
+        if turn == 0:
+            # The cheapest level of the first round is kept.
+            levels, search = model.accuracy.levels, replace(search, level=model.level)
+        model = replace(model, accuracy=replace(model.accuracy, levels=levels))
+        certificate = _proof(model, region, effort, certified=certified) if wants_proof else None
+        tried = 0
+        if certificate is not None and (certified or (certificate.certified <= _LOOSE * allowed).all()):
+            found = certificate.certified
+            states = np.stack(certificate.worst_states)[:, found > allowed]
+        else:
+            found, states = _tried(model, exact, region, allowed, turn + 1)
+            tried = TRIED
+        if progress is not None:
+            progress(1)
+        holds = bool((found <= allowed).all())
+        if holds:
+            finished = _finished(model, exact, allowed, stated)
+            if finished.program is not model.program and certificate is not None:
+                # This other program is the one that runs.
+                certificate = _proof(finished, region, effort, certified=certified)
+                found = found if tried or certificate is None else certificate.certified
+            if (found <= allowed).all():
+                if not finished.saves:
+                    break
+                return Held(proven(finished, certificate), certificate, tried, found, region.where)
+        known = known.at(known.states.joined_by(*states))
+        if model.level.always_refits:
+            search = replace(search, start=model.terms)
+        beyond = found > allowed
+        needed = 0.98 * allowed / np.where(beyond, found, allowed)
+        # Each model takes long where numbers are refitted.
+        patient = turn < _PATIENT and not model.level.always_refits
+        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed**0.5, share)
+    everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
+    certificate = certify(everything, region, harmonics=exact.form.harmonics) if certified else None
+    if certificate is None or certificate.within(allowed).all():
+        return Held(proven(everything, certificate), certificate)
+    raise UsageError(
+        "not even the exact model can be certified within that budget",
+        where="budget",
+        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over all the states",
+        found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
+        next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
+    )
+
+
+def simplify_certified(
+    exact: ExactDynamics,
+    budget: Budget | str,
+    region: Box | Tube,
+    *,
+    level: Level | None = None,
+    refit: bool = False,
+    effort: float = 1.0,
+    provenance: Mapping[str, str] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> tuple[SimplifiedModel, Certificate]:
+    """Simplify as far as a budget is proven at every state of a box, or of a tube around a motion.
+
+    Parameters
+    ----------
+    exact, budget, region, provenance, progress
+        As for `simplify_held`.
+    level, refit, effort
+        As for `simplify`.
+
+    Returns
+    -------
+    tuple
+        The model, and the certificate that proves its budget; the exact model if none with fewer operations
+        was found.
+
+    Raises
+    ------
+    UsageError
+        If the budget is below the round-off of the bound, so that not even the exact model can be certified,
+        or if the budget is of the norm, which holds for a share of states only.
+    """
+    how = SearchOptions(level, refit, effort=effort)
+    held = simplify_held(exact, budget, region, how, certified=True, provenance=provenance, progress=progress)
+    assert held.certificate is not None  # as it was asked for
+    return held.model, held.certificate
+
+
+def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
+    """The model with what is proven of it."""
+    if certificate is None:
+        return model
+    return replace(model, accuracy=replace(model.accuracy, certificate=certificate.stated))
+
+
+def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified: bool) -> Certificate | None:
+    """Certify; None for a program that is too long, unless a proof was asked for."""
+    harmonics = model.form.harmonics
+    if certified or model.level.has_torque_terms:
+        return certify(model, region, effort=effort, harmonics=harmonics)
+    with suppress(TooLongError):
+        terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
+        if terms <= _MOST_WRITTEN:
+            effort = min(effort, _LITTLE) if terms > _MANY_WRITTEN else effort
+            return certify(model, region, effort=effort, harmonics=harmonics)
+    return None
+
+
+def _tried(
+    model: SimplifiedModel, exact: ExactDynamics, region: Box | Tube, allowed: FloatArray, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Largest error of every joint at states drawn from a region, (n,), and the worst of those, (3, M, n)."""
+    rng, n = np.random.default_rng(seed), len(allowed)
+
+    def share(states: FloatArray) -> FloatArray:
+        """Errors over what is allowed at states (3, N, n), shape (n, N)."""
+        inputs = inputs_of(States(*states))
+        off = model.program.run(inputs) - exact.form.program.run(inputs)
+        return np.asarray(np.abs(off) / allowed[:, None])
+
+    largest, worst = np.zeros(n), [np.empty((3, 0, n))]
+    for _ in range(TRIED // _AT_ONCE):
+        lower, upper = region.pieces(_AT_ONCE, rng)
+        states = rng.uniform(lower, upper)
+        for i, errors in enumerate(share(states)):
+            top = np.argpartition(-errors, _JOINING)[:_JOINING]
+            reached = states[:, top]
+            if isinstance(region, Tube):
+                reached = _climbed(share, i, reached, lower[:, top], upper[:, top])
+            errors = share(reached)
+            largest = np.maximum(largest, errors.max(axis=1))
+            worst.append(reached[:, errors[i] > 1.0])
+    return largest * allowed, np.concatenate(worst, axis=1)
+
+
+def _climbed(
+    share: Callable[[FloatArray], FloatArray],
+    joint: int,
+    states: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+) -> FloatArray:
+    """Ascend within small boxes: each variable goes to the end where it errs more, if it errs more so."""
+    for _ in range(_STEPS):
+        here, trial = share(states)[joint], states.copy()
+        best = np.broadcast_to(here[:, None], states.shape).copy()
+        for ends in (lower, upper):
+            for kind, k in np.ndindex(len(states), states.shape[2]):
+                moved = states.copy()
+                moved[kind, :, k] = ends[kind, :, k]
+                there = share(moved)[joint]
+                more = there > best[kind, :, k]
+                best[kind, more, k], trial[kind, more, k] = there[more], ends[kind, more, k]
+        better = share(trial)[joint] > here
+        if not better.any():
+            break
+        states = np.where(better[:, None], trial, states)
+    return states
+
+
+def _finished(
+    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
+) -> SimplifiedModel:
+    """State the budget, and write the program with few operations."""
+    if model.terms:
+        model = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+    operations = model.program.count.total
+    steps = model.accuracy.steps
+    if steps and operations < steps[-1].operations:
+        steps = (*steps, SearchStep("rewriting", operations))
+    levels = []
+    for tried in model.accuracy.levels:
+        if tried.level == model.level.name:
+            tried = tried._replace(operations=operations)
+        elif tried.operations is not None:
+            # Other levels were searched once.
+            why = f"it took {tried.operations} operations before further states were tried"
+            tried = LevelTried(tried.level, None, why)
+        levels.append(tried)
+    accuracy = replace(
+        model.accuracy,
+        allowed=allowed,
+        budget=stated,
+        steps=steps,
+        levels=tuple(levels),
+        fitted_on=exact.states.described,
+    )
+    accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
+    return no_dearer(exact, replace(model, accuracy=accuracy))
