@@ -135,10 +135,10 @@ class Trace:
 
     def record(self, operation: Operation, *arguments: Any) -> Expression:
         """Record an operation as it is, without folding, as for a program read from a file."""
-        arguments = tuple(a if isinstance(a, _SYMBOLIC) else float(a) for a in arguments)
-        key = (operation, *((a.order, None) if isinstance(a, Expression) else a for a in arguments))
+        key = (operation, *arguments)
         known = self._known.get(key)
         if known is None:
+            arguments = tuple(a if isinstance(a, _SYMBOLIC) else float(a) for a in arguments)
             known = self._known[key] = Expression(self, len(self.expressions), operation, arguments)
             self.expressions.append(known)
         return known
@@ -175,8 +175,6 @@ def _is_negative(x: Any) -> bool:
 
 def _sorted(a: Any, b: Any) -> tuple[Any, Any]:
     """Constants first, then by age, so that equal sums and products are one node."""
-
-    def age(x: Any) -> float:
-        return x.order if isinstance(x, Expression) else -1
-
-    return (a, b) if age(a) <= age(b) else (b, a)
+    if not isinstance(b, Expression) or (isinstance(a, Expression) and a.order > b.order):
+        return (b, a)
+    return (a, b)

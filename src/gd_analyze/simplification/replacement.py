@@ -9,6 +9,7 @@ alone for v and that u does not need. What is most promising is then looked at b
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -269,11 +270,11 @@ class _Pool:
         for number, added, saved in ways:
             merit = _merit(added, saved).ravel()
             places = np.argpartition(merit, min(_OF_EACH * _CLOSELY, merit.size - 1))[: _OF_EACH * _CLOSELY]
-            for place in places[np.isfinite(merit[places])].tolist():
-                v, u = divmod(place, len(self.total))
-                c = float(number[v, u]) if isinstance(number, np.ndarray) else number
-                if np.isfinite(c) and c != 0.0:
-                    found.append(self._replacement(v, ((u, c),), saved[v, u], added[v, u]))
+            v, u = np.divmod(places[np.isfinite(merit[places])], len(self.total))
+            c = np.broadcast_to(number, added.shape)[v, u]
+            by = ((pair,) for pair in zip(u.tolist(), snapped(c).tolist(), strict=True))
+            every = self._replacements(v, by, saved[v, u], added[v, u])
+            found += [one for one, is_one in zip(every, np.isfinite(c) & (c != 0.0), strict=True) if is_one]
         return found
 
     def by_two(self) -> list[Replacement]:
@@ -305,32 +306,35 @@ class _Pool:
         alive = self.alive[v] + self.alive[v, first][:, None] - both
         saved = np.where(np.isfinite(self.saved[v]), self.total[v][:, None] - alive - 3.0, -np.inf)
         merit = np.where((determinant > _APART * a * b) & fits[:, None], _merit(added, saved), np.inf)
-        best = merit.argmin(axis=1)
-        found = []
-        for row, u in enumerate(best):
-            if np.isfinite(merit[row, u]) and c[row, u] != 0.0 != d[row, u]:
-                by = ((int(first[row]), float(c[row, u])), (int(u), float(d[row, u])))
-                found.append(self._replacement(int(v[row]), by, saved[row, u], added[row, u]))
-        return found
+        u, rows = merit.argmin(axis=1), np.arange(len(v))
+        keep = np.isfinite(merit[rows, u]) & (c[rows, u] != 0.0) & (d[rows, u] != 0.0)
+        rows, u = rows[keep], u[keep]
+        one, other = (
+            zip(steps.tolist(), snapped(numbers[rows, u]).tolist(), strict=True)
+            for steps, numbers in ((first[rows], c), (u, d))
+        )
+        return self._replacements(v[rows], zip(one, other, strict=True), saved[rows, u], added[rows, u])
 
     def by_number(self) -> list[Replacement]:
         """A number, the best or none."""
-        found = []
-        for v in np.flatnonzero(np.isfinite(self.total) & (self.total > 0.0)):
-            c = -self.left[v] / self.by_itself[v] if self.by_itself[v] > 0.0 else 0.0
-            none = self._replacement(int(v), ((NUMBER, 0.0),), self.total[v] + 1.0, self.constant[v])
-            added = self.constant[v] + self.left[v] * c
-            found.append(none)
-            if self.degree[v] != 1:
-                found.append(self._replacement(int(v), ((NUMBER, float(c)),), self.total[v], added))
-        return found
+        v = np.flatnonzero(np.isfinite(self.total) & (self.total > 0.0))
+        none = (((NUMBER, 0.0),) for _ in v)
+        found = self._replacements(v, none, self.total[v] + 1.0, self.constant[v])
+        v = v[self.degree[v] != 1]
+        left, square = self.left[v], self.by_itself[v]
+        c = np.divide(-left, square, out=np.zeros_like(left), where=square > 0.0)
+        by = (((NUMBER, number),) for number in snapped(c).tolist())
+        return found + self._replacements(v, by, self.total[v], self.constant[v] + left * c)
 
-    def _replacement(
-        self, v: int, by: tuple[tuple[int, float], ...], saved: float, added: float
-    ) -> Replacement:
-        steps, numbers = zip(*by, strict=True)
-        by_rounded = zip(steps, snapped(np.array(numbers)).tolist(), strict=True)
-        return Replacement(v, tuple(by_rounded), float(saved), rounded(float(added) / self.count))
+    def _replacements(
+        self,
+        v: NDArray[np.intp],
+        by: Iterable[tuple[tuple[int, float], ...]],
+        saved: FloatArray,
+        added: FloatArray,
+    ) -> list[Replacement]:
+        grown = (rounded(more) for more in (added / self.count).tolist())
+        return [Replacement(*one) for one in zip(v.tolist(), by, saved.tolist(), grown, strict=True)]
 
 
 def rounded(added: float) -> float:
