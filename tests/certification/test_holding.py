@@ -113,6 +113,19 @@ def test_along_a_motion_the_default_is_proven_by_terms_refitted_or_by_recursion(
         assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
 
 
+@pytest.mark.slow
+def test_along_a_motion_the_recursion_is_tried_too(puma, pick_and_place):
+    """The answer is the level of fewer operations; what the other takes is on record."""
+    exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
+    held = gd.simplify_held(exact, "1%", tube)
+    terms = gd.simplify_held(exact, "1%", tube, SearchOptions("term"))
+    assert held.model.level.name == "recursive"
+    assert held.model.operations.total < terms.model.operations.total
+    tried = {one.level: one.operations for one in held.model.accuracy.levels}
+    assert tried == {"term": terms.model.operations.total, "recursive": held.model.operations.total}
+    assert (held.certificate.certified <= held.model.accuracy.allowed).all()
+
+
 def test_within_limits_other_states_keep_the_budget_too(puma):
     """Of so many others none may be off by more than a twentieth of the budget; fitted on 100, some are."""
     exact, box = gd.ExactDynamics.of(puma, gd.states_in_box(puma, 100)), gd.Box.of(puma)

@@ -74,6 +74,43 @@ def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, mo
     assert (errors <= budgets.factor.values[:, None] * model.accuracy.allowed * (1 + 1e-12)).all()
 
 
+def test_the_budget_holds_near_the_motion(puma_findings):
+    """Proven, in one figure of the headline; the slider's model is the one shown."""
+    model, tube = puma_findings.model, puma_findings.tables["tube"]
+    assert (tube.tube_certified.values <= model.accuracy.allowed).all()
+    assert tube.attrs["tried"] == 0
+    headline = run_headline(puma_findings)
+    assert headline.startswith(f"{model.operations.total} operations instead of 308.")
+    assert headline.endswith("of peak torque near the trajectory (proven).")
+
+
+def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
+    found = find(puma, pick_and_place, Settings(drives=True, at_set_points=True))
+    allowed = puma_findings.model.accuracy.allowed
+    assert found.model.operations.total < puma_findings.model.operations.total
+    assert (found.model.accuracy.errors.largest <= allowed).all()
+    assert (found.tables["tube"].tube_certified.values > allowed).any()
+    assert default_folder(puma, pick_and_place, Settings(at_set_points=True)).name.endswith("-at-set-points")
+
+
+def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
+    monkeypatch.setattr("gd_analyze.certification.holding._proof", lambda *_, **__: None)
+    monkeypatch.setattr("gd_analyze.studies.main_job._efforts", lambda *_: None)
+    found = find(two_link, swing, Settings(budget="30%"))
+    tube, model = found.tables["tube"], found.model
+    assert model.saves
+    assert tube.attrs["tried"] == 200_000
+    assert (tube.tube_worst_found.values <= model.accuracy.allowed).all()
+    assert tube.tube_certified.isnull().all()
+    assert run_headline(found).endswith("near the trajectory (200 000 states tried).")
+    facts = run_result(found).document()
+    assert facts["tried_error"] == pytest.approx(float(tube.tube_worst_found_share.max()))
+    assert facts["tube"]["tried"] == 200_000
+    gd.save_results(found, tmp_path / "analysis.h5")
+    again = gd.load_findings(tmp_path / "analysis.h5")
+    assert run_headline(again) == run_headline(found)
+
+
 @pytest.mark.slow
 def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
     """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""

@@ -6,9 +6,10 @@ found join those it is fitted on, and the budget of that joint shrinks; a few ro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,13 +25,17 @@ from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.simplification.simplify import FEW_JOINTS, simplify_exact
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
+# Power of what is missing by which the budget shrinks where numbers are always refitted; how far it may grow.
+_FIRMLY, _WIDEST = 0.9, 10.0
 # Share of a usual search in each round.
 _EFFORT = 0.25
 # States drawn at first, beside those given.
@@ -41,8 +46,8 @@ TRIED, _AT_ONCE, _JOINING = 200_000, 50_000, 30
 _STEPS = 3
 # Terms of a program, written out, up to which it is proven within seconds, and the effort beyond.
 _MOST_WRITTEN, _MANY_WRITTEN, _LITTLE = 150_000, 20_000, 2_000
-# A bound above the budget by more than this is not brought within it.
-_LOOSE = 1.5
+# A bound above the budget by more than this is not brought within it, nor any after so many rounds.
+_LOOSE, _CLOSING = 1.5, 8
 
 _USUAL = SearchOptions()
 
@@ -55,6 +60,7 @@ class Held(NamedTuple):
     tried: int = 0  # states drawn, at none of which it exceeds the budget; 0 where it is proven
     found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
     where: str = ""  # name of these states
+    near: ExactDynamics | None = None  # exact dynamics at the states it was fitted on
 
 
 def simplify_held(
@@ -108,57 +114,23 @@ def simplify_held(
         "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
     )
     exact = exact.under(budget)
-    allowed, stated = exact.allowed(budget), str(budget)
-    share = np.ones(len(allowed))
-    lower, upper = region.pieces(_DRAWN, np.random.default_rng(0))
-    known = exact.at(exact.states.joined_by(*np.random.default_rng(0).uniform(lower, upper)))
-    search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True)
-    wants_proof = certified or isinstance(region, Tube)
-    for turn in range(_ROUNDS):
-        model = simplify_exact(
-            known, Budget.of_torques(share * allowed), search, provenance=provenance, stage=stage
-        )
-        if turn == 0:
-            # The cheapest level of the first round is kept.
-            levels, search = model.accuracy.levels, replace(search, level=model.level)
-        model = replace(model, accuracy=replace(model.accuracy, levels=levels))
-        certificate = _proof(model, region, effort, certified=certified) if wants_proof else None
-        tried = 0
-        if certificate is not None and (certified or (certificate.certified <= _LOOSE * allowed).all()):
-            found = certificate.certified
-            states = np.stack(certificate.worst_states)[:, found > allowed]
-        else:
-            found, states = _tried(model, exact, region, allowed, turn + 1)
-            tried = TRIED
-        if progress is not None:
-            progress(1)
-        holds = bool((found <= allowed).all())
-        if holds:
-            finished = _finished(model, exact, allowed, stated)
-            if finished.program is not model.program and certificate is not None:
-                # This other program is the one that runs.
-                certificate = _proof(finished, region, effort, certified=certified)
-                found = found if tried or certificate is None else certificate.certified
-            if (found <= allowed).all():
-                if not finished.saves:
-                    break
-                return Held(proven(finished, certificate), certificate, tried, found, region.where)
-        known = known.at(known.states.joined_by(*states))
-        if model.level.always_refits:
-            search = replace(search, start=model.terms)
-        beyond = found > allowed
-        needed = 0.98 * allowed / np.where(beyond, found, allowed)
-        # Each model takes long where numbers are refitted.
-        patient = turn < _PATIENT and not model.level.always_refits
-        share = np.where(beyond, np.minimum(share, _SLIGHTLY) if patient else share * needed**0.5, share)
-    everything = replace(exactly(exact, model.level, allowed, stated), provenance=dict(provenance or {}))
-    certificate = certify(everything, region, harmonics=exact.form.harmonics) if certified else None
-    if certificate is None or certificate.within(allowed).all():
-        return Held(proven(everything, certificate), certificate)
+    rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
+    best = rounds.held(how)
+    is_long = how.level is None and how.thorough and isinstance(region, Tube)
+    if is_long and best.model.level is TERM and exact.arm.n_joints > FEW_JOINTS:
+        with suppress(TooLongError):  # of a certified one
+            other = rounds.held(replace(how, level=RECURSIVE))
+            best = _better(best, other)
+    if best.model.saves or not certified:
+        return best
+    certificate = certify(best.model, region, harmonics=exact.form.harmonics)
+    if certificate.within(best.model.accuracy.allowed).all():
+        return Held(proven(best.model, certificate), certificate)
     raise UsageError(
         "not even the exact model can be certified within that budget",
         where="budget",
-        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in allowed)} over all the states",
+        expected=f"errors of at most {', '.join(f'{x:.3g}' for x in best.model.accuracy.allowed)} "
+        "over all the states",
         found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
         next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
     )
@@ -202,11 +174,114 @@ def simplify_certified(
     return held.model, held.certificate
 
 
+def _better(best: Held, other: Held) -> Held:
+    """The one of fewer operations, with those of the other level on record."""
+    found = LevelTried(other.model.level.name, other.model.operations.total)
+    levels = tuple(found if one.level == found.level else one for one in best.model.accuracy.levels)
+    fewer = min(best, other, key=lambda held: held.model.operations.total)
+    accuracy = replace(fewer.model.accuracy, levels=levels)
+    return fewer._replace(model=replace(fewer.model, accuracy=accuracy))
+
+
 def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
     """The model with what is proven of it."""
     if certificate is None:
         return model
     return replace(model, accuracy=replace(model.accuracy, certificate=certificate.stated))
+
+
+@dataclass(frozen=True)
+class _Rounds:
+    """Rounds in which a model is fitted on some states and tried over a region."""
+
+    exact: ExactDynamics
+    budget: Budget
+    region: Box | Tube
+    certified: bool
+    effort: int
+    provenance: dict[str, str]
+    progress: Callable[[int], None] | None
+    stage: Callable[[str], object]
+
+    def held(self, how: SearchOptions) -> Held:
+        """Fit and try until a model holds, one that is always refitted once more for fewer operations."""
+        allowed, share = self.exact.allowed(self.budget), np.ones(self.exact.arm.n_joints)
+        lower, upper = self.region.pieces(_DRAWN, np.random.default_rng(0))
+        known = self.exact.joined_by(*np.random.default_rng(0).uniform(lower, upper))
+        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True)
+        best, left = None, math.ceil(how.effort)
+        for turn in range(_ROUNDS):
+            model = simplify_exact(
+                known,
+                Budget.of_torques(share * allowed),
+                search,
+                provenance=self.provenance,
+                stage=self.stage,
+            )
+            if turn == 0:
+                # The cheapest level of the first round is kept.
+                levels, search = model.accuracy.levels, replace(search, level=model.level)
+            model = replace(model, accuracy=replace(model.accuracy, levels=levels))
+            refits = model.level.always_refits
+            if refits:
+                search = replace(search, start=model.terms)
+            trial, states = self._over_region(model, allowed, turn)
+            if self.progress is not None:
+                self.progress(1)
+            if trial.found is not None and (trial.found <= allowed).all():
+                trial = self._written(trial, allowed, known)
+            found = trial.found
+            assert found is not None
+            if (found <= allowed).all():
+                if best is not None and trial.model.operations.total >= best.model.operations.total:
+                    left -= 1
+                else:
+                    best = trial
+                if not (refits and how.thorough and left and trial.model.saves):
+                    break
+                share = np.minimum(1.0, share * allowed / np.maximum(found, allowed / _WIDEST))
+                continue
+            left -= best is not None
+            if not left:
+                break
+            known = known.joined_by(*states)
+            beyond = found > allowed
+            needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
+            if refits:  # each model takes long
+                share = share * needed**_FIRMLY
+            elif turn < _PATIENT:
+                share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
+            else:
+                share = share * needed**0.5
+        if best is not None and best.model.saves:
+            return best
+        everything = exactly(self.exact, model.level, allowed, str(self.budget))
+        levels = _levels(model, everything.operations.total)
+        accuracy = replace(everything.accuracy, levels=levels)
+        return Held(replace(everything, accuracy=accuracy, provenance=self.provenance), near=known)
+
+    def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
+        """What is proven of a model or found, and the states (3, M, n) at which it errs most."""
+        certificate = None
+        if self.certified or isinstance(self.region, Tube):
+            certificate = _proof(model, self.region, self.effort, certified=self.certified)
+        loose = _LOOSE if turn < _CLOSING else 1.0
+        if certificate is not None:
+            found = certificate.certified
+            if self.certified or (found <= loose * allowed).all():
+                states = np.stack(certificate.worst_states)[:, found > allowed]
+                return Held(model, certificate, 0, found, self.region.where), states
+        found, states = _tried(model, self.exact, self.region, allowed, turn + 1)
+        return Held(model, certificate, TRIED, found, self.region.where), states
+
+    def _written(self, held: Held, allowed: FloatArray, known: ExactDynamics) -> Held:
+        """Write the program that runs, and prove that one."""
+        model = _finished(held.model, self.exact, allowed, str(self.budget))
+        certificate, found = held.certificate, held.found
+        if model.program is not held.model.program and certificate is not None:
+            certificate = _proof(model, self.region, self.effort, certified=self.certified)
+            found = found if held.tried or certificate is None else certificate.certified
+        return Held(proven(model, certificate), certificate, held.tried, found, held.where, known)
 
 
 def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified: bool) -> Certificate | None:
@@ -236,6 +311,8 @@ def _tried(
 
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(TRIED // _AT_ONCE):
+        if isinstance(region, Tube) and (largest > 1.0).any():
+            break  # ascents from the first have found enough to go on with
         lower, upper = region.pieces(_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
         for i, errors in enumerate(share(states)):
@@ -257,16 +334,17 @@ def _climbed(
     upper: FloatArray,
 ) -> FloatArray:
     """Ascend within small boxes: each variable goes to the end where it errs more, if it errs more so."""
+    count, n = states.shape[1:]
     for _ in range(_STEPS):
-        here, trial = share(states)[joint], states.copy()
-        best = np.broadcast_to(here[:, None], states.shape).copy()
-        for ends in (lower, upper):
-            for kind, k in np.ndindex(len(states), states.shape[2]):
-                moved = states.copy()
-                moved[kind, :, k] = ends[kind, :, k]
-                there = share(moved)[joint]
-                more = there > best[kind, :, k]
-                best[kind, more, k], trial[kind, more, k] = there[more], ends[kind, more, k]
+        here = share(states)[joint]
+        # By end, kind and number of the variable that moves.
+        moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
+        for end, kind, k in np.ndindex(2, 3, n):
+            moved[end, kind, k, kind, :, k] = (lower, upper)[end][kind, :, k]
+        every = np.moveaxis(moved, 3, 0).reshape(3, -1, n)
+        there = share(every)[joint].reshape(2, 3, n, count).swapaxes(2, 3)
+        ends = np.where(there[1] > there[0], upper, lower)
+        trial = np.where(there.max(axis=0) > here[:, None], ends, states)
         better = share(trial)[joint] > here
         if not better.any():
             break
@@ -284,6 +362,21 @@ def _finished(
     steps = model.accuracy.steps
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
+    levels = _levels(model, operations)
+    accuracy = replace(
+        model.accuracy,
+        allowed=allowed,
+        budget=stated,
+        steps=steps,
+        levels=levels,
+        fitted_on=exact.states.described,
+    )
+    accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
+    return no_dearer(exact, replace(model, accuracy=accuracy))
+
+
+def _levels(model: SimplifiedModel, operations: int) -> tuple[LevelTried, ...]:
+    """Levels of the first round, the model's own with what it takes in the end."""
     levels = []
     for tried in model.accuracy.levels:
         if tried.level == model.level.name:
@@ -293,13 +386,4 @@ def _finished(
             why = f"it took {tried.operations} operations before further states were tried"
             tried = LevelTried(tried.level, None, why)
         levels.append(tried)
-    accuracy = replace(
-        model.accuracy,
-        allowed=allowed,
-        budget=stated,
-        steps=steps,
-        levels=tuple(levels),
-        fitted_on=exact.states.described,
-    )
-    accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
-    return no_dearer(exact, replace(model, accuracy=accuracy))
+    return tuple(levels)

@@ -43,7 +43,7 @@ class MainJobContext(click.Context):
 @options.simplify
 @options.drives
 @options.payload
-@options.margin("How far states may be from the motion for which the model's errors are proven")
+@options.margin("How far from the motion the budget holds and errors are proven")
 @options.dominance
 @click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(

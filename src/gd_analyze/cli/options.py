@@ -270,4 +270,9 @@ simplify = together(
         None,
         "Most multiplications and additions of the model; the budget is scaled until it has no more.",
     ),
+    click.option(
+        "--at-set-points",
+        is_flag=True,
+        help="Keep the budget at the set points, or at the states drawn, and nowhere else.",
+    ),
 )

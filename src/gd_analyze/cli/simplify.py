@@ -37,11 +37,6 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     "trajectory is given, within --margin of the motion, between its set points too.",
 )
 @click.option(
-    "--at-set-points",
-    is_flag=True,
-    help="Keep the budget at the set points, or at the states drawn, and nowhere else.",
-)
-@click.option(
     "--verdicts",
     type=click.Choice(("own", "text")),
     help="With --level element: keep the dominant part of every element, by our own verdicts over the states "

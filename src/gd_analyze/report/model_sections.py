@@ -24,7 +24,7 @@ from gd_analyze.results.simplified_result import recursion_parts
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.text import inertia_label, joined, number, pretty
+from gd_analyze.text import inertia_label, joined, number, pretty, thousands
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "An exponent names the one part kept of an element; an element without one is kept whole."
@@ -173,7 +173,8 @@ def _recursion(findings: Findings) -> tuple[Part, ...]:
 def beyond_section(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and what a payload or uncertain parameters do."""
     rows = joint_rows(findings, "simplified_model", "beyond", "tube")
-    near = [_near(findings, rows)] if tube_bound(findings) is not None else []
+    known = findings.tables["tube"].tube_worst_found.notnull().any()
+    near = [_near(findings, rows)] if known else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
     parts: tuple[Part, ...] = (*near, ratios, _farther(findings, rows), _payload(rows))
@@ -185,6 +186,11 @@ _ERRORS = {"allowed_error": ("allowed", "@effort_unit"), "largest_error": ("at s
 
 def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
     shown, letters = [], {"q": "± q", "qd": "± q̇", "qdd": "± q̈"}
+    tube, near = findings.tables["tube"], f"within {margins(findings)} of the motion"
+    tried, proof = int(tube.attrs["tried"]), dict[str, tuple[str, ...]]()
+    if tube_bound(findings) is not None:
+        proof["tube_certified"] = ("proven", "@effort_unit", "bound")
+        proof["tube_certified_share"] = ("of peak", "", "bound_percent")
     for joint, row in zip(findings.arm.joints, rows, strict=True):
         cells = {}
         for name in letters:
@@ -195,16 +201,15 @@ def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
     labels = {
         **_ERRORS,
         "tube_worst_found": ("found near it", "@effort_unit"),
-        "tube_certified": ("proven", "@effort_unit", "bound"),
-        "tube_certified_share": ("of peak", "", "bound_percent"),
+        **proof,
         **{f"tube_margin_{name}": (words, "", "text") for name, words in letters.items()},
     }
-    note = (
-        f"Within {margins(findings)} of the motion, between its set points too, no state has a larger error "
-        "than the proven one. The found error is the worst that a search met. "
-        f"{findings.tables['tube'].attrs['note']}"
-    )
-    return table_of("tube", "Torque error near the motion, proven", shown, labels, note)
+    note = f"{near[:1].upper()}{near[1:]}, between its set points too"
+    note += ", no state has a larger error than the proven one. " if proof else ": the states meant. "
+    note += "The found error is the worst that a search met"
+    note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
+    note += str(tube.attrs["note"])
+    return table_of("tube", "Torque error near the motion", shown, labels, note)
 
 
 def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:

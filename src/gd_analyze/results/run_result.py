@@ -40,7 +40,7 @@ from gd_analyze.results.rows import (
 )
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import amount, joined, number, percent
+from gd_analyze.text import amount, joined, number, percent, thousands
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
@@ -87,7 +87,14 @@ def run_headline(findings: Findings) -> str:
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
     motion = "the motions" if findings.trajectory.motions else "the trajectory"
-    if bound is None:
+    tried, found = (
+        int(findings.tables["tube"].attrs["tried"]),
+        findings.tables["tube"].tube_worst_found.values,
+    )
+    if tried:
+        known = "" if bound is None else f"; proven {worst_error(model, bound).size}"
+        error = f"{worst_error(model, found).text} near {motion} ({thousands(tried)} states tried{known})"
+    elif bound is None:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"{worst_error(model, bound).text} near {motion} (proven)"
@@ -95,9 +102,10 @@ def run_headline(findings: Findings) -> str:
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:
-    """Four figures to begin with: how well proven, how good, how many operations, of what."""
-    model, bound = findings.model, tube_bound(findings)
-    label = "Torque error, proven near the motion"
+    """Four figures to begin with: how good near the motion, how good on it, how many operations, of what."""
+    model, bound, tube = findings.model, tube_bound(findings), findings.tables["tube"]
+    tried = int(tube.attrs["tried"])
+    label = "" if tried else "Torque error, proven near the motion"
     if bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
     elif model.saves:
@@ -106,7 +114,10 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         proven = Fact("proven_error", label, 0.0, text="round-off only")
     full, left = model.operations_full.total, model.operations.total
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
+    near = f"Torque error near the motion, {thousands(tried)} states tried"
+    found = (worst_error(model, tube.tube_worst_found.values).fact("tried_error", near),) if tried else ()
     return (
+        *found,
         proven,
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
@@ -155,7 +166,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     rows = rows_of(findings.tables["cross_check"], "comparison")
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
     margin = str(findings.tables["tube"].attrs["margin"])
-    facts = [Fact("margin", "Margins of the proof", margin, text=margins(findings))]
+    facts = [Fact("margin", "Margins of the motion", margin, text=margins(findings))]
     if model.saves and beyond.certified.notnull().all():
         worst = worst_error(model, beyond.certified.values)
         facts.append(worst.fact("box_error", "Torque error, proven in the motion's box"))
@@ -176,7 +187,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
 
 
 def margins(findings: Findings) -> str:
-    """How far from the motion the errors are proven, in words."""
+    """How far from the motion the budget holds and errors are bounded, in words."""
     return Margin.parse(findings.tables["tube"].attrs["margin"]).in_words(findings.arm)
 
 
@@ -311,7 +322,8 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         budgets=budget_rows(findings),
         beyond=joint_rows(findings, "beyond"),
         states_drawn=tables["beyond"].attrs["states_drawn"],
-        tube={"joints": joint_rows(findings, "tube"), "coarse": tube["coarse"], "note": tube["note"]},
+        tube={"joints": joint_rows(findings, "tube")}
+        | {key: tube[key] for key in ("coarse", "tried", "note")},
         residuals=rows_of(tables["cross_check"], "comparison"),
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.holding import Held
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.pinocchio_check import Residual
@@ -271,14 +272,14 @@ def beyond_table(
     )
 
 
-def tube_table(
-    model: SimplifiedModel, tube: Tube, certificate: Certificate | None, margin: Margin
-) -> xr.Dataset:
-    """Tabulate what is proven of a model around the motion; what is not known is not a number."""
-    unknown = np.full(tube.lower.shape[::2], np.nan)
-    certified, found = unknown[0], unknown[0]
+def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -> xr.Dataset:
+    """Tabulate what is proven of a model around the motion, or found; what is not known is not a number."""
+    unknown, certificate = np.full(tube.lower.shape[::2], np.nan), held.certificate
+    certified = found = unknown[0]
     if certificate is not None:
         certified, found = certificate.certified, certificate.worst_found
+    if held.found is not None and held.tried:
+        found = np.fmax(found, held.found)
     return table(
         "tube",
         {
@@ -295,7 +296,7 @@ def tube_table(
             "segment_from": ("segment", tube.begin, {"units": "s"}),
             "segment_to": ("segment", tube.end, {"units": "s"}),
         },
-        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note},
+        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note, "tried": held.tried},
     )
 
 

@@ -22,6 +22,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
 from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 from gd_analyze.simplification.verdicts import operations_by_quantity
+from gd_analyze.text import thousands
 
 _MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
 # Rows of what is left out that people see.
@@ -55,7 +56,7 @@ def simplified_result(
             Fact("", "Proof" * bool(certificate.note), certificate.note),
         ]
     if held.found is not None and held.tried:
-        worst, count = worst_error(model, held.found), f"{held.tried:,}".replace(",", " ")
+        worst, count = worst_error(model, held.found), thousands(held.tried)
         answer = f"Torque error at most {worst.text} (joint {worst.joint}) at {count} states"
         proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
     search = Table(

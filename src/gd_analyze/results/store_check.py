@@ -78,8 +78,9 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
     known |= {"within_limits": drawn, "within_limits_share": drawn}
     for name, expected in known.items():
         yield f"{name} of beyond", bool((beyond[name].notnull() == expected).all()), True
-    for name in ("tube_certified", "tube_worst_found", "tube_along"):
-        yield f"{name} of tube", bool((tube[name].notnull() == proven).all()), True
+    found = proven or tube.attrs["tried"] > 0
+    for name, known_here in (("tube_certified", proven), ("tube_along", proven), ("tube_worst_found", found)):
+        yield f"{name} of tube", bool((tube[name].notnull() == known_here).all()), True
     if proven:
         largest = tube.tube_along.max("segment")
         yield "tube_certified of tube", tube.tube_certified.values.tolist(), largest.values.tolist()

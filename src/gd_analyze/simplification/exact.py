@@ -276,6 +276,12 @@ class ExactDynamics:
         """Take the same dynamics at other states."""
         return replace(self, states=states, decomposed=None)
 
+    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> ExactDynamics:
+        """Take the same at further states (N, n), with shares of the torque at these ones."""
+        joined = self.at(self.states.joined_by(q, qd, qdd))
+        vars(joined).update(peak_torque=self.peak_torque, uncertainty=self.uncertainty)
+        return joined
+
     def thinned(self) -> ExactDynamics:
         """Take the same at `MOST_STATES` states at most: evenly chosen ones, and every extreme."""
         count = len(self.states)

@@ -38,7 +38,7 @@ _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 # Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
 # found to take half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are
 # fitted to them, and then errs the more between them. Nor is it tried for so few joints: equations are short.
-_FEW, _FEW_JOINTS = 0.65, 4
+_FEW, FEW_JOINTS = 0.65, 4
 # Where a quick count finds that terms left take more than so many times the exact torque's operations, they
 # are not searched: the search and a program written with care were found to save up to two fifths of it.
 _MANY = 1.7
@@ -158,7 +158,7 @@ def _unpromising(
     exact: ExactDynamics, level: Level, budget: Budget, how: SearchOptions, models: Sequence[SimplifiedModel]
 ) -> str:
     """Why a level cannot take fewer operations than the models there are; "" where it may."""
-    full, is_short = exact.form.operations.total, exact.arm.n_joints <= _FEW_JOINTS
+    full, is_short = exact.form.operations.total, exact.arm.n_joints <= FEW_JOINTS
     if level is TERM and (many := too_many_terms(exact.form)):
         return f"the arm has {many}"
     if how.operations is not None:
@@ -173,10 +173,10 @@ def _unpromising(
         long = f"the terms left take about {about} operations, the exact torque {full}"
         return long if about > _MANY * full else ""
     if models and is_short:
-        return f"the arm has at most {_FEW_JOINTS} joints, and its numbers would be fitted to the states"
+        return f"the arm has at most {FEW_JOINTS} joints, and its numbers would be fitted to the states"
     least = min((model.operations.total for model in models), default=full)
     if least < _FEW * full:
-        return f"{least} of {full} operations are few, and its numbers would be fitted to the states"
+        return f"{least} of {full} operations are few, and it takes long"
     return ""
 
 

@@ -20,6 +20,7 @@ from gd_analyze.simplification.candidates import (
     candidates_of,
     eliminate,
 )
+from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -39,7 +40,7 @@ FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
 # A search in a recursion takes long: it is done for one in so many of a path's budgets, and of recursions of
 # more operations, where it would take minutes, for none.
-_APART, _LONG = 5, 700
+_APART, _LONG = 5, 500
 # Budgets that differ by less are one.
 _SAME = 1.01
 # Operations of a point, and its largest error per joint, N m.
@@ -79,6 +80,7 @@ def trade_off(
     kinds: Sequence[Kind] | None = None,
     thorough: bool = True,
     through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
+    stated_at: ExactDynamics | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
@@ -101,6 +103,8 @@ def trade_off(
         each from the one of the next smaller budget. Operations are counted the same way.
     through
         Models of some kinds, growing budgets: their points are the best of these.
+    stated_at
+        States at which errors are stated where these are not all that the budget holds at.
     progress
         Called with the number of points done since the last call.
 
@@ -116,23 +120,24 @@ def trade_off(
     allowed, order = exact.allowed(budget), sorted(factors)
     exact = exact if thorough else exact.thinned()
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
+    at = exact if stated_at is None else stated_at if thorough else stated_at.thinned()
     of_level = cache(lambda level: _candidates(exact, level, allowed, SWEEP * min(1.0, *factors)))
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
     for level, refit in kinds_for(exact.form) if kinds is None else kinds:
         if (level, refit) in through:
-            found = _best_of(exact, through[level, refit], allowed, order)
+            found = _best_of(at, through[level, refit], allowed, order)
         elif thorough:
             how = SearchOptions(level, refit)
             searched = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
-            found = ((model.operations, model.accuracy.errors.largest) for model in searched)
+            found = ((model.operations, measured(at, model).accuracy.errors.largest) for model in searched)
         elif not isinstance(level, CandidateLevel):
             models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
-            found = _best_of(exact, models, allowed, order)
+            found = _best_of(at, models, allowed, order)
         elif (candidates := of_level(level)) is None:
-            found = _best_of(exact, (), allowed, order)
+            found = _best_of(at, (), allowed, order)
         else:
-            found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
+            found = _eliminated(at, allowed, eliminate(candidates, refit=refit), refit, order)
         best: list[_Found] = []
         others = without.get(level, [])
         for k, (factor, each) in enumerate(zip(order, found, strict=True)):
@@ -160,14 +165,18 @@ def _best_of(
     """Of models that are at hand, and exact, those of fewest operations within each budget."""
     everything = exact.form.operations, np.zeros(len(allowed))
     for factor in factors:
-        found = []
+        best = None
         for model in models:
             stated = model.accuracy
             # One whose numbers are fitted must have been made for that budget.
             made_for = not model.level.always_refits or (stated.allowed <= _SAME * factor * allowed).all()
-            if made_for and (stated.errors.counting <= factor * allowed).all():
-                found.append((model.operations, stated.errors.largest))
-        yield min([*found, everything], key=lambda each: each[0].total)
+            fewer = model.operations.total < (everything[0] if best is None else best.operations).total
+            if made_for and fewer and (stated.errors.counting <= factor * allowed).all():
+                best = model
+        if best is None:
+            yield everything
+        else:
+            yield best.operations, measured(exact, best).accuracy.errors.largest
 
 
 def _eliminated(
@@ -187,11 +196,9 @@ def _eliminated(
     steps = [candidates.keep(*one) for one in reversed(selected)]
     programs = candidates.level.write_steps(candidates.form, steps, exact.form.operations.total - 1)
     found: list[_Found] = []
-    for program, (kept, scale) in zip(programs, reversed(selected), strict=False):
-        error = np.abs(np.tensordot(kept * scale - 1.0, candidates.effects, axes=1))
-        if exact.states.weights is not None:
-            error = error / exact.states.weights.T
-        found.append((program.count, ((1.0 - swept) * error.max(axis=1) + swept) * allowed))
+    inputs = inputs_of(exact.states)
+    for program in programs:
+        found.append((program.count, exact.errors_of(program.run(inputs).T).largest))
     everything = exact.form.operations, np.zeros(len(allowed))
     return [everything] * (len(factors) - len(found)) + found[::-1]
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import Certificate, certify, expansion_of
-from gd_analyze.certification.holding import proven
+from gd_analyze.certification.certificate import certify, expansion_of
+from gd_analyze.certification.holding import Held, proven, simplify_held
 from gd_analyze.certification.tube import Margin, Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
@@ -47,7 +47,7 @@ from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
-from gd_analyze.simplification.model import SimplifiedModel, no_dearer
+from gd_analyze.simplification.model import SimplifiedModel, measured, no_dearer
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
 from gd_analyze.studies.study_files import write_findings
@@ -81,10 +81,13 @@ class Settings:
     level, refit, operations
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; by default the level
         that takes the fewest operations of those that are promising for the arm.
+    at_set_points
+        Keep the budget at the set points only; by default it holds near the motion, see `simplify_held`. It
+        holds at the set points of several motions, of level "element", and of a number of operations.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
-        How far states may be from the motion for which the model's errors are bounded, or its text such as
+        How far from the motion the budget holds and errors are bounded, or its text such as
         "1deg,1mm,qd=2%,qdd=5%", which is the default.
     dominance
         Share of an element's peak that leaving a part out may change, see `rank`.
@@ -106,6 +109,7 @@ class Settings:
     level: str | Level | None = None
     refit: bool = False
     operations: int | None = None
+    at_set_points: bool = False
     drives: bool | None = None
     margin: Margin | str | None = None
     dominance: float = DOMINANCE_THRESHOLD
@@ -285,12 +289,12 @@ def find(
         exact = ExactDynamics.of(arm, dataset).under(how.asked)
         warn_without_torque(exact)
         warn_of_torque_limits(arm, exact.states, exact.torque)
-        measured = None
+        measured_torque = None
         if trajectory.recording is not None and trajectory.recording.torque is not None:
             beside, fit = compared(arm, trajectory, np.asarray(dataset.torque.values)), how.fit_friction
-            measured = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
-            if not is_described(measured):
-                warnings.warn(torque_warning(measured, arm.name), GdAnalyzeWarning, stacklevel=2)
+            measured_torque = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
+            if not is_described(measured_torque):
+                warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
         dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked))
         # Of a long motion set points are taken evenly; peaks are those of all.
         taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
@@ -298,12 +302,20 @@ def find(
         elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
         level = None if how.level is None else level_named(how.level)
         many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
+        tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
+        search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
+        at_set_points = how.at_set_points or how.operations is not None or bool(trajectory.motions)
         if level is ELEMENT and how.operations is None:
-            model = no_dearer(exact, elements)
+            held = Held(no_dearer(exact, elements))
+        elif at_set_points or not is_known:
+            held = Held(
+                simplify_exact(
+                    exact, how.asked, search, provenance=source, progress=stage.advance, stage=stage
+                )
+            )
         else:
-            search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
-            model = simplify_exact(
-                exact, how.asked, search, provenance=source, progress=stage.advance, stage=stage
+            held = simplify_held(
+                exact, how.asked, tube, search, effort=_EFFORTS[1], provenance=source, stage=stage
             )
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
@@ -316,18 +328,25 @@ def find(
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
+    model, near = held.model, held.near or exact
     # Where a number of operations was asked for, the model keeps to another budget.
     asked = how.asked.scaled(float((model.accuracy.allowed / exact.allowed(how.asked)).max()))
-    path = budget_path(exact, asked, model)
+    path = budget_path(near, asked, measured(near, model))
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
     # The curve of a recursion takes seconds: it is drawn where it is that of the model.
     kinds = [kind for kind in kinds_for(exact.form) if kind[0] in (*_QUICK_CURVES, model.level)]
-    points = trade_off(exact, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through)
+    points = trade_off(
+        near, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through, stated_at=exact
+    )
+    path = tuple(measured(exact, one) for one in path)
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
-    tube, certificate = _tube(exact, model, trajectory, Margin.of(how.margin), efforts)
-    if certificate is not None:
+    if is_known and held.certificate is None and efforts is not None:
+        certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
         model = proven(model, certificate)
+        held = held._replace(certificate=certificate)
+    elif is_known and held.certificate is None:
+        tube = replace(tube, note=_why_unproven(model))
     tables = {
         "trajectory": motion_tables.trajectory_table(arm, trajectory),
         "decomposition": dataset,
@@ -341,12 +360,12 @@ def find(
         "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
         "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
         "beyond": _beyond(exact, model, ranking, efforts),
-        "tube": tube,
+        "tube": run_tables.tube_table(model, tube, held, Margin.of(how.margin)),
     }
     if trajectory.recording is not None and trajectory.recording.measured:
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
-    if measured is not None:
-        tables["measured_torque"] = measured
+    if measured_torque is not None:
+        tables["measured_torque"] = measured_torque
     if trajectory.motions:
         allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
@@ -399,26 +418,22 @@ def _beyond(
     return run_tables.beyond_table(model, certificate, errors, payload, ranking.uncertainty, drawn_states)
 
 
-def _tube(
-    exact: ExactDynamics, model: SimplifiedModel, motion: Trajectory, margin: Margin, efforts: _Efforts
-) -> tuple[xr.Dataset, Certificate | None]:
-    """Bound a model's errors around the motion, where its equations are few enough to be written out."""
-    arm, certificate = exact.arm, None
+def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube, bool]:
+    """Enclose a motion; where that cannot be, a tube of no known states, and False."""
     try:
-        tube = Tube.along(arm, motion, margin)
-        if efforts is None:
-            why = "the exact torque is given, so that there is no error but round-off to bound"
-            if model.saves:
-                why = f"{arm.name} has more equations than are written out here; `gd-analyze certify` does it"
-            tube = replace(tube, note=f"Not certified: {why}.")
-        else:
-            certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
+        return Tube.along(arm, motion, margin), True
     except TrajectoryError as error:
         # What is said of the set points themselves is as true as before.
         unknown = np.full((1, 3, arm.n_joints), np.nan)
         margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
-        tube = Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note)
-    return run_tables.tube_table(model, tube, certificate, margin), certificate
+        return Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note), False
+
+
+def _why_unproven(model: SimplifiedModel) -> str:
+    why = "the exact torque is given, so that there is no error but round-off to bound"
+    if model.saves:
+        why = f"{model.arm.name} has more equations than are written out here; `gd-analyze certify` does it"
+    return f"Not certified: {why}."
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
