@@ -87,13 +87,11 @@ def run_headline(findings: Findings) -> str:
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
     motion = "the motions" if findings.trajectory.motions else "the trajectory"
-    tried, found = (
-        int(findings.tables["tube"].attrs["tried"]),
-        findings.tables["tube"].tube_worst_found.values,
-    )
-    if tried:
+    tube = findings.tables["tube"]
+    if tried := int(tube.attrs["tried"]):
         known = "" if bound is None else f"; proven {worst_error(model, bound).size}"
-        error = f"{worst_error(model, found).text} near {motion} ({thousands(tried)} states tried{known})"
+        near = worst_error(model, tube.tube_worst_found.values).text
+        error = f"{near} near {motion} ({thousands(tried)} states tried{known})"
     elif bound is None:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:

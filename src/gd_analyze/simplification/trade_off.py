@@ -119,8 +119,8 @@ def trade_off(
     exact = exact.under(budget)
     allowed, order = exact.allowed(budget), sorted(factors)
     exact = exact if thorough else exact.thinned()
-    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     at = exact if stated_at is None else stated_at if thorough else stated_at.thinned()
+    whole = at.peak_torque if budget.shares_of == "peak torque" else allowed
     of_level = cache(lambda level: _candidates(exact, level, allowed, SWEEP * min(1.0, *factors)))
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
