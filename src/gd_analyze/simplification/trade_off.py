@@ -39,7 +39,7 @@ FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 # Of a path: from a tenth of the budget to ten times it, ten steps to each side.
 PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
 # A search in a recursion takes long: it is done for one in so many of a path's budgets, and of recursions of
-# more operations, where it would take minutes, for none.
+# more operations, where smaller ones would take a minute, for larger ones only.
 _APART, _LONG = 5, 500
 # Budgets that differ by less are one.
 _SAME = 1.01
@@ -231,7 +231,9 @@ def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[Simplified
     is_long = exact.form.operations.total > _LONG
     sides = [f for f in PATH_FACTORS if f <= 1.0], [f for f in PATH_FACTORS if f > 1.0]
     for side, start in zip(sides, ({}, given.terms), strict=True):
-        searched = [f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and not is_long]
+        searched = [
+            f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and not (is_long and f < 1.0)
+        ]
         found = dict(zip(searched, pruned_path(some, [f * allowed for f in searched], start), strict=True))
         for factor in side:
             if factor in found:
