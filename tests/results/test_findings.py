@@ -115,7 +115,7 @@ def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, mo
 def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
     """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""
     arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
-    findings = find(arm, pick_and_place, Settings(level="term"))
+    findings = find(arm, pick_and_place, Settings(level="term", at_set_points=True))
     total = findings.tables["terms"].attrs["total"]
     assert total == len(findings.model.form.torques) > findings.tables["terms"].sizes["rank"]
     assert run_result(findings).document()["terms_total"] == total

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -38,9 +39,9 @@ KINDS: tuple[Kind, ...] = tuple(
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 # Of a path: from a tenth of the budget to ten times it, ten steps to each side.
 PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
-# A search in a recursion takes long: it is done for one in so many of a path's budgets, and of recursions of
-# more operations, where smaller ones would take a minute, for larger ones only.
-_APART, _LONG = 5, 500
+# A search in a recursion takes long: it is done for one in so many of a path's budgets, of recursions of more
+# operations for larger ones only, and for none of still more, where it would take minutes.
+_APART, _LONG, _LONGEST = 5, 500, 700
 # Budgets that differ by less are one.
 _SAME = 1.01
 # Operations of a point, and its largest error per joint, N m.
@@ -228,12 +229,11 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
 def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
     """Models with more and more simplified steps: some up to the given one, and some from it on."""
     some, allowed = exact.thinned(), given.accuracy.allowed
-    is_long = exact.form.operations.total > _LONG
+    full = exact.form.operations.total
+    least = 0.0 if full <= _LONG else 1.0 if full <= _LONGEST else math.inf
     sides = [f for f in PATH_FACTORS if f <= 1.0], [f for f in PATH_FACTORS if f > 1.0]
     for side, start in zip(sides, ({}, given.terms), strict=True):
-        searched = [
-            f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and not (is_long and f < 1.0)
-        ]
+        searched = [f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and f > least]
         found = dict(zip(searched, pruned_path(some, [f * allowed for f in searched], start), strict=True))
         for factor in side:
             if factor in found:
