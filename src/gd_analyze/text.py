@@ -116,12 +116,12 @@ def named_joints(numbers: Sequence[int], of: int) -> str:
     return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
 
 
-@lru_cache(maxsize=4096, typed=True)  # a report asks ten thousand times for a few hundred
 def thousands(count: int) -> str:
     """Write a count: "200 000"."""
     return f"{count:,}".replace(",", " ")
 
 
+@lru_cache(maxsize=4096, typed=True)  # a report asks ten thousand times for a few hundred
 def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
     text = re.sub(r"(?<=[a-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)

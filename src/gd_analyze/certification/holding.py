@@ -241,8 +241,9 @@ class _Rounds:
                     break
                 share = np.minimum(1.0, share * allowed / np.maximum(found, allowed / _WIDEST))
                 continue
-            left -= best is not None
-            if not left:
+            if best is not None:
+                left -= 1
+            if left == 0:
                 break
             known = known.joined_by(*states)
             beyond = found > allowed
