@@ -144,7 +144,7 @@ def require_writable(path: Path, option: str = "--out") -> None:
 
 
 def data_folder(kind: str) -> Path:
-    """Folder of the shipped "robots", "trajectories" or "references": in a wheel, or beside src."""
+    """Folder of a kind of shipped files, such as "robots": in a wheel, or beside src."""
     package = Path(__file__).parent
     packaged = package / "data" / kind
     return packaged if packaged.is_dir() else package.parent.parent / "data" / kind

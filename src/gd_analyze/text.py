@@ -203,6 +203,10 @@ LARGEST = 1e12
 # one by another. What is larger was never written, and its products would end beyond the doubles.
 LARGEST_COEFFICIENT = 1e100
 
+# Multiplications and additions that a sine or cosine takes as long as: 18 in exported C, 30 of many states at
+# once, more in other languages.
+SINE_PRICE = 20
+
 # float() also takes 1_000, digits of other scripts, "infinity" and "nan", which nobody means in a table.
 UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NUMBER = re.compile(rf"[-+]?{UNSIGNED}")

@@ -80,7 +80,7 @@ def test_the_budget_holds_near_the_motion(puma_findings):
     assert (tube.tube_certified.values <= model.accuracy.allowed).all()
     assert tube.attrs["tried"] == 0
     headline = run_headline(puma_findings)
-    assert headline.startswith(f"{model.operations.total} operations instead of 308.")
+    assert headline.startswith(f"{model.operations.total} operations instead of 284.")
     assert headline.endswith("of peak torque near the trajectory (proven).")
 
 

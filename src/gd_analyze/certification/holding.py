@@ -21,6 +21,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
+from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
@@ -120,7 +121,7 @@ def simplify_held(
     if is_long and best.model.level is TERM and exact.arm.n_joints > FEW_JOINTS:
         with suppress(TooLongError):  # of a certified one
             other = rounds.held(replace(how, level=RECURSIVE))
-            best = _better(best, other)
+            best = _better(best, other, how)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -174,13 +175,17 @@ def simplify_certified(
     return held.model, held.certificate
 
 
-def _better(best: Held, other: Held) -> Held:
-    """The one of fewer operations, with those of the other level on record."""
+def _cost(held: Held, how: SearchOptions) -> int:
+    return priced(held.model.program, how.sine_price)
+
+
+def _better(best: Held, other: Held, how: SearchOptions) -> Held:
+    """The cheaper one, with the operations of the other level on record."""
     found = LevelTried(other.model.level.name, other.model.operations.total)
     levels = tuple(found if one.level == found.level else one for one in best.model.accuracy.levels)
-    fewer = min(best, other, key=lambda held: held.model.operations.total)
-    accuracy = replace(fewer.model.accuracy, levels=levels)
-    return fewer._replace(model=replace(fewer.model, accuracy=accuracy))
+    cheaper = min(best, other, key=lambda held: _cost(held, how))
+    accuracy = replace(cheaper.model.accuracy, levels=levels)
+    return cheaper._replace(model=replace(cheaper.model, accuracy=accuracy))
 
 
 def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
@@ -233,7 +238,7 @@ class _Rounds:
             found = trial.found
             assert found is not None
             if (found <= allowed).all():
-                if best is not None and trial.model.operations.total >= best.model.operations.total:
+                if best is not None and _cost(trial, how) >= _cost(best, how):
                     left -= 1
                 else:
                     best = trial

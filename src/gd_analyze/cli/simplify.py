@@ -13,6 +13,7 @@ from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.options import BUDGET, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.text import SINE_PRICE
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -29,6 +30,15 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     metavar="FACTOR",
     help="Length of the search, as a multiple of the usual one, which takes seconds (seven joints: half a "
     "minute) and at most a minute; the result is the best model found by then.",
+)
+@click.option(
+    "--sine-price",
+    type=click.IntRange(0),
+    default=SINE_PRICE,
+    show_default=True,
+    metavar="OPERATIONS",
+    help="Multiplications and additions that one sine or cosine counts as where models are compared; 0 seeks "
+    "the fewest multiplications and additions alone, which are what is reported.",
 )
 @click.option(
     "--certified",
@@ -61,6 +71,7 @@ def simplify(
     refit: bool,
     operations: int | None,
     effort: float,
+    sine_price: int,
     certified: bool,
     at_set_points: bool,
     verdicts: str | None,
@@ -107,7 +118,8 @@ def simplify(
         from gd_analyze.simplification.simplify import simplify_exact
         from gd_analyze.simplification.verdicts import model_by_verdicts
 
-        how = SearchOptions(None if level is None else gd.LEVELS[level], refit, operations, effort=effort)
+        own = None if level is None else gd.LEVELS[level]
+        how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
         allowed = gd.Budget.parse(budget)
         start = time.perf_counter()

@@ -43,12 +43,15 @@ def torque(
     out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))
     force = moment = np.zeros((3, 1))
     for i, link in reversed(list(enumerate(rewritten.links))):
-        turn, lever, acceleration, field = motions[i]
+        turn, spin, lever, acceleration, field = motions[i]
         first = link.first[:, None]
         moved = times_constant(field, link.second)
         force = force + apply(field, first)
         moment = moment + cross(first, acceleration)
-        moment = moment + np.stack([moved[b, a] - moved[a, b] for a, b in ((1, 2), (2, 0), (0, 1))])
+        turning = [moved[b, a] - moved[a, b] for a, b in ((1, 2), (2, 0), (0, 1))]
+        if link.is_round:  # the same, without the products of velocities that cancel
+            turning[2] = 2.0 * link.second[0, 0] * spin.omega_dot[2]
+        moment = moment + np.stack(turning)
         if link.prismatic is None:
             out[i] = moment[2] if link.sign > 0 else -moment[2]
         else:
@@ -87,13 +90,14 @@ def _motions(
             acceleration = acceleration + axis * qdd + 2.0 * cross(spin.omega, axis * qd)
         field = spin.field()
         observe(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
-        yield _Motion(turn, lever, acceleration, field)
+        yield _Motion(turn, spin, lever, acceleration, field)
 
 
 class _Motion(NamedTuple):
     """From the frame before, the way to its origin there, that origin's acceleration, and the matrix A."""
 
     turn: _Turn
+    spin: _Spin
     lever: Array
     acceleration: Array
     field: Array

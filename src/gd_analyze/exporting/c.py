@@ -125,7 +125,7 @@ class C(Language):
 
     def values(self, given: ExportInput) -> dict[str, Any]:
         """Functions in strides."""
-        inside = [(each, self._inside(each)) for each in given.functions]
+        inside = [(each, self._one_by_one(each)) for each in given.functions]
         constants = given.constants
         if self.single:
             constants = {key: each.in_single for key, each in constants.items()}
@@ -136,15 +136,20 @@ class C(Language):
             "functions": inside,
             "trigonometric": any(each.n_angles for _, each in inside),
             "lanes": _LANES,
-            "many": given.torque and self._inside(given.torque, of_sums=True),
+            "many": given.torque and self._inside(given.torque.with_sums),
             "declared": lambda function: self._declared(given.name, function),
             "read": read,
             "sine_cosine": FLOAT if self.single else DOUBLE,
             "suffix": "f" if self.single else "",
         }
 
-    def _inside(self, function: Function, *, of_sums: bool = False) -> Inside:
-        groups, rest = in_strides(function, of_sums=of_sums)
+    def _one_by_one(self, function: Function) -> Inside:
+        """Of one state: angles of a stride cost the same, few or many, so sums save where a stride goes."""
+        ways = map(self._inside, (function, function.with_sums))
+        return min(ways, key=lambda way: -(-way.n_angles // _LANES))
+
+    def _inside(self, function: Function) -> Inside:
+        groups, rest = in_strides(function)
         angles, count = [], 0
         for each in groups:
             angles.append((count, each, self.body(each)))
@@ -180,18 +185,13 @@ def single_precision_errors(program: Program, states: States) -> FloatArray:
     return np.asarray(np.abs(rough - exact).max(axis=1))
 
 
-def in_strides(function: Function, *, of_sums: bool = False) -> tuple[list[Function], Function]:
+def in_strides(function: Function) -> tuple[list[Function], Function]:
     """Take a function's sines and cosines apart: angles, and the rest given sin1, cos1, .. of these.
 
     Several angles are then taken at once, and each stride over many states is a loop without branches, so
     that compilers vectorise both. The angles are one function, unless there are sines of sines.
-
-    With `of_sums` those of a sum are computed from those of its summands, where the function takes them
-    anyway: six operations instead of forty, but others than the program has.
     """
     trace, values = Trace(), dict[int, Any]()
-    steps = function.program.steps
-    taken = {step.arguments[0] for step in steps if step.operation in ("sin", "cos")} if of_sums else set()
     pairs: dict[Expression, tuple[Any, Any]] = {}
     angles: list[Any] = []
 
@@ -201,17 +201,12 @@ def in_strides(function: Function, *, of_sums: bool = False) -> tuple[list[Funct
     def pair(angle: Expression) -> tuple[Any, Any]:
         """Sine and cosine of an angle."""
         if angle not in pairs:
-            if angle.operation in ("add", "subtract") and taken.issuperset(angle.arguments):
-                (s, c), (sine, cosine) = map(pair, angle.arguments)
-                sine = -sine if angle.operation == "subtract" else sine
-                pairs[angle] = s * cosine + c * sine, c * cosine - s * sine
-            else:
-                angles.append(of(angle))
-                sine, cosine = (trace.record("input", f"{name}{len(angles)}") for name in ("sin", "cos"))
-                pairs[angle] = sine, cosine
+            angles.append(of(angle))
+            sine, cosine = (trace.record("input", f"{name}{len(angles)}") for name in ("sin", "cos"))
+            pairs[angle] = sine, cosine
         return pairs[angle]
 
-    for step in steps:
+    for step in function.program.steps:
         if step.operation in ("sin", "cos") and isinstance(step.arguments[0], Expression):
             values[step.order] = pair(step.arguments[0])[step.operation == "cos"]
         else:

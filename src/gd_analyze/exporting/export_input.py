@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from gd_analyze.dynamics import composite_moments
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers
+from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
@@ -63,6 +64,11 @@ class Function:
     def count(self) -> OperationCount:
         """Operations of one evaluation."""
         return self.program.count
+
+    @property
+    def with_sums(self) -> Function:
+        """The same with sines and cosines of sums taken from those of their summands."""
+        return replace(self, program=with_sums(self.program))
 
     @property
     def inputs(self) -> list[Input]:

@@ -140,6 +140,10 @@ class Cpp(Language):
         """Write a number of the scalar's type."""
         return f"T({value!r})"
 
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """Functions with few sines and cosines."""
+        return {"functions": [(each, self.body(each.with_sums)) for each in given.functions]}
+
 
 class Matlab(Language):
     """A function file of MATLAB, Octave and Simulink; states are columns, and there may be many."""

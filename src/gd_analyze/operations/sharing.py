@@ -19,10 +19,10 @@ Polynomial = Mapping[Any, float]
 # Variables whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
 Circles = Mapping[Hashable, Hashable]
 
-# Rearrangements to try at most, and where few terms join sums rearranged before: in any case, and per term.
-TRIES, _TRIES_ANYHOW, _TRIES_EACH = 500, 10, 3
+# Rearrangements to try at most.
+TRIES = 500
 # Rearrangements of a program to try, and that number times operations, as those of a long one take longer.
-REARRANGEMENTS, _REARRANGEMENTS_TIMES_OPERATIONS = 400, 200_000
+REARRANGEMENTS, _TIMES_OPERATIONS = 400, 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
@@ -115,13 +115,9 @@ def shared_sums(
 
 def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
     """What polynomials share that gain terms step by step, each result starting from the one before."""
-    growing, before = _Growing(steps[-1], circles), 0
+    growing = _Growing(steps[-1], circles)
     for polynomials in steps:
-        count = sum(map(len, polynomials))
         growing.add(polynomials)
-        tries = min(_TRIES_ANYHOW + _TRIES_EACH * (count - before), TRIES)
-        rearrange(growing.sums, tries, growing.circles)
-        before = count
         yield growing.found()
 
 
@@ -160,8 +156,8 @@ class _Growing:
         return _shared(self.sums, tuple(self._numbers), len(self._known))
 
 
-def rewritten(program: Program, tries: int = REARRANGEMENTS) -> Program:
-    """Rewrite a program with the fewest operations that a second or two of rearranging find.
+def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
+    """Rewrite a program with the fewest operations that `times` a second or two of rearranging find.
 
     Sines and cosines, and their arguments, remain as they are; outputs are the same but for round-off.
     """
@@ -174,7 +170,8 @@ def rewritten(program: Program, tries: int = REARRANGEMENTS) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    rearrange(sums, min(tries, _REARRANGEMENTS_TIMES_OPERATIONS // max(sums.operations, 1)), partners)
+    tries = times * min(REARRANGEMENTS, _TIMES_OPERATIONS // max(sums.operations, 1))
+    rearrange(sums, tries, partners, seed)
     trace = Trace()
     found = _shared(sums, tuple(leaves), len(program.outputs))
     fewer = Program.of(trace, found.values(program.folded(trace, {})))

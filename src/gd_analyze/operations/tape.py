@@ -23,8 +23,8 @@ class Tape:
     By default these are all that multiply by a number.
     """
 
-    def __init__(self, program: Program, free: Container[int] | None = None) -> None:
-        self.program, self.steps = program, program.steps
+    def __init__(self, program: Program, free: Container[int] | None = None, sine_price: int = 0) -> None:
+        self.program, self.steps, self._sine_price = program, program.steps, sine_price
         self.place = {step.order: k for k, step in enumerate(self.steps)}
         self._code: list[tuple[Operation, int, int]] = []
         numbers, scaled = np.full(len(self.steps), np.nan), []
@@ -94,8 +94,9 @@ class Tape:
 
     @cached_property
     def operations(self) -> NDArray[np.float32]:
-        """1 for steps that count as operations, 0 for others, shape (steps,)."""
-        return np.array([code[0] in ("add", "subtract", "multiply") for code in self._code], dtype=np.float32)
+        """1 for steps that count as operations, the price of sines and cosines, 0 of others, (steps,)."""
+        price = {"add": 1, "subtract": 1, "multiply": 1, "sin": self._sine_price, "cos": self._sine_price}
+        return np.array([price.get(code[0], 0) for code in self._code], dtype=np.float32)
 
     @cached_property
     def is_angle(self) -> NDArray[np.bool_]:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
-from gd_analyze.operations.program import OperationCount
+from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effort import Effort, Work
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.level import CandidateLevel, Costs, Level, Terms
+from gd_analyze.text import SINE_PRICE
 
 Kept = NDArray[np.bool_]
 
@@ -61,9 +62,9 @@ class Candidates:
         chosen = zip(self.terms.items(), kept, scale, strict=True)
         return {term: float(factor * weight) for (term, weight), keep, factor in chosen if keep}
 
-    def count(self, kept: Kept, scale: FloatArray, effort: Effort) -> OperationCount:
-        """Operations of a selection, as a program takes them that is written with so much effort."""
-        return self.level.write(self.form, self.keep(kept, scale), effort).count
+    def write(self, kept: Kept, scale: FloatArray, effort: Effort) -> Program:
+        """Write a selection as a program, with so much effort."""
+        return self.level.write(self.form, self.keep(kept, scale), effort)
 
     @property
     def flat(self) -> FloatArray:
@@ -72,7 +73,12 @@ class Candidates:
 
 
 def candidates_of(
-    exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float = SWEEP
+    exact: ExactDynamics,
+    level: Level,
+    allowed: FloatArray,
+    sweep: float = SWEEP,
+    *,
+    sine_price: int = SINE_PRICE,
 ) -> Candidates:
     """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
 
@@ -96,7 +102,7 @@ def candidates_of(
         form=exact.form,
         terms=terms,
         effects=_weighed(level.effects(exact, terms), exact) / ((1.0 - swept) * allowed)[:, None],
-        costs=level.costs(exact.form, listed),
+        costs=level.costs(exact.form, listed, sine_price),
         parameter=parameter,
         magnitude=magnitude,
         ratio=np.ones(len(listed)),
@@ -185,19 +191,13 @@ class Elimination:
 
     def errors(self) -> FloatArray:
         """Largest error per joint with the first k dropped, k = 0..K, over allowed; shape (K + 1, n)."""
-        effects = self.candidates.effects
-        out = np.zeros((len(self.order) + 1, effects.shape[1]))
-        left = np.zeros(effects.shape[1:])
-        whole = effects.sum(axis=0)
-        for k, candidate in enumerate(self.order):
-            before, now = self.scales[k], self.scales[k + 1]
-            if (now == before).all():
-                left += now[candidate] * effects[candidate]
-            else:
-                kept = np.flatnonzero(self.kept(k + 1))
-                left = whole - np.tensordot(now[kept], effects[kept], axes=1)
-            out[k + 1] = np.abs(left).max(axis=1)
-        return out
+        effects, steps = self.candidates.effects, len(self.order) + 1
+        gone = np.empty(steps - 1, dtype=np.intp)
+        gone[list(self.order)] = np.arange(1, steps)  # with so many dropped it goes
+        lost = 1.0 - self.scales * (gone > np.arange(steps)[:, None])
+        rows = max(_AT_ONCE // math.prod(effects.shape[1:]), 1)
+        left = (lost[k : k + rows] @ self.candidates.flat for k in range(0, steps, rows))
+        return np.concatenate([np.abs(x).reshape(-1, *effects.shape[1:]).max(axis=2) for x in left])
 
     def within(self, factor: float = 1.0) -> NDArray[np.bool_]:
         """What remains, (K,), if each in this order goes unless `factor` times the budget breaks."""

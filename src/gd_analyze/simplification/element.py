@@ -128,8 +128,8 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     return TracedParts(trace, qdd[:, 0], states_first)
 
 
-def _blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
-    """Operations, sines and cosines too, by the set of parts that need them, given each part's expression."""
+def _blocks(trace: Trace, outputs: list[object], sine_price: int) -> dict[frozenset[int], int]:
+    """Operations by the set of parts that need them, given each part's expression."""
     above: dict[int, int] = defaultdict(int)
     for p, expression in enumerate(outputs):
         if isinstance(expression, Expression):
@@ -143,7 +143,7 @@ def _blocks(trace: Trace, outputs: list[object]) -> dict[frozenset[int], int]:
             if isinstance(argument, Expression):
                 above[argument.order] |= parts
         if node.operation not in ("input", "negative"):
-            weights[parts] += 1
+            weights[parts] += sine_price if node.operation in ("sin", "cos") else 1
     count = range(len(outputs))
     return {frozenset(p for p in count if parts >> p & 1): weight for parts, weight in weights.items()}
 
@@ -188,10 +188,10 @@ class ElementLevel(CandidateLevel):
         """Their torques, as the decomposition has them."""
         return torque_by_part(exact.quantities, exact.states.qdd, tuple(terms))
 
-    def costs(self, form: ExactForm, terms: Sequence[Part]) -> Costs:
+    def costs(self, form: ExactForm, terms: Sequence[Part], sine_price: int) -> Costs:
         """Operations as traced, those that put parts into torques included."""
         traced = trace_parts(form.arm)
-        shared = _blocks(traced.trace, [traced.expression(part) for part in terms])
+        shared = _blocks(traced.trace, [traced.expression(part) for part in terms], sine_price)
         return dict(Counter(shared) + Counter(_assembly(traced, terms, form.drives)))
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Energies, Torques
@@ -100,7 +102,7 @@ class ExactForm:
 
     @cached_property
     def program(self) -> Program:
-        """Its torque in the fewest operations known; a second or two, and kept for the next run."""
+        """Its torque in the fewest operations known: shipped, or found in a second or two and then kept."""
 
         def shortest() -> list[Program]:
             ways = [self.recursion.program]
@@ -112,7 +114,9 @@ class ExactForm:
             return len(programs) == 1 and self._is_given_by(*programs)
 
         key = ["exact", describe_in_full(self.arm), self.drives]
-        return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right))[0]
+        path = shipped("programs", ".json").get(shipped_name(self))
+        values = None if path is None else json.loads(path.read_bytes())
+        return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right, values))[0]
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program gives the torque, in no more operations than the recursion."""
@@ -143,6 +147,11 @@ class ExactForm:
     def operations(self) -> OperationCount:
         """What the exact torque costs: every saving is stated against this."""
         return self.program.count
+
+
+def shipped_name(form: ExactForm) -> str:
+    """Name of the file with an arm's exact program, where one is shipped: "puma560-drives"."""
+    return f"{form.arm.name}-drives" if form.drives else form.arm.name
 
 
 def too_many_terms(form: ExactForm) -> str:

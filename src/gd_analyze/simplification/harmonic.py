@@ -63,15 +63,23 @@ class HarmonicLevel(CandidateLevel):
                 rows[made.row, k] += number * weight * known[product]
         return np.stack(form.velocities.joint_rows(rows), axis=1)
 
-    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        """Guess what factoring will find: equal products are formed once, velocities multiply their sum."""
+    def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
+        """Guess what factoring will find: equal products are formed once, velocities multiply their sum.
+
+        Sines and cosines are taken of as many angles as joints are in them.
+        """
         users: dict[TorqueTerm, set[int]] = defaultdict(set)
         products: dict[Monomial, set[int]] = defaultdict(set)
         brackets: dict[tuple[int, tuple[Velocity, ...]], set[int]] = defaultdict(set)
+        angles: dict[int, set[int]] = defaultdict(set)
         for k, term in enumerate(terms):
             for made in self.source(form, term):
                 for needed in (users[made], products[made.monomial], brackets[made.row, made.velocities]):
                     needed.add(k)
+                for factor in made.monomial:
+                    if factor.kind != "power":
+                        for joint in np.flatnonzero(factor.multiples).tolist():
+                            angles[joint].add(k)
         costs: dict[frozenset[int], int] = defaultdict(int)
         for members in users.values():
             costs[frozenset(members)] += 2
@@ -79,6 +87,8 @@ class HarmonicLevel(CandidateLevel):
             costs[frozenset(members)] += max(len(monomial) - 1, 0)
         for (_, velocities), members in brackets.items():
             costs[frozenset(members)] += len(velocities)
+        for members in angles.values() if sine_price else ():
+            costs[frozenset(members)] += 2 * sine_price
         return dict(costs)
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:

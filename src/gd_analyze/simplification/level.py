@@ -124,8 +124,8 @@ class CandidateLevel(Level):
         """Torque that each term makes at each state, N m, shape (K, n, N)."""
 
     @abstractmethod
-    def costs(self, form: ExactForm, terms: Sequence[Any]) -> Costs:
-        """Operations by the set of terms that need them."""
+    def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
+        """Operations by the set of terms that need them; a sine or cosine counts as `sine_price`."""
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit: by default every term has its own."""

@@ -9,6 +9,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.recursive import RECURSIVE
+from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.
 LEVELS: dict[str, Level] = {level.name: level for level in (ELEMENT, TERM, RECURSIVE, ENERGY)}
@@ -36,6 +37,7 @@ class SearchOptions:
     write: bool = True  # spend tenths of a second on a program of few operations
     effort: float = 1.0  # a multiple of the usual, a minute at most; where it ends, the best so far is given
     start: Terms | None = None  # of level recursive: changes to go on from
+    sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     dearer: bool = False  # give what was found even where it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
@@ -47,5 +49,10 @@ class SearchOptions:
         if not self.effort > 0.0:
             found = str(self.effort)
             raise UsageError("a search takes some effort", where="effort", expected="above 0", found=found)
+        if self.sine_price < 0:
+            found = str(self.sine_price)
+            raise UsageError(
+                "a sine costs something or nothing", where="sine_price", expected="0 or more", found=found
+            )
         if self.operations is not None and self.operations < 0:
             raise UsageError("so few operations do not exist", where="operations", found=str(self.operations))

@@ -43,6 +43,7 @@ from gd_analyze.simplification.replacement import (
     unfitted,
 )
 from gd_analyze.simplification.search import Progress
+from gd_analyze.text import SINE_PRICE
 
 # Margins of position, revolute and prismatic, and as shares of each joint's peak velocity and acceleration;
 # as the default of `certification.Margin`.
@@ -107,7 +108,7 @@ class _Pruned:
 
     @cached_property
     def operations(self) -> int:
-        return self.changed.program.count.total
+        return int(self.tape.operations.sum())
 
     @property
     def replaced(self) -> list[int]:
@@ -118,8 +119,11 @@ class _Pruned:
 class _Pruning:
     """A recursion, the torque it shall keep, and the states looked at."""
 
-    def __init__(self, recursion: Recursion, aim: Aim, work: Work, progress: Progress) -> None:
+    def __init__(
+        self, recursion: Recursion, aim: Aim, work: Work, progress: Progress, sine_price: int
+    ) -> None:
         self.recursion, self.every, self.work, self.progress = recursion, aim, work, progress
+        self.sine_price = sine_price
         self.reached = 0  # operations last told
         count = aim.torque.shape[1]
         evenly = np.linspace(0, count - 1, min(_STATES, count)).astype(np.intp)
@@ -141,7 +145,7 @@ class _Pruning:
             changed = self.recursion.carried_out(changes)
         except ValueError:
             return None
-        tape = Tape(changed.program, changed.scales)
+        tape = Tape(changed.program, changed.scales, self.sine_price)
         return _Pruned(dict(changes), changed, tape, self.aim, unfitted(tape, self.aim))
 
     def again(self, pruned: _Pruned) -> _Pruned:
@@ -331,6 +335,7 @@ def prune(
     effort: float = 1.0,
     start: Changes | None = None,
     progress: Progress = None,
+    sine_price: int = SINE_PRICE,
 ) -> dict[Change, float]:
     """Prune a recursion to the allowed error, N m, (n,), from `start` on; one descent ends at any effort.
 
@@ -339,7 +344,7 @@ def prune(
     states, scale = exact.states, 1.0 / allowed
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
     aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)
-    pruning = _Pruning(exact.form.recursion, aim, Work(effort), progress)
+    pruning = _Pruning(exact.form.recursion, aim, Work(effort), progress, sine_price)
     here = pruning.with_changes(start or {})
     assert here is not None
     random = Random(0)
@@ -366,7 +371,7 @@ def pruned(
     usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
     effort = how.effort * (usual if how.thorough else _QUICK)
     near = _joined_by_near_states(exact)
-    found = prune(near, allowed, effort=effort, start=start, progress=progress)
+    found = prune(near, allowed, effort=effort, start=start, progress=progress, sine_price=how.sine_price)
     changes = exact.form.recursion.acting(found)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, Elimination, Kept, candidates_of, eliminate
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Work
@@ -187,12 +188,12 @@ def dropped(
     progress: Progress = None,
 ) -> Found:
     """Search for the terms to be kept; a TooManyTermsError if there are more than a search can weigh."""
-    candidates = candidates_of(exact, level, allowed)
+    candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price)
     writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 
     def count(kept: Kept, scale: FloatArray) -> int:
         work.spend(_WRITING * int(kept.sum()))
-        return candidates.count(kept, scale, writing).total
+        return priced(candidates.write(kept, scale, writing), how.sine_price)
 
     options = {"refit": how.refit, "thorough": how.thorough}
     found, solved = search(candidates, count, **options, work=work, progress=progress)
@@ -200,7 +201,7 @@ def dropped(
     written = {name: level.write(exact.form, candidates.keep(*step), effort) for name, step in found.items()}
     steps = tuple(SearchStep(name, program.count.total) for name, program in written.items())
     # The search counts roughly; of steps that take as many operations the last has been fitted.
-    best = min(reversed(steps), key=lambda step: step.operations).name
+    best = min(reversed(written), key=lambda name: priced(written[name], how.sine_price))
     kept, scale = found[best]
     refitted = bool((scale[kept] != 1.0).any())
     return Found(candidates.keep(kept, scale), written[best], refitted, steps, solved, work.was_short)
@@ -210,4 +211,4 @@ def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray
     """Estimate operations of multiples of a budget from one elimination."""
     candidates = candidates_of(exact, level, allowed)
     elimination, one = eliminate(candidates), np.ones(len(candidates))
-    return lambda factor: candidates.count(elimination.within(factor), one, COUNTING).total
+    return lambda factor: candidates.write(elimination.within(factor), one, COUNTING).count.total

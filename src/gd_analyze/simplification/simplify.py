@@ -13,6 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
+from gd_analyze.operations.angles import priced
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.budget import Budget, NormMeasure
@@ -26,6 +27,7 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, 
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress, dropped, quick_count
+from gd_analyze.text import SINE_PRICE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,6 +60,7 @@ def simplify(
     operations: int | None = None,
     drives: bool | None = None,
     effort: float = 1.0,
+    sine_price: int = SINE_PRICE,
 ) -> SimplifiedModel:
     """Leave out what a torque error budget allows, so that few operations remain.
 
@@ -87,6 +90,9 @@ def simplify(
     drives
         Include drive inertia, or take the links alone; by default it is included where the arm describes
         drives, see `ExactDynamics.of`.
+    sine_price
+        Multiplications and additions that one sine or cosine counts as where models are compared; with 0 the
+        model of fewest multiplications and additions is sought.
 
     Returns
     -------
@@ -111,7 +117,8 @@ def simplify(
     >>> bool((model.accuracy.errors.largest_share <= 0.01).all())
     True
     """
-    how = SearchOptions(None if level is None else level_named(level), refit, operations, effort=effort)
+    own = None if level is None else level_named(level)
+    how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
     return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
@@ -147,7 +154,7 @@ def simplify_exact(
                 why = error.what
         tried.append(LevelTried(level.name, None if why else models[-1].operations.total, why))
     if how.operations is None:
-        best = min(models, key=lambda model: model.operations.total)
+        best = min(models, key=lambda model: priced(model.program, how.sine_price))
     else:
         best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
     accuracy = replace(best.accuracy, levels=tuple(tried) if how.level is None else ())

@@ -1,0 +1,260 @@
+"""The tables of figures in docs/simplification.md and docs/certificate.md, computed and written into the pages.
+
+A table follows a line `<!-- table: NAME -->`, and ends with the next empty line. Some minutes in all:
+`python analysis/documented_tables.py [NAME ...]`
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import frax
+import numpy as np
+
+import gd_analyze as gd
+from gd_analyze.certification.positive_definite import certify_positive_definite
+from gd_analyze.files import write_text
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.text import number
+from psdm_measure import arm_of
+
+PAGES = [Path(__file__).parents[1] / "docs" / name for name in ("simplification.md", "certificate.md")]
+MOTIONS = ("pick-and-place", "large-slew", "wrist-move")
+Row = Iterable[object]
+
+
+def timed(work: Callable[[], Any]) -> tuple[Any, str]:
+    """Do something; its result, and the processor's seconds."""
+    start = time.process_time()
+    result = work()
+    return result, number(time.process_time() - start)
+
+
+def percent(shares: Any) -> str:
+    """Show the largest share."""
+    return f"{number(100 * float(np.max(shares)))} %"
+
+
+def puma_models() -> Iterator[Row]:
+    """Models of the PUMA 560 over its limits."""
+    yield (
+        "model",
+        "terms",
+        "operations",
+        "mult.",
+        "add.",
+        "sin, cos",
+        "largest error",
+        "with seed 1",
+        "certified",
+        "seconds",
+    )
+    arm = gd.load_arm("puma560")
+    box = gd.Box.of(arm)
+    for drives in (True, False):
+        exact = gd.ExactDynamics.of(arm, states_in_box(arm, 4000), drives)
+        other = exact.at(states_in_box(arm, 4000, seed=1))
+        for how in ("term", "term --refit", "term --certified", "energy", "energy --refit"):
+            level, *option = how.split(" --")
+
+            def made(level: Level = LEVELS[level], option: list[str] = option, exact: Any = exact) -> Any:
+                if option == ["certified"]:
+                    return gd.simplify_certified(exact, "1%", box, level=level)[0]
+                options = SearchOptions(level, refit=option == ["refit"])
+                return simplify_exact(exact, "1%", options)
+
+            model, seconds = timed(made)
+            count, peak = model.operations, model.accuracy.errors.peak_torque
+            exactly = "" if model.saves else ", exact"
+            apart = np.abs(model.torque(*other.states.arrays) - other.torque).max(axis=0)
+            yield (
+                f"{'drives' if drives else 'bare'}, `{how}`",
+                model.size[0],
+                f"{count.total}{exactly}",
+                count.multiplications,
+                count.additions,
+                count.sines_cosines,
+                percent(model.accuracy.errors.largest_share),
+                percent(apart / peak),
+                percent(gd.certify(model, box).certified / peak),
+                seconds,
+            )
+
+
+def held_models() -> Iterator[Row]:
+    """Models that keep their budget near a motion or within the limits, tried at states that no search uses."""
+    yield "states", "search", "at set points", "level", "operations", "proven", "100 000 others", "s"
+    puma, stanford, box = gd.load_arm("puma560"), gd.load_arm("stanford"), "within its limits"
+    ways = {
+        "main job": SearchOptions(thorough=False),
+        "`simplify`": SearchOptions(),
+        "`simplify --level term`": SearchOptions(LEVELS["term"]),
+    }
+    cases = [(puma, motion, way) for motion in MOTIONS for way in ways]
+    for arm, where, way in (*cases, (puma, box, "`simplify`"), (stanford, box, "`simplify`")):
+        region: gd.Box | gd.Tube
+        if where == box:
+            exact, region = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
+        else:
+            exact = gd.ExactDynamics.of(arm, where)
+            region = gd.Tube.along(arm, gd.read_trajectory(where, arm))
+        at_states = simplify_exact(exact, "1%").operations.total
+        held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, ways[way]))
+        rng, model = np.random.default_rng(20_261_124), held.model
+        others = States(*rng.uniform(*region.pieces(100_000, rng)))
+        errors = exact.at(others).errors_of(model.torque(*others.arrays)).largest
+        allowed, proof = model.accuracy.allowed, held.certificate
+        proven = "" if proof is None else f"{(proof.certified / allowed).max():.2f}"
+        yield (
+            f"{arm.name} {where if where == box else f'near {where}'}",
+            way,
+            at_states,
+            model.level,
+            model.operations.total,
+            proven,
+            f"{(errors / allowed).max():.2f}",
+            seconds,
+        )
+
+
+def panda() -> RobotArm:
+    """Franka's arm as frax ships it, with the limits of acceleration that its maker states."""
+    path = Path(frax.__file__).parent / "assets/franka_panda/panda.urdf"
+    return gd.load_arm(path, tip="panda_link7", limits="15,7.5,10,12.5,15,20,20")
+
+
+def long_models() -> Iterator[Row]:
+    """Recursions simplified over the limits of arms of many terms."""
+    yield "arm", "joints", "exact", "1 %", "seconds"
+    for name, arm in (
+        ("Franka Panda", panda()),
+        ("LBR7 of PSDM's Table 1, fast profile", arm_of("LBR7")),
+        ("KR6 of PSDM's Table 1, fast profile", arm_of("KR6")),
+    ):
+        model, seconds = timed(partial(gd.simplify, arm, states_in_box(arm, 4000), "1%"))
+        yield name, arm.n_joints, model.operations_full.total, model.operations.total, seconds
+
+
+def tubes() -> Iterator[Row]:
+    """What is proven near the shipped motions of models that keep their budget at the set points."""
+    yield "motion", "sampled", "tube, certified", "ratio", "extremes", "operations", "`--certified`"
+    arm = gd.load_arm("puma560")
+    for name in MOTIONS:
+        motion = gd.read_trajectory(name, arm)
+        exact, tube = gd.ExactDynamics.of(arm, motion), gd.Tube.along(arm, motion)
+        term = LEVELS["term"]
+        model = simplify_exact(exact, "1%", SearchOptions(term))
+        proof = gd.certify(model, tube)
+        held, _ = gd.simplify_certified(exact, "1%", tube, level=term)
+        peak = model.accuracy.errors.peak_torque
+        yield (
+            name,
+            percent(model.accuracy.errors.largest / peak),
+            percent(proof.certified / peak),
+            between(proof.ratio, 3),
+            percent(gd.certify(model, tube.enclosing).certified / peak),
+            model.operations.total,
+            held.operations.total,
+        )
+
+
+def between(values: Any, digits: int = 2) -> str:
+    """Show the range of some values."""
+    return f"{min(values):.{digits}f} to {max(values):.{digits}f}"
+
+
+def boxes() -> Iterator[Row]:
+    """How tight bounds over the arm's limits are."""
+    yield "model", "operations", "effort", "seconds", "found", "certified", "ratio"
+    puma, stanford = gd.load_arm("puma560"), gd.load_arm("stanford")
+    kr6, lbr7 = arm_of("KR6"), arm_of("LBR7")
+    for name, arm, level, budget, efforts in (
+        ("PUMA 560 with drives", puma, "term", "1%", (1_000, 250_000)),
+        ("PUMA 560 with drives", puma, "energy", "1%", (250_000,)),
+        ("Stanford arm with drives", stanford, "term", "5%", (250_000,)),
+        ("KR6", kr6, "recursive", "1%", (250_000, 2_500_000)),
+        ("LBR7", lbr7, "recursive", "1%", (250_000,)),
+        ("Panda", panda(), "recursive", "1%", (250_000,)),
+    ):
+        states = 4000 if level != "recursive" else 1000
+        model = gd.simplify(arm, states_in_box(arm, states), budget, level=level)
+        peak = model.accuracy.errors.peak_torque
+        for effort in efforts:
+            proof, seconds = timed(partial(gd.certify, model, effort=effort))
+            shares = percent(proof.worst_found / peak), percent(proof.certified / peak)
+            which = f"{name}, {level}, {budget.replace('%', ' %')}"
+            yield (
+                which,
+                model.operations.total,
+                f"{effort:,}".replace(",", " "),
+                seconds,
+                *shares,
+                between(proof.ratio),
+            )
+
+
+def definiteness() -> Iterator[Row]:
+    """What is proven of the smallest eigenvalue of D."""
+    yield "model at 1 %, over the arm's ranges", "proven, kg m²", "found", "effort", "seconds"
+    for name, drives, efforts in (
+        ("puma560", True, (8_000,)),
+        ("puma560", False, (8_000, 100_000)),
+        ("stanford", True, (8_000,)),
+    ):
+        arm = gd.load_arm(name)
+        model = gd.simplify(arm, states_in_box(arm, 4000), "1%", level="energy", drives=drives)
+        label = f"{arm.title or arm.name} {'with' if drives else 'without'} drives, energy{'' if model.saves else ': exact'}"
+        for effort in efforts:
+            found, seconds = timed(partial(certify_positive_definite, model, effort=effort))
+            yield (
+                label,
+                f"{found.proven:.3g}",
+                f"{found.smallest_found:.3g}",
+                f"{effort:,}".replace(",", " "),
+                seconds,
+            )
+
+
+TABLES = {
+    "held models": held_models,
+    "puma models": puma_models,
+    "long models": long_models,
+    "tubes": tubes,
+    "boxes": boxes,
+    "definiteness": definiteness,
+}
+
+
+def table(rows: Iterable[Row]) -> str:
+    """Write rows, the first of which are headings, as Markdown."""
+    heading, *others = [[str(cell) for cell in row] for row in rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in (heading, ["---"] * len(heading), *others))
+
+
+def main() -> None:
+    """Write the tables named, or all."""
+    warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
+    wanted = sys.argv[1:] or list(TABLES)
+    for name in wanted:
+        text = f"<!-- table: {name} -->\n{table(TABLES[name]())}"
+        print(text, flush=True)
+        for page in PAGES:
+            old = page.read_text(encoding="utf-8")
+            new = re.sub(rf"<!-- table: {name} -->\n(\|.*\n)*", text, old)
+            if new != old:
+                write_text(page, new)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""What sines and cosines cost, and those of sums of angles from those of their summands."""
+
+from __future__ import annotations
+
+import itertools
+from collections import defaultdict
+from typing import Any
+
+from gd_analyze.operations.program import Program
+from gd_analyze.operations.trace import Expression, Trace
+
+# An angle as a sum: how often each input goes into it; under "" a constant.
+_Sum = frozenset[tuple[str, float]]
+
+
+def priced(program: Program, sine_price: int) -> int:
+    """Multiplications, additions, and so many for each sine and cosine, `with_sums` where that is cheaper."""
+    ways = [program, with_sums(program)] if sine_price else [program]
+    return min(way.count.total + sine_price * way.count.sines_cosines for way in ways)
+
+
+def with_sums(program: Program) -> Program:
+    """Take sines and cosines of sums, differences and doubles of angles from those of these angles.
+
+    Three operations each, and fewer sines and cosines. The outputs are the same but for round-off.
+    """
+    sums = _as_sums(program)
+    trace = Trace()
+    values: dict[int, Any] = {}
+    pairs: dict[_Sum, tuple[Any, Any]] = {}
+
+    def of(x: Any) -> Any:
+        return values[x.order] if isinstance(x, Expression) else x
+
+    def sum_of(angle: Any) -> _Sum | None:
+        return sums.get(angle.order) if isinstance(angle, Expression) else None
+
+    for step in program.steps:
+        if step.order in sums:
+            values[step.order] = trace.record(step.operation, *map(of, step.arguments))
+    angles: dict[_Sum, Any] = {}
+    taken: dict[_Sum, set[str]] = defaultdict(set)
+    for step in program.steps:
+        if step.operation in ("sin", "cos") and (one := sum_of(step.arguments[0])) is not None:
+            angles[one] = of(step.arguments[0])
+            taken[one].add(step.operation)
+    # Short sums first: the others are made of them.
+    ordered = sorted(angles, key=lambda one: (sum(abs(c) for _, c in one), angles[one].order))
+    for place, one in enumerate(ordered):
+        pairs[one] = angles[one].sin(), angles[one].cos()
+        for first, sign in itertools.product(ordered[:place], (1.0, -1.0)):
+            second = _added(one, first, -1.0) if sign > 0.0 else _added(first, one, -1.0)
+            if second not in pairs or second == one:
+                continue
+            if sum(2 - len(taken[summand]) for summand in {first, second}) < len(taken[one]):
+                (s, c), (sine, cosine) = pairs[first], pairs[second]
+                sine = sign * sine
+                pairs[one] = s * cosine + c * sine, c * cosine - s * sine
+                for summand in (first, second, one):
+                    taken[summand] = {"sin", "cos"}
+                break
+    for step in program.steps:
+        one = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
+        if one is not None:
+            values[step.order] = pairs[one][step.operation == "cos"]
+        elif step.order not in sums:
+            values[step.order] = trace.record(step.operation, *map(of, step.arguments))
+    return Program.of(trace, [of(output) for output in program.outputs])
+
+
+def _as_sums(program: Program) -> dict[int, _Sum]:
+    """Steps that are sums of inputs and constants, by order."""
+    sums: dict[int, _Sum] = {}
+
+    def of(x: Any) -> _Sum | None:
+        return sums.get(x.order) if isinstance(x, Expression) else frozenset({("", float(x))})
+
+    for step in program.steps:
+        if step.operation == "input":
+            sums[step.order] = frozenset({(step.arguments[0], 1.0)})
+        elif step.operation in ("add", "subtract", "negative"):
+            a, b = (frozenset(), *map(of, step.arguments))[-2:]
+            if a is not None and b is not None:
+                sums[step.order] = _added(a, b, 1.0 if step.operation == "add" else -1.0)
+    return sums
+
+
+def _added(a: _Sum, b: _Sum, sign: float = 1.0) -> _Sum:
+    total = dict(a)
+    for x, c in b:
+        total[x] = total.get(x, 0.0) + sign * c
+    return frozenset((x, c) for x, c in total.items() if c)
