@@ -76,7 +76,7 @@ def test_states_drives_refit_and_effort(run):
 
 def test_payload_links_alone_and_so_many_operations(run):
     assert run(f"{TWO} --payload 1,0,0,0 --json").json["arm"] == "two_link+1kg"
-    assert "links alone" in run(f"{PUMA} --no-drives --budget 5%").out
+    assert "links alone" in run(f"{PUMA} --no-drives --budget 5% --level term").out
     asked = run(f"{TWO} --operations 12 --json").json
     assert asked["operations"]["total"] <= 12
     loose = run(f"{TWO} --operations 1000 --json").json
@@ -84,14 +84,15 @@ def test_payload_links_alone_and_so_many_operations(run):
 
 
 def test_budgets_beside_friction_and_in_torque(run):
-    words = (PUMA, "--budget", "1% or 10% friction")
+    quick = f"{PUMA} --at-set-points --level term"
+    words = (*quick.split(), "--budget", "1% or 10% friction")
     found = run(*words, "--json").json
     assert (found["budget"], found["notices"]) == ("1% or 10% friction", [])
     assert all(row["allowed_error"] > 0.01 * row["peak_torque"] for row in found["joints"])
     assert "of allowed error (joint" in run(*words).words
-    (notice,) = run(f"{PUMA} --json").json["notices"]
+    (notice,) = run(f"{quick} --json").json["notices"]
     assert '--budget "1% or 10% friction"' in notice
-    assert "N m (joint" in run(f"{PUMA} --budget 1").words
+    assert "N m (joint" in run(f"{quick} --budget 1").words
 
 
 @pytest.mark.parametrize(

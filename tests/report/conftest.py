@@ -65,7 +65,7 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
 def by_level(puma: RobotArm, pick_and_place: Trajectory) -> dict[str, Findings]:
     return {
         "element": find(puma, pick_and_place, Settings(level="element", drives=True)),
-        "energy": find(puma, pick_and_place, Settings(level="energy", refit=True)),
+        "energy": find(puma, pick_and_place, Settings(level="energy", refit=True, at_set_points=True)),
         "term": find(puma, pick_and_place, Settings(level="term", operations=90)),
     }
 
