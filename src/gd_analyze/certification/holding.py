@@ -43,8 +43,8 @@ _EFFORT = 0.25
 _DRAWN = 300
 # States drawn afresh in every round, so many at a time, and how many of them join for each joint at most.
 TRIED, _AT_ONCE, _JOINING = 200_000, 50_000, 30
-# Steps of an ascent.
-_STEPS = 3
+# Steps of an ascent, and within limits the share of every range by which it moves at most.
+_STEPS, _NEAR = 3, 0.03
 # Terms of a program, written out, up to which it is proven within seconds, and the effort beyond.
 _MOST_WRITTEN, _MANY_WRITTEN, _LITTLE = 150_000, 20_000, 2_000
 # A bound above the budget by more than this is not brought within it, nor any after so many rounds.
@@ -79,7 +79,7 @@ def simplify_held(
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
     Along a motion the budget is proven; where the bound stays above it, and in a box, it holds at 200 000
-    states drawn afresh, along a motion also at those that an ascent from the worst of them reaches.
+    states drawn afresh, and at those that an ascent from the worst of them reaches.
 
     Parameters
     ----------
@@ -317,15 +317,18 @@ def _tried(
 
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(TRIED // _AT_ONCE):
-        if isinstance(region, Tube) and (largest > 1.0).any():
+        if (largest > 1.0).any():
             break  # ascents from the first have found enough to go on with
         lower, upper = region.pieces(_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
         for i, errors in enumerate(share(states)):
             top = np.argpartition(-errors, _JOINING)[:_JOINING]
             reached = states[:, top]
-            if isinstance(region, Tube):
-                reached = _climbed(share, i, reached, lower[:, top], upper[:, top])
+            low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
+            if isinstance(region, Box):  # a little further than states were drawn
+                near = _NEAR * (high - low)
+                low, high = np.maximum(low, reached - near), np.minimum(high, reached + near)
+            reached = _climbed(share, i, reached, low, high)
             errors = share(reached)
             largest = np.maximum(largest, errors.max(axis=1))
             worst.append(reached[:, errors[i] > 1.0])
