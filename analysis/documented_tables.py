@@ -219,8 +219,8 @@ def definiteness() -> Iterator[Row]:
             found, seconds = timed(partial(certify_positive_definite, model, effort=effort))
             yield (
                 label,
-                f"{found.proven:.3g}",
-                f"{found.smallest_found:.3g}",
+                f"{found.proven:.5g}",
+                f"{found.smallest_found:.5g}",
                 f"{effort:,}".replace(",", " "),
                 seconds,
             )

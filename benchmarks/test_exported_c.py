@@ -46,3 +46,4 @@ def test_torque_in_c_against_casadi_and_rnea(benchmark, tmp_path, rnea, name) ->
             for than in peers:
                 benchmark.extra_info[f"{ours}: times faster than {than}"] = row.faster(ours, than)
     print(f"\n{block(row)}")
+    assert not row.slower_than_exact

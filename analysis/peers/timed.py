@@ -48,7 +48,7 @@ def library(folder: Path, sources: Mapping[str, str], *command: str) -> ctypes.C
     folder.mkdir(parents=True)
     for name, text in sources.items():
         (folder / name).write_text(text, encoding="utf-8")
-    files = [name for name in sources if not name.endswith(".h")]
+    files = [name for name in sources if not name.endswith((".h", ".hpp"))]
     arguments = [*command, "-shared", "-fPIC", *files, "-o", "made.so", "-lm"]
     subprocess.run(arguments, check=True, cwd=folder, capture_output=True, text=True)
     return ctypes.CDLL(str(folder / "made.so"))
