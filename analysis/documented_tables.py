@@ -12,10 +12,10 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
-import frax
 import numpy as np
 
 import gd_analyze as gd
@@ -130,8 +130,8 @@ def held_models() -> Iterator[Row]:
 
 def panda() -> RobotArm:
     """Franka's arm as frax ships it, with the limits of acceleration that its maker states."""
-    path = Path(frax.__file__).parent / "assets/franka_panda/panda.urdf"
-    return gd.load_arm(path, tip="panda_link7", limits="15,7.5,10,12.5,15,20,20")
+    path = distribution("frax").locate_file("frax/assets/franka_panda/panda.urdf")
+    return gd.load_arm(str(path), tip="panda_link7", limits="15,7.5,10,12.5,15,20,20")
 
 
 def long_models() -> Iterator[Row]:

@@ -28,6 +28,17 @@ def test_a_difference_is_explained_by_its_numbers() -> None:
     assert module.explain("both", mixed) == "agrees on all three"
 
 
+def test_documented_tables_are_those_of_the_script() -> None:
+    """Their headings; the figures take minutes."""
+    module, found = study("documented_tables"), set()
+    for page in module.PAGES:
+        marked = re.findall(r"<!-- table: ([a-z ]+) -->\n(\|.*\n)", page.read_text("utf-8"))
+        for name, heading in marked:
+            assert heading == module.table([next(module.TABLES[name]())]).splitlines(keepends=True)[0]
+            found.add(name)
+    assert found == set(module.TABLES)
+
+
 def test_verification_measures_and_documents_every_identity() -> None:
     module = study("verification")
     measurements = list(module.measure())

@@ -167,9 +167,10 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
     states = States(q, qd, qdd, {"box": "drawn", "states": count, "seed": 0})
     exact = ExactDynamics.of(puma, states, drives=True)
     assert len(exact.thinned().states) < 5100
-    model = simplify_exact(exact, Budget.parse("2%"), SearchOptions(ENERGY, thorough=False))
+    model = simplify_exact(exact, Budget.parse("4%"), SearchOptions(ENERGY, thorough=False))
+    assert model.saves
     error = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0)
-    assert (error <= 0.02 * exact.peak_torque).all()
+    assert (error <= 0.04 * exact.peak_torque).all()
     np.testing.assert_allclose(model.accuracy.errors.largest, error, rtol=1e-9)
     assert model.accuracy.fitted_on == states.described
 
