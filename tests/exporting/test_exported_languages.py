@@ -147,7 +147,7 @@ def test_operations_that_stand_there_are_those_that_are_stated(case, language):
         code = re.sub(r'""".*?"""|^%.*?$', "", body, flags=re.DOTALL | re.MULTILINE)
         sines = r" = (?:co)?sine\[" if language == "c" else r"\b(?:sin|cos)\("
         counts = (len(re.findall(pattern, code)) for pattern in (r" \.?\* ", r" [+-] ", sines))
-        written_out = function.with_sums if language == "cpp" else function  # C where that saves a stride
+        written_out = function.with_sums() if language == "cpp" else function  # C where that saves a stride
         assert OperationCount(*counts) == written_out.count, function.name
 
 

@@ -63,3 +63,8 @@ def test_two_angles_are_enough(angles_left, signs):
     assert np.abs(found.run(states(2)) - program.run(states(2))).max() <= FREE
     few = Program.of(trace, [taken[0].sin(), x.cos()])
     assert with_sums(few).count == few.count  # it would take more sines than it saves
+    more = Program.of(trace, [x.cos(), y.cos(), (x + y).cos()])
+    angles = {
+        step.arguments[0] for step in with_sums(more, in_pairs=True).steps if step.operation in ("sin", "cos")
+    }
+    assert len(angles) == 2  # of which sine and cosine come together

@@ -136,7 +136,7 @@ class C(Language):
             "functions": inside,
             "trigonometric": any(each.n_angles for _, each in inside),
             "lanes": _LANES,
-            "many": given.torque and self._inside(given.torque.with_sums),
+            "many": given.torque and self._inside(given.torque.with_sums(in_pairs=True)),
             "declared": lambda function: self._declared(given.name, function),
             "read": read,
             "sine_cosine": FLOAT if self.single else DOUBLE,
@@ -145,7 +145,7 @@ class C(Language):
 
     def _one_by_one(self, function: Function) -> Inside:
         """Of one state: angles of a stride cost the same, few or many, so sums save where a stride goes."""
-        ways = map(self._inside, (function, function.with_sums))
+        ways = map(self._inside, (function, function.with_sums(in_pairs=True)))
         return min(ways, key=lambda way: -(-way.n_angles // _LANES))
 
     def _inside(self, function: Function) -> Inside:

@@ -65,10 +65,9 @@ class Function:
         """Operations of one evaluation."""
         return self.program.count
 
-    @property
-    def with_sums(self) -> Function:
-        """The same with sines and cosines of sums taken from those of their summands."""
-        return replace(self, program=with_sums(self.program))
+    def with_sums(self, *, in_pairs: bool = False) -> Function:
+        """Take sines and cosines of sums from those of their summands, see `angles.with_sums`."""
+        return replace(self, program=with_sums(self.program, in_pairs=in_pairs))
 
     @property
     def inputs(self) -> list[Input]:

@@ -142,7 +142,7 @@ class Cpp(Language):
 
     def values(self, given: ExportInput) -> dict[str, Any]:
         """Functions with few sines and cosines."""
-        return {"functions": [(each, self.body(each.with_sums)) for each in given.functions]}
+        return {"functions": [(each, self.body(each.with_sums())) for each in given.functions]}
 
 
 class Matlab(Language):

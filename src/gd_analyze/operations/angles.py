@@ -19,10 +19,11 @@ def priced(program: Program, sine_price: int) -> int:
     return min(way.count.total + sine_price * way.count.sines_cosines for way in ways)
 
 
-def with_sums(program: Program) -> Program:
+def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
     """Take sines and cosines of sums, differences and doubles of angles from those of these angles.
 
-    Three operations each, and fewer sines and cosines. The outputs are the same but for round-off.
+    Three operations each, and fewer sines and cosines; `in_pairs` fewer angles, where sine and cosine of one
+    are taken together. The outputs are the same but for round-off.
     """
     sums = _as_sums(program)
     trace = Trace()
@@ -43,7 +44,7 @@ def with_sums(program: Program) -> Program:
     for step in program.steps:
         if step.operation in ("sin", "cos") and (one := sum_of(step.arguments[0])) is not None:
             angles[one] = of(step.arguments[0])
-            taken[one].add(step.operation)
+            taken[one] |= {"sin", "cos"} if in_pairs else {step.operation}
     # Short sums first: the others are made of them.
     ordered = sorted(angles, key=lambda one: (sum(abs(c) for _, c in one), angles[one].order))
     for place, one in enumerate(ordered):

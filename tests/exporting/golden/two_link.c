@@ -201,51 +201,52 @@ void two_link_gravity_loading(const double q[2], double c[2])
 /* the torque of as many states as there are lanes; from joint to joint it is a stride */
 static void torque_of_lanes(size_t stride, const double *q, const double *qd, const double *qdd, double *tau)
 {
-    double angle[3][lanes], sine[3][lanes], cosine[3][lanes];
+    double angle[2][lanes], sine[2][lanes], cosine[2][lanes];
     double out[2][lanes];
     size_t j, l;
     for (l = 0; l < lanes; l++) {
         const double q1 = q[0 * stride + l];
         const double q2 = q[1 * stride + l];
-        const double t1 = q1 + q2;
         angle[0][l] = q1;
         angle[1][l] = q2;
-        angle[2][l] = t1;
     }
-    for (j = 0; j < 3; j++)
+    for (j = 0; j < 2; j++)
         sines_cosines(angle[j], sine[j], cosine[j]);
     for (l = 0; l < lanes; l++) {
         const double qd1 = qd[0 * stride + l];
         const double qd2 = qd[1 * stride + l];
         const double qdd1 = qdd[0 * stride + l];
         const double qdd2 = qdd[1 * stride + l];
+        const double sin1 = sine[0][l];
         const double sin2 = sine[1][l];
         const double cos1 = cosine[0][l];
         const double cos2 = cosine[1][l];
-        const double cos3 = cosine[2][l];
         const double t1 = qd1 + qd2;
         const double t2 = qdd1 + qdd2;
-        const double t3 = 19.612 * cos1;
-        const double t4 = 1.667 * qdd1;
-        const double t5 = t3 + t4;
-        const double t6 = 0.5 * cos2;
-        const double t7 = t2 * t6;
-        const double t8 = t5 + t7;
-        const double t9 = t1 * t1;
-        const double t10 = 0.5 * sin2;
-        const double t11 = t9 * t10;
-        const double t12 = t8 - t11;
-        const double t13 = 4.903 * cos3;
-        const double t14 = 0.333 * t2;
-        const double t15 = t13 + t14;
-        const double t16 = qd1 * qd1;
-        const double t17 = t10 * t16;
-        const double t18 = t15 + t17;
-        const double t19 = qdd1 * t6;
-        const double t20 = t18 + t19;
-        const double t21 = t12 + t20;
-        out[0][l] = t21;
-        out[1][l] = t20;
+        const double t3 = cos1 * cos2;
+        const double t4 = sin1 * sin2;
+        const double t5 = t3 - t4;
+        const double t6 = 19.612 * cos1;
+        const double t7 = 1.667 * qdd1;
+        const double t8 = t6 + t7;
+        const double t9 = 0.5 * cos2;
+        const double t10 = t2 * t9;
+        const double t11 = t8 + t10;
+        const double t12 = t1 * t1;
+        const double t13 = 0.5 * sin2;
+        const double t14 = t12 * t13;
+        const double t15 = t11 - t14;
+        const double t16 = 4.903 * t5;
+        const double t17 = 0.333 * t2;
+        const double t18 = t16 + t17;
+        const double t19 = qd1 * qd1;
+        const double t20 = t13 * t19;
+        const double t21 = t18 + t20;
+        const double t22 = qdd1 * t9;
+        const double t23 = t21 + t22;
+        const double t24 = t15 + t23;
+        out[0][l] = t24;
+        out[1][l] = t23;
     }
     for (j = 0; j < 2; j++)
         for (l = 0; l < lanes; l++)
