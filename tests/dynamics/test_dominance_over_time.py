@@ -94,10 +94,10 @@ def test_the_motion_in_stretches():
     over_time = gd.dominance_over_time(gd.decompose("puma560", "pick-and-place", drives=False))
     every = stretches(over_time)
     found = every["D25"]
-    assert [stretch.verdict for stretch in found] == ["both", "rotation", "both"]
-    assert found[0].begin == 0
-    assert found[-1].end == over_time.time.values[-1]
-    assert [stretch.verdict for stretch in every["D45"]] == ["neither"]
+    assert [stretch["verdict"] for stretch in found] == ["both", "rotation", "both"]
+    assert found[0]["begin"] == 0
+    assert found[-1]["end"] == over_time.time.values[-1]
+    assert [stretch["verdict"] for stretch in every["D45"]] == ["neither"]
 
 
 def test_budget_shares_are_of_what_is_allowed_at_the_joint():

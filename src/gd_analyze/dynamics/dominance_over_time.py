@@ -8,7 +8,7 @@ over the motion is the union of those at its set points.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -107,20 +107,13 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     return needed.isel(effect=0, drop=True).copy(data=VERDICTS[needed.values @ [1, 2]])
 
 
-class Stretch(NamedTuple):
-    """Set points in a row at which an element has one verdict."""
-
-    verdict: str
-    begin: float  # s
-    end: float
-
-
-def stretches(over_time: xr.Dataset) -> dict[str, list[Stretch]]:
-    """Verdicts on every element one after the other, over the whole motion."""
+def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
+    """Verdicts on every element one after the other: `verdict`, and its `begin` and `end` in s."""
     time, found = over_time.time.values, {}
     for label, words in zip(over_time.element.values.tolist(), verdicts(over_time).values.T, strict=True):
         first = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]
         found[label] = [
-            Stretch(str(words[a]), float(time[a]), float(time[b - 1])) for a, b in pairwise(first)
+            {"verdict": str(words[a]), "begin": float(time[a]), "end": float(time[b - 1])}
+            for a, b in pairwise(first)
         ]
     return found

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, evenly
+from gd_analyze.arrays import evenly
 from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
@@ -44,7 +44,8 @@ def dominance_figure(run: Run) -> Figure:
     share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
-    numbers = np.concatenate([np.rint(100 * parts), _three_digits(torque)[..., None]], axis=-1)
+    rounded = [[float(f"{value:.3g}") for value in row] for row in torque.tolist()]
+    numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
     colours = np.array(["", "translation", "rotation", "both"])[needed @ [1, 2]]
     shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
     # Nothing is known across a gap: an empty column.
@@ -68,11 +69,6 @@ def dominance_figure(run: Run) -> Figure:
     panel = Panel("dominance", "", x, y, (cells, *_beside(run, labels, x.high)), margins=_MARGINS)
     height = min(rows * _PITCH, _ROOM) + _MARGINS[1] + _MARGINS[3]
     return Figure("Dominant effect of each element over time", ((panel,),), WIDTH, height, _LEGEND)
-
-
-def _three_digits(values: FloatArray) -> FloatArray:
-    """Numbers as a page tells them."""
-    return np.array([float(f"{value:.3g}") for value in values.ravel()]).reshape(values.shape)
 
 
 def _beside(run: Run, labels: list[str], end: float) -> list[Words]:

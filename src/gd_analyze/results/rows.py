@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
@@ -50,14 +49,15 @@ def element_rows(findings: Findings) -> list[Row]:
     kept = kept_effects(findings.arm.n_joints, findings.element_model.terms)
     verdicts = reference.verdicts if reference else {}
     found = stretches(findings.tables["dominance_over_time"])
-    probable = _probabilities(findings)
+    sure = findings.tables.get("robustness")
+    probable = {} if sure is None else sure.over_motion.to_series().to_dict()
     return [
         {
             "rank": rank,
             **row,
             "kept": kept[row["element"]],
             "text_verdict": verdicts.get(row["element"], ""),
-            "stretches": [stretch._asdict() for stretch in found[row["element"]]],
+            "stretches": found[row["element"]],
             "probability": probable.get((row["element"], row["dominant"])),
         }
         for rank, row in enumerate(rows_of(findings.dominance, "element"), start=1)
@@ -105,15 +105,6 @@ def dominance_note(findings: Findings) -> str:
     if doubtful:
         note += f" Less than {percent(SURE)} sure, as parameters are uncertain: {', '.join(doubtful)}."
     return note
-
-
-def _probabilities(findings: Findings) -> dict[tuple[str, str], float]:
-    """Probability of each verdict over the motion, by element and verdict, if stated."""
-    if "robustness" not in findings.tables:
-        return {}
-    over_motion = findings.tables["robustness"].over_motion
-    names = product(over_motion.element.values.tolist(), over_motion.verdict.values.tolist())
-    return dict(zip(names, over_motion.values.ravel().tolist(), strict=True))
 
 
 def changes_text(row: Row) -> str:

@@ -58,11 +58,7 @@ def exactly_known(arm: RobotArm) -> str:
     """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none is."""
     found = []
     for what in _FACTORS:
-        links = [
-            k
-            for k, link in enumerate(arm.links, start=1)
-            if link.uncertainty is None or getattr(link.uncertainty, what) is None
-        ]
+        links = [k for k, link in enumerate(arm.links, 1) if getattr(link.uncertainty, what, None) is None]
         if links:
             found.append(f"{what} of {named_joints(links, arm.n_joints).replace('joint', 'link')}")
     return "; ".join(found)
