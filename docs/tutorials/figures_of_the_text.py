@@ -30,7 +30,7 @@ assert parts.sizes["time"] == 31
 # puma560 pick-and-place --no-drives --to svg,pdf,png` writes the same as files.
 
 # %%
-findings = gd.analyze(arm, motion, drives=False)
+findings = gd.analyze(arm, motion, drives=False, level="term")
 matrix = findings.plot.inertia(x="set point")
 vector = findings.plot.coriolis_centrifugal(x="set point")
 print(f"{len(matrix)} panels of D, {len(vector)} of h")

@@ -152,13 +152,18 @@ def test_the_ranking(run, here):
     ],
 )
 def test_the_curve(run, words, of, whole):
-    told, shown = run(f"trade-off {words} --json").json, run(f"trade-off {words}").out
+    told = run(f"trade-off {words} --json").json
     assert (told["shares_of"], told["saves"]) == (of, True)
     for point in told["points"]:
         budget = point["budget"].removesuffix(" N m")
         allowed = float(budget.removesuffix("%")) / (100 if budget.endswith("%") else 1)
         assert point["largest_share"] <= allowed / whole * (1 + 1e-9)
-        assert str(point["operations"]["total"]) in shown
+
+
+def test_the_curve_shows_the_operations_of_its_points(run):
+    words = "trade-off two_link two-link-swing --quick"
+    shown = run(words).out
+    assert all(str(point["operations"]["total"]) in shown for point in run(f"{words} --json").json["points"])
 
 
 def test_a_curve_without_savings(run):
@@ -318,7 +323,7 @@ def test_models_without_positive_energy_are_named(run, two_link, kept, verdict):
 
 
 def test_certified_along_a_trajectory_and_between_its_extremes(run):
-    assert run(f"{PUMA} --effort 0.1 -o m.json").code == 0
+    assert run(f"{PUMA} --level term -o m.json").code == 0
     along = "--along pick-and-place"
     told, whole, large = (
         run(f"certify m.json {words} --json").json for words in (along, "", f"{along} --margin 5deg,qd=10%")
