@@ -74,8 +74,11 @@ def summands_dropped(
         error = np.abs(recursion.changed(first(count)).run(inputs) - wanted).max(axis=1)
         return bool((error <= allowed).all())
 
-    # The most that fit; more of them may fit by chance.
-    return first(next(count for count in range(len(ordered), -1, -1) if count == 0 or fits(count)))
+    few, many = 0, len(ordered) + 1
+    while many - few > 1:
+        middle = (few + many) // 2
+        few, many = (middle, many) if fits(middle) else (few, middle)
+    return first(few)
 
 
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:

@@ -26,14 +26,10 @@ EDGES = {
     "one joint": lambda: made_findings(["revolute"]),
     "one prismatic joint": lambda: made_findings(["prismatic"]),
     "ten prismatic joints": lambda: made_findings(["prismatic"] * 10),
-    "eight joints": lambda: made_findings(EIGHT),
+    "eight joints": lambda: made_findings(EIGHT, level="element"),
     "one set point": lambda: made_findings(["revolute"] * 2, set_points=1),
     "long": lambda: made_findings(["revolute"] * 2, set_points=5000),
 }
-MAKES = [
-    pytest.param(make, id=name, marks=[pytest.mark.slow] if name == "eight joints" else [])
-    for name, make in EDGES.items()
-]
 
 
 def words_of(page: Page) -> str:

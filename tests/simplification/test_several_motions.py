@@ -36,7 +36,7 @@ def test_the_shipped_motions_of_the_puma(puma):
     """Of terms that search, refit and counting weigh: the budget is nearly used up along each, and kept."""
     names = ["pick-and-place", "large-slew", "wrist-move"]
     for options in ({}, {"refit": True}, {"operations": 120}):
-        model = gd.simplify(puma, names, "1%", effort=0.1, **options)
+        model = gd.simplify(puma, names, "1%", level="term", effort=0.1, **options)
         assert model.saves
         for name, stated in zip(names, model.accuracy.motions, strict=True):
             found = gd.evaluate(model, name)

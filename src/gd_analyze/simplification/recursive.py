@@ -33,7 +33,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Expression
-from gd_analyze.simplification.effort import COUNTING, POINT, Effort, inputs_of
+from gd_analyze.simplification.effort import COUNTING, Effort, inputs_of
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
 from gd_analyze.simplification.recursion import (
@@ -343,10 +343,6 @@ class Reading:
         return tuple(formula for passage in self.passages for formula in passage.formulas)
 
 
-# Rearrangements of a model that is only looked at: tenths of a second.
-_FEW_TRIES = 60
-
-
 class _ChangeEntry(Checked):
     step: int
     source: int
@@ -370,7 +366,7 @@ class RecursiveLevel(Level):
         program = form.recursion.changed(terms)
         if effort.shared <= COUNTING.shared:
             return program
-        return rewritten(program, _FEW_TRIES) if effort == POINT else rewritten(program)
+        return rewritten(program, 1 if effort.rearranging else 0)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the quantities that the recursion passes on, in the order of their making."""
