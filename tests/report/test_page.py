@@ -90,7 +90,7 @@ def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
     assert "nothing can be dropped" in words_of(page)
 
 
-@pytest.mark.parametrize("make", MAKES)
+@pytest.mark.parametrize("make", EDGES.values(), ids=EDGES)
 def test_any_arm_has_a_page_and_a_pdf(make: Callable[[], Findings]) -> None:
     report = main_report(findings := make())
     page = Page(render_html(findings, report))
