@@ -58,6 +58,16 @@ def urdf(*elements: str, name: str = "bench arm") -> str:
     return "\n".join([f'<robot name="{name}">', *elements, "</robot>"])
 
 
+def chain(start: str, side: str, length: int) -> list[str]:
+    """Links and joints of a branch."""
+    names = [start, *(f"{side}{i}" for i in range(1, length + 1))]
+    joints = [joint(f"{side}_{i}", *names[i : i + 2]) for i in range(length)]
+    return [*map(link, names[1:]), *joints]
+
+
+TWO_ARMS = urdf(link("torso"), *chain("torso", "left", 3), *chain("torso", "right", 3))
+
+
 def two_joints(*more: str) -> str:
     """Base, upper and lower, with joints shoulder and elbow."""
     return urdf(

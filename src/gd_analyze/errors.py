@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,6 +76,12 @@ class UsageError(GdAnalyzeError):
 
 class ArmError(GdAnalyzeError):
     """An arm is unknown, or its description is malformed or physically inconsistent."""
+
+
+class BranchError(ArmError):
+    """A robot branches; `paths` has the joints on the way to each link that moves, by its name."""
+
+    paths: Mapping[str, Sequence[str]] = {}
 
 
 class TrajectoryError(GdAnalyzeError):

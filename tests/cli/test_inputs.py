@@ -19,7 +19,7 @@ from gd_analyze.formulas.writing import element_formula
 from gd_analyze.motions.profiles import PROFILES
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import fingerprint
-from robot_files import fingers, link, two_joints
+from robot_files import TWO_ARMS, fingers, link, two_joints
 
 # The moments are 0.03, 0.04 and 0.05 but for products; 0.15 is more than the others by half of itself.
 ODD = two_joints().replace(link("upper"), link("upper", izz=0.15))
@@ -107,6 +107,12 @@ def test_columns_that_share_a_name_and_nobody_needs(run, here):
     ]
 
 
+def test_files_put_side_by_side_have_two_times(run, here):
+    (here / "log.csv").write_text("\n".join(f"{row},{row.split(',')[0]}" for row in LOG.splitlines()))
+    assert "--map 'time=#1' or --map 'time=#7'" in run("columns two_link log.csv").err
+    assert run("columns two_link log.csv --map time=#1").code == 0
+
+
 def test_columns_of_a_log(run, here):
     (here / "log.csv").write_text(LOG)
     shown, told = run("columns two_link log.csv").words, run("columns two_link log.csv --json").json
@@ -115,6 +121,38 @@ def test_columns_of_a_log(run, here):
     keys, values = ["column", "role", "joint", "unit", "why"], ("actual_q_0", "q", "shoulder", "rad")
     assert told["columns"][1] == dict(zip(keys, (*values, "by number, from 0"), strict=True))
     assert "Kind plan" in run("columns two_link two-link-swing").words
+
+
+FINGERS = two_joints(*fingers())
+
+
+@pytest.mark.parametrize(
+    ("robot", "heading", "arm"),
+    [
+        (TWO_ARMS, "t,right_0,right_1,right_2", ["right_0", "right_1", "right_2"]),
+        (TWO_ARMS, "t,pos.left_0,pos.left_1,pos.left_2,gripper", ["left_0", "left_1", "left_2"]),
+        (TWO_ARMS, "t,right_0_position,right_1_position", ["right_0", "right_1"]),
+        (FINGERS, "t,shoulder,elbow", ["shoulder", "elbow"]),
+        (TWO_ARMS, "t,left_0,left_1,left_2,right_0,right_1,right_2", None),
+        (TWO_ARMS, "t,q1,q2,q3", None),
+        (TWO_ARMS, "t,bright_0,right_01,right_2x", None),
+    ],
+)
+def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, heading, arm):
+    (here / "robot.urdf").write_text(robot)
+    n = heading.count(",")
+    rows = (",".join([f"{0.1 * k:.1f}", *n * [f"{0.1 * np.sin(0.2 * k):.6f}"]]) for k in range(60))
+    (here / "log.csv").write_text("\n".join([heading, *rows]))
+    for verb in ("columns robot.urdf log.csv", "rank robot.urdf log.csv", "robot.urdf log.csv --format json"):
+        result = run(f"{verb} --json")
+        assert result.code == (2 if arm is None else 0), verb
+        assert "the robot branches at" in result.err
+        assert ("--tip takes another" in result.err) == (arm is not None)
+    if arm is not None:
+        columns = run("columns robot.urdf log.csv --json").json["columns"]
+        assert [row["joint"] for row in columns if row["role"] == "q"] == arm
+        tip = "lower" if robot is FINGERS else "left1"
+        assert "takes another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, UsageError
-from robot_files import fingers, joint, link, two_joints, urdf
+from robot_files import TWO_ARMS, chain, fingers, joint, link, two_joints, urdf
 
 
 @pytest.fixture
@@ -32,19 +32,12 @@ def test_one_chain_is_found_by_itself(read):
     assert arm.gravity.tolist() == [0.0, 0.0, -9.81]
 
 
-def chain(start: str, side: str, length: int) -> list[str]:
-    names = [start, *(f"{side}{i}" for i in range(1, length + 1))]
-    joints = [joint(f"{side}_{i}", *names[i : i + 2]) for i in range(length)]
-    return [*map(link, names[1:]), *joints]
-
-
 def mimicking(mass: float | None = 0.2) -> tuple[str, ...]:
     rest = '<mimic joint="elbow" multiplier="-2" offset="0.1"/>'
     return link("follower", mass), joint("follows", "lower", "follower", rest=rest)
 
 
 FINGERS = two_joints(*fingers())
-TWO_ARMS = urdf(link("torso"), *chain("torso", "left", 3), *chain("torso", "right", 3))
 HAND = [part for side in "xyz" for part in chain("a5", side, 5)]
 LONG_FINGERS = urdf(link("base"), *chain("base", "a", 5), *chain("base", "rim", 1), *HAND)
 # Some makers call a link and its joint the same.

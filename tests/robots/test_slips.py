@@ -99,6 +99,16 @@ def test_urdf_is_refused(doubts, text, told):
     assert "line" in caught.value.details["where"]
 
 
+def test_a_joint_off_the_arm_may_mimic_what_is_not_there(tmp_path):
+    finger = (link("finger"), joint("finger", "lower", "finger", rest='<mimic joint="gone"/>'))
+    (tmp_path / "robot.urdf").write_text(two_joints(*finger))
+    for picked in ({"tip": "lower"}, {"lock": ["finger=0.1"]}):
+        arm = gd.load_arm(tmp_path / "robot.urdf", **picked)
+        assert [joint.name for joint in arm.joints] == ["shoulder", "elbow"]
+    with pytest.raises(ArmError, match="--lock finger=0"):
+        gd.load_arm(tmp_path / "robot.urdf")
+
+
 TURNS = 'axis="0 1 0"'
 
 

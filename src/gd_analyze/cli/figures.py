@@ -69,7 +69,7 @@ def figures(
         from gd_analyze.report.pdf import drawing_file
         from gd_analyze.result import Fact, Result
 
-        arm = robot.load(payload)
+        arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
         stage("decomposing")
         run = Run.of(arm, motion, dominance, drives)

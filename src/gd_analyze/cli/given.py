@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import DRAWN, ROBOT, together
+from gd_analyze.errors import BranchError
 
 _picking_options = together(
     click.option(
@@ -58,10 +60,20 @@ class GivenRobot:
     gravity: str | None = None
     drive_inertia: str | None = None
 
-    def load(self, payload: str | None = None) -> gd.RobotArm:
-        """Read the arm and attach the payload, if any, to its end effector."""
+    def load(self, payload: str | None = None, logs: Sequence[str] = ()) -> gd.RobotArm:
+        """Read the arm and attach the payload, if any; of a robot that branches, the arm that logs name."""
         words = {key: value for key, value in vars(self).items() if key != "name"}
-        arm = gd.load_arm(self.name, **words)
+        try:
+            arm = gd.load_arm(self.name, **words)
+        except BranchError as error:
+            from gd_analyze.motions.read import last_link
+
+            tip = last_link(logs[0], error.paths) if logs else None
+            if tip is None:
+                raise
+            told = f"{error.what}: the arm is taken to end at link {tip}, beyond the last joint that the log"
+            warnings.warn(f"{told} names; --tip takes another", gd.GdAnalyzeWarning, stacklevel=2)
+            arm = gd.load_arm(self.name, **words | {"tip": tip})
         if payload is None:
             return arm
         from gd_analyze.robots.payload import carrying, parse_payload
@@ -103,7 +115,7 @@ class Given:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.simplification.exact import warn_without_torque
 
-        arm = self.robot.load(self.payload)
+        arm = self.robot.load(self.payload, self.trajectories)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)

@@ -71,7 +71,7 @@ def analyze(
         from gd_analyze.studies.study_files import write_findings
 
         how = gd.Settings(christoffel=not no_christoffel, **settings)
-        arm = robot.load(payload)
+        arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out
         require_outputs(*(folder / RESULT_FILES[name] for name in formats))

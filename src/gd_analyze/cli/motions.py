@@ -46,7 +46,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         from gd_analyze.motions.read import motion_of
         from gd_analyze.result import Fact, Result, Table, columns_of
 
-        arm, path = robot.load(), TRAJECTORY.path_of(log)
+        arm, path = robot.load(logs=[log]), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
         logged = gd.read_log(path, arm, reading, progress=progress_shown())
         motion = motion_of(logged, path, arm, treatment)

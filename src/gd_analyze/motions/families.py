@@ -201,6 +201,8 @@ def time_columns(
     choices = [columns for rank, columns in found if rank == best]
     if len(choices) > 1:
         listed = [names[columns.columns[0]] for columns in choices]
+        if len({*listed}) < len(listed):
+            listed = [f"#{columns.columns[0] + 1}" for columns in choices]
         step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
         raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
     return choices[0]

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import re
 import sys
 import warnings
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from os import PathLike
 from pathlib import Path
 
@@ -190,6 +193,25 @@ def read_log(
     for remark in choice.remarks:
         warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
     return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
+
+
+def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> str | None:
+    """Link whose joint is the last that a log names; None unless all joints it names are on one way.
+
+    `paths` has the joints on the way to every link. None too where the log can be read only once.
+    """
+    path = Path(path_or_name)
+    known = sorted({joint for way in paths.values() for joint in way}, key=len, reverse=True)
+    try:
+        table = _opened(path, Reading(), None, no_progress, 1)
+    except (TrajectoryError, OSError):
+        return None  # whatever it is, reading it for an arm tells better
+    said = set()
+    for name in table.names:
+        whole = (joint for joint in known if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
+        said |= {*islice(whole, 1)}
+    ends = [link for link, way in paths.items() if said and way[-1] in said and said <= {*way}]
+    return ends[0] if len(ends) == 1 else None
 
 
 def files_in(folder: Path) -> list[Path] | None:

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError, Location
+from gd_analyze.errors import ArmError, BranchError, Location
 from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
@@ -245,6 +245,10 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
     mimic = tree.notes.mimics.get(joint.name)
     if mimic is None:
         return False
+    if tree.format == "URDF" and ("joint", mimic.master) not in tree.notes.lines:
+        what, found = f"joint {joint.name} mimics a joint that is not there", repr(mimic.master)
+        way = f"name one of the file's, or hold it: --lock {joint.name}=0"
+        raise ArmError(what, where=tree.line("joint", joint.name), found=found, next_step=way)
     masters = [one.index for one in tree.joints if one.name == mimic.master]
     carries_mass = any(tree.model.inertias[one].mass > 0 for one in tree.beyond({joint.index}))
     return not masters or masters[0] not in moving or not carries_mass
@@ -310,4 +314,6 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     what = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
     where = (tree.line("link", fork) if stem else None) or tree.where
-    raise ArmError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)
+    error = BranchError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)
+    error.paths = {joint.link: [one.name for one in tree.path(joint.index)] for joint in free}
+    raise error

@@ -33,12 +33,6 @@ def read_urdf(path: Path, root: Node) -> Tree:
         notes.name(node.tag, node)
     _refuse_loops(joints, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
-    for name, mimic in notes.mimics.items():
-        if ("joint", mimic.master) not in notes.lines:
-            what, found = f"joint {name} mimics a joint that is not there", repr(mimic.master)
-            raise ArmError(
-                what, where=notes.lines["joint", name], found=found, next_step="name one of the file's"
-            )
     bare = Node("robot", {"name": "robot"}, root.where, parts)
     model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 act against z of the base.")
