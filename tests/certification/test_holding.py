@@ -172,14 +172,25 @@ def test_an_ascent_stays_inside_and_never_descends():
     assert (share(reached) == best).mean() > 0.5
 
 
-def test_a_recursion_goes_on_from_changes_that_break_the_budget(two_link, swing):
+def test_a_recursion_goes_back_on_its_way_as_far_as_the_budget_asks(two_link, swing):
     exact = gd.ExactDynamics.of(two_link, swing)
-    allowed = exact.allowed("1%")
-    start = prune(exact, 50 * allowed, effort=1e-6)
-    level = gd.LEVELS["recursive"]
-    for given_changes in (start, {}):
-        changes = prune(exact, allowed, effort=1e-6, start=given_changes)
+    allowed, level = exact.allowed("1%"), gd.LEVELS["recursive"]
+
+    def errors(changes):
         torque = level.write(exact.form, changes, holding.THOROUGH).run(holding.inputs_of(exact.states))
-        assert (np.abs(torque.T - exact.torque).max(axis=0) <= (1 + 1e-9) * allowed).all()
-    broken = level.write(exact.form, start, holding.THOROUGH).run(holding.inputs_of(exact.states))
-    assert (np.abs(broken.T - exact.torque).max(axis=0) > allowed).any()
+        return np.abs(torque.T - exact.torque).max(axis=0)
+
+    way = []
+    last = prune(exact, 50 * allowed, effort=1e-6, way=way)
+    assert way[-1] == last
+    assert (errors(last) > allowed).any()
+    assert len(way) > 3
+    for known in ([last], []):
+        changes = prune(exact, allowed, effort=1e-6, way=known)
+        assert (errors(changes) <= (1 + 1e-9) * allowed).all()
+        assert known[-1] == changes
+    back = list(way)
+    assert (errors(prune(exact, 30 * allowed, effort=1e-6, way=back)) <= (1 + 1e-9) * 30 * allowed).all()
+    assert back != way
+    assert back[0] == way[0]
+    assert prune(exact, 50 * allowed, effort=1e-6, way=[last]) == last

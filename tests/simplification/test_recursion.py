@@ -177,7 +177,7 @@ def test_it_goes_on_from_changes_and_repeats_to_the_last_bit() -> None:
     tight, wide = (exact.allowed(budget) for budget in ("0.5%", "2%"))
     first = prune(exact, tight, effort=_QUICK)
     assert first == prune(exact, tight, effort=_QUICK)
-    further = prune(exact, wide, effort=_QUICK, start=first)
+    further = prune(exact, wide, effort=_QUICK, way=[first])
     changed = exact.form.recursion.changed
     assert changed(further).count.total < changed(first).count.total
     assert _largest(exact, further, wide) <= 1.0 + 1e-9 < _largest(exact, further, tight)

@@ -26,23 +26,26 @@ from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.simplify import FEW_JOINTS, simplify_exact
+from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplify_exact, unpromising
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Power of what is missing by which the budget shrinks where numbers are always refitted; how far it may grow.
-_FIRMLY, _WIDEST = 0.9, 10.0
+# Of models whose numbers are always refitted: share of the budget at first, and power of what is missing by
+# which it shrinks; share up to which the worst states found may err; how far the budget may grow.
+_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST = 0.6, 0.5, 0.9, 10.0
+# Where terms left take less than this share of the exact torque's operations, the recursion is not tried: it
+# takes seconds, and half to four fifths of them.
+_FEW = 0.5
 # Share of a usual search in each round.
 _EFFORT = 0.25
 # States drawn at first, beside those given.
 _DRAWN = 300
-# States drawn afresh in every round, so many at a time, and how many of them join for each joint at most.
-TRIED, _AT_ONCE, _JOINING = 200_000, 50_000, 30
+# States drawn afresh in every round, so many at a time; how many of them join for each joint at most: those
+# that exceed the budget or, where numbers are always refitted, reach this share of it.
+TRIED, _AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
 # Steps of an ascent, and within limits the share of every range by which it moves at most.
 _STEPS, _NEAR = 3, 0.03
 # Terms of a program, written out, up to which it is proven within seconds, and the effort beyond.
@@ -116,12 +119,7 @@ def simplify_held(
     )
     exact = exact.under(budget)
     rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-    best = rounds.held(how)
-    is_long = how.level is None and how.thorough and isinstance(region, Tube)
-    if is_long and best.model.level is TERM and exact.arm.n_joints > FEW_JOINTS:
-        with suppress(TooLongError):  # of a certified one
-            other = rounds.held(replace(how, level=RECURSIVE))
-            best = _better(best, other, how)
+    best = rounds.best(how)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -179,15 +177,6 @@ def _cost(held: Held, how: SearchOptions) -> int:
     return priced(held.model.program, how.sine_price)
 
 
-def _better(best: Held, other: Held, how: SearchOptions) -> Held:
-    """The cheaper one, with the operations of the other level on record."""
-    found = LevelTried(other.model.level.name, other.model.operations.total)
-    levels = tuple(found if one.level == found.level else one for one in best.model.accuracy.levels)
-    cheaper = min(best, other, key=lambda held: _cost(held, how))
-    accuracy = replace(cheaper.model.accuracy, levels=levels)
-    return cheaper._replace(model=replace(cheaper.model, accuracy=accuracy))
-
-
 def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
     """The model with what is proven of it."""
     if certificate is None:
@@ -208,14 +197,46 @@ class _Rounds:
     progress: Callable[[int], None] | None
     stage: Callable[[str], object]
 
-    def held(self, how: SearchOptions) -> Held:
+    def best(self, how: SearchOptions) -> Held:
+        """Take the level asked for, or the cheapest of those that are promising."""
+        if how.level is not None:
+            return self.held(how, how.level)
+        exact, found, tried = self.exact, list[Held](), list[LevelTried]()
+        is_long = how.thorough and isinstance(self.region, Tube) and exact.arm.n_joints > FEW_JOINTS
+        for level in LEVELS_TRIED:
+            models = [held.model for held in found]
+            why = unpromising(exact, level, self.budget, how, models, 0.0 if is_long else _FEW)
+            if not why:
+                try:
+                    found.append(self.held(how, level))
+                except TooLongError as error:  # of a certified one
+                    if not found:
+                        raise
+                    why = error.what
+            tried.append(LevelTried(level.name, None if why else found[-1].model.operations.total, why))
+        cheapest = min(found, key=lambda held: _cost(held, how))
+        accuracy = replace(cheapest.model.accuracy, levels=tuple(tried))
+        return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
+
+    def held(self, how: SearchOptions, level: Level) -> Held:
         """Fit and try until a model holds, one that is always refitted once more for fewer operations."""
-        allowed, share = self.exact.allowed(self.budget), np.ones(self.exact.arm.n_joints)
-        lower, upper = self.region.pieces(_DRAWN, np.random.default_rng(0))
-        known = self.exact.joined_by(*np.random.default_rng(0).uniform(lower, upper))
-        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True)
+        allowed, n = self.exact.allowed(self.budget), self.exact.arm.n_joints
+        refits = level.always_refits
+        share, rng = np.full(n, _AT_FIRST if refits else 1.0), np.random.default_rng(0)
+        lower, upper = self.region.pieces(_DRAWN, rng)
+        drawn = rng.uniform(lower, upper)
+        if refits and isinstance(self.region, Tube):
+            # Within margins so small errors are nearly linear, and largest at corners.
+            drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
+        known = first = self.exact.joined_by(*drawn)
+        worst = np.empty((3, 0, n))
+        search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
         best, left = None, math.ceil(how.effort)
         for turn in range(_ROUNDS):
+            if turn and refits:
+                counts = np.ones(known.torque.shape)
+                counts[len(first.states) :] = np.minimum(share / _AT_WORST, 1.0)
+                known = known.weighed(counts)
             model = simplify_exact(
                 known,
                 Budget.of_torques(share * allowed),
@@ -223,13 +244,6 @@ class _Rounds:
                 provenance=self.provenance,
                 stage=self.stage,
             )
-            if turn == 0:
-                # The cheapest level of the first round is kept.
-                levels, search = model.accuracy.levels, replace(search, level=model.level)
-            model = replace(model, accuracy=replace(model.accuracy, levels=levels))
-            refits = model.level.always_refits
-            if refits:
-                search = replace(search, start=model.terms)
             trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
                 self.progress(1)
@@ -250,35 +264,37 @@ class _Rounds:
                 left -= 1
             if left == 0:
                 break
-            known = known.joined_by(*states)
+            worst = np.concatenate([worst, states], axis=1)
+            known = first.joined_by(*worst)
             beyond = found > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
-            if refits:  # each model takes long
-                share = share * needed**_FIRMLY
-            elif turn < _PATIENT:
-                share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
+            if refits or turn >= _PATIENT:
+                share = share * needed**_SHRINKING
             else:
-                share = share * needed**0.5
+                share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
             return best
-        everything = exactly(self.exact, model.level, allowed, str(self.budget))
-        levels = _levels(model, everything.operations.total)
-        accuracy = replace(everything.accuracy, levels=levels)
-        return Held(replace(everything, accuracy=accuracy, provenance=self.provenance), near=known)
+        everything = exactly(self.exact, level, allowed, str(self.budget))
+        return Held(replace(everything, provenance=self.provenance), near=known.weighed(None))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """What is proven of a model or found, and the states (3, M, n) at which it errs most."""
-        certificate = None
-        if self.certified or isinstance(self.region, Tube):
-            certificate = _proof(model, self.region, self.effort, certified=self.certified)
+        where, seed, drawn = self.region.where, turn + 1, None
+        along = isinstance(self.region, Tube)
+        if not self.certified and (model.level.always_refits or not along):
+            # Of a recursion this takes less than a proof.
+            drawn = found, states = _tried(model, self.exact, self.region, allowed, seed)
+            if not along or (found > allowed).any():
+                return Held(model, None, TRIED, found, where), states
+        certificate = _proof(model, self.region, self.effort, certified=self.certified)
         loose = _LOOSE if turn < _CLOSING else 1.0
         if certificate is not None:
             found = certificate.certified
             if self.certified or (found <= loose * allowed).all():
                 states = np.stack(certificate.worst_states)[:, found > allowed]
-                return Held(model, certificate, 0, found, self.region.where), states
-        found, states = _tried(model, self.exact, self.region, allowed, turn + 1)
-        return Held(model, certificate, TRIED, found, self.region.where), states
+                return Held(model, certificate, 0, found, where), states
+        found, states = drawn or _tried(model, self.exact, self.region, allowed, seed)
+        return Held(model, certificate, TRIED, found, where), states
 
     def _written(self, held: Held, allowed: FloatArray, known: ExactDynamics) -> Held:
         """Write the program that runs, and prove that one."""
@@ -287,7 +303,8 @@ class _Rounds:
         if model.program is not held.model.program and certificate is not None:
             certificate = _proof(model, self.region, self.effort, certified=self.certified)
             found = found if held.tried or certificate is None else certificate.certified
-        return Held(proven(model, certificate), certificate, held.tried, found, held.where, known)
+        near = known.weighed(None)
+        return Held(proven(model, certificate), certificate, held.tried, found, held.where, near)
 
 
 def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified: bool) -> Certificate | None:
@@ -308,6 +325,7 @@ def _tried(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst of those, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
+    least = _NEARLY if model.level.always_refits else 1.0
 
     def share(states: FloatArray) -> FloatArray:
         """Errors over what is allowed at states (3, N, n), shape (n, N)."""
@@ -331,7 +349,7 @@ def _tried(
             reached = _climbed(share, i, reached, low, high)
             errors = share(reached)
             largest = np.maximum(largest, errors.max(axis=1))
-            worst.append(reached[:, errors[i] > 1.0])
+            worst.append(reached[:, errors[i] > least])
     return largest * allowed, np.concatenate(worst, axis=1)
 
 
@@ -371,28 +389,12 @@ def _finished(
     steps = model.accuracy.steps
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
-    levels = _levels(model, operations)
     accuracy = replace(
         model.accuracy,
         allowed=allowed,
         budget=stated,
         steps=steps,
-        levels=levels,
         fitted_on=exact.states.described,
     )
     accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
     return no_dearer(exact, replace(model, accuracy=accuracy))
-
-
-def _levels(model: SimplifiedModel, operations: int) -> tuple[LevelTried, ...]:
-    """Levels of the first round, the model's own with what it takes in the end."""
-    levels = []
-    for tried in model.accuracy.levels:
-        if tried.level == model.level.name:
-            tried = tried._replace(operations=operations)
-        elif tried.operations is not None:
-            # Other levels were searched once.
-            why = f"it took {tried.operations} operations before further states were tried"
-            tried = LevelTried(tried.level, None, why)
-        levels.append(tried)
-    return tuple(levels)

@@ -36,7 +36,8 @@ class SearchOptions:
     thorough: bool = True  # search the integer program: seconds; dive into it only: tenths of a second
     write: bool = True  # spend tenths of a second on a program of few operations
     effort: float = 1.0  # a multiple of the usual, a minute at most; where it ends, the best so far is given
-    start: Terms | None = None  # of level recursive: changes to go on from
+    # Of level recursive: changes on the way to a model; one goes on from the last, or back, and adds to it.
+    way: list[Terms] | None = None
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     dearer: bool = False  # give what was found even where it takes more operations than the exact torque
 

@@ -52,7 +52,7 @@ _ANGLE, _DISTANCE, _VELOCITY, _ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.0
 # error within these margins was 27 % of peak torque with none, 1.8 % with 100 to 200, and 1.5 % with 1000.
 _COUNT = 120
 # States looked at, beside those that turn out to matter, which join in bunches.
-_STATES, _JOINING = 300, 40
+_STATES, _JOINING = 200, 40
 # Several replacements are made at a time, as long as the mean square error grows no more than so many times,
 # below and above a share of the budget, or to a small one; up to a share of it several are tried at all.
 _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE, _ROOM = 0.15, 2.0, 1.1, 0.01**2, 24, 0.6
@@ -60,13 +60,14 @@ _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE, _ROOM = 0.15, 2.0, 1.1, 0.01
 _LEADING = 0.3
 # Shares of the changed steps that are undone at once, and how often such that are near each other.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
-# Attempts to bring a model within a budget that it breaks at other states, each the best of so many.
-_MENDING, _TRIED = 12, 4
+# Where a model breaks its budget at other states: how much farther back each attempt goes on the way to it.
+_FARTHER = 1.3
 # Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
 _AT_A_TIME, _WRITING = 8.0, 1.5e4
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
 # the allowed one may promise to be; a power of errors that tells the largest.
 _SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
+_HOPELESS = 1.4
 # Shares of a usual search's effort: one of many searches hardly does more than the first descent, a thorough
 # one seconds beyond it for six joints, 20 for seven, by this power of the number of joints.
 _QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
@@ -109,6 +110,12 @@ class _Pruned:
     @cached_property
     def operations(self) -> int:
         return int(self.tape.operations.sum())
+
+    @cached_property
+    def stated(self) -> dict[Change, float]:
+        """Changes that state the fitted numbers."""
+        numbers = {self.tape.steps[k].order: float(self.fit.numbers[k]) for k in self.tape.scaled}
+        return restated(self.changes, numbers, self.changed)
 
     @property
     def replaced(self) -> list[int]:
@@ -161,13 +168,6 @@ class _Pruning:
         self.work.spend(squares / _AT_A_TIME)
         return replace(pruned, fit=fit)
 
-    def stated(self, pruned: _Pruned) -> _Pruned:
-        """The same with its fitted numbers as changes."""
-        numbers = {pruned.tape.steps[k].order: float(pruned.fit.numbers[k]) for k in pruned.tape.scaled}
-        found = self.with_changes(restated(pruned.changes, numbers, pruned.changed))
-        assert found is not None
-        return found
-
     def beyond(self, pruned: _Pruned) -> NDArray[np.intp]:
         """States at which the budget is exceeded, the worst first."""
         tape = pruned.tape
@@ -200,7 +200,7 @@ class _Pruning:
 
     def replaced(self, here: _Pruned, chosen: Sequence[Replacement]) -> _Pruned | None:
         """Carry replacements out, fewer operations provided."""
-        origins, changes = here.changed.origins, dict(here.changes)
+        origins, changes = here.changed.origins, dict(here.stated)
         for one in chosen:
             for place in origins[one.step]:
                 for change in [change for change in changes if change.step == place]:
@@ -221,7 +221,7 @@ class _Pruning:
                 trial = self.fitted(trial, 2.0 if few else 4.0, 1)
                 near = trial.fit.largest <= min(max(2.5 * here.fit.largest, 0.3), _ROOM)
                 if near and not self.beyond(trial).size:
-                    return self.stated(trial)
+                    return trial
             chosen = chosen[: len(chosen) // 2]
         return None
 
@@ -235,9 +235,10 @@ class _Pruning:
                 if trial is None:
                     continue
                 tries += 1
-                trial = self.kept_everywhere(self.fitted(trial, _NEARLY_LARGEST, 1))
-                if trial is not None:
-                    return self.stated(trial)
+                trial = self.fitted(trial, _NEARLY_LARGEST, 1)
+                kept = self.kept_everywhere(trial) if trial.fit.largest < _HOPELESS else None
+                if kept is not None:
+                    return kept
                 if tries == _TRIES:
                     return None
         return None
@@ -258,37 +259,39 @@ class _Pruning:
                 kept.append(one._replace(added=added))
         return sorted(kept, key=lambda one: one.order)
 
-    def mended(self, here: _Pruned, random: Random) -> _Pruned:
-        """Fit, and undo what helps most often, until the budget is kept everywhere; else undo all."""
-        for _ in range(_MENDING):
-            here = self.again(here)
-            kept = self.kept_everywhere(here)
+    def mended(self, way: list[Changes]) -> _Pruned:
+        """Go back on a way, as little as it takes to keep the budget everywhere once numbers are fitted."""
+        place, back = len(way) - 1, 1
+        while place >= 0:
+            past = self.with_changes(way[place])
+            assert past is not None
+            kept = self.kept_everywhere(self.fitted(past, 4.0, 1))
             if kept is not None:
-                return self.stated(kept)
-            here = self.again(here)
-            trials = [self.partly_undone(self.stated(here), random, _UNDONE[:1]) for _ in range(_TRIED)]
-            here = min(trials, key=lambda trial: trial.fit.largest)
+                way[place:] = [kept.stated]
+                return kept
+            place, back = place - back, math.ceil(_FARTHER * back)
+        way.clear()
         nothing = self.with_changes({})
         assert nothing is not None
         return nothing
 
-    def partly_undone(self, here: _Pruned, random: Random, shares: Sequence[float] = _UNDONE) -> _Pruned:
+    def partly_undone(self, here: _Pruned, random: Random) -> _Pruned:
         """Undo some of the changes, and fit."""
         steps = here.replaced
-        count = max(int(random.choice(shares) * len(steps)), 1)
+        count = max(int(random.choice(_UNDONE) * len(steps)), 1)
         if random.random() < _NEAR:
             first = random.choice(steps)
             gone = set(sorted(steps, key=lambda step: abs(step - first))[:count])
         else:
             gone = set(random.sample(steps, count))
-        left = self.with_changes({change: c for change, c in here.changes.items() if change.step not in gone})
+        left = self.with_changes({change: c for change, c in here.stated.items() if change.step not in gone})
         if left is None:
             return here
-        return self.stated(self.fitted(left, 4.0, 1))
+        return self.fitted(left, 4.0, 1)
 
-    def descend(self, here: _Pruned, whole: bool = False) -> _Pruned:
-        """Replace as long as that is possible, and as the effort lasts or, if `whole`, to the end."""
-        while here.operations and (whole or self.work.affords(0.0)):
+    def descend(self, here: _Pruned, way: list[Changes] | None = None) -> _Pruned:
+        """Replace as long as that is possible, and as the effort lasts or, to note the `way`, to the end."""
+        while here.operations and (way is not None or self.work.affords(0.0)):
             here = self.again(here)
             found, mean_square = self.promising(here)
             trial = self.several(here, found, mean_square) if here.fit.largest < _ROOM else None
@@ -297,6 +300,8 @@ class _Pruning:
             if trial is None:
                 break
             here = trial
+            if way is not None:
+                way.append(here.stated)
             if self.progress is not None and here.operations < self.reached:
                 self.progress(self.reached - here.operations)
                 self.reached = here.operations
@@ -333,31 +338,33 @@ def prune(
     allowed: FloatArray,
     *,
     effort: float = 1.0,
-    start: Changes | None = None,
+    way: list[Changes] | None = None,
     progress: Progress = None,
     sine_price: int = SINE_PRICE,
 ) -> dict[Change, float]:
-    """Prune a recursion to the allowed error, N m, (n,), from `start` on; one descent ends at any effort.
+    """Prune a recursion to the allowed error, N m, (n,); one descent ends at any effort.
 
-    Where `start` exceeds it, changes are undone first.
+    It goes on from the last changes of a `way`, or from earlier ones where these exceed that error, and adds
+    its own to it.
     """
-    states, scale = exact.states, 1.0 / allowed
+    states, scale, way = exact.states, 1.0 / allowed, [] if way is None else way
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
     aim = Aim(inputs_of(states), exact.torque.T * scale[:, None], scale, weights)
     pruning = _Pruning(exact.form.recursion, aim, Work(effort), progress, sine_price)
-    here = pruning.with_changes(start or {})
+    here = pruning.with_changes(way[-1] if way else {})
     assert here is not None
-    random = Random(0)
-    if start and pruning.beyond(here).size:
-        here = pruning.mended(here, random)
+    if way and pruning.beyond(here).size:
+        here = pruning.mended(way)
     pruning.reached = here.operations
-    here = pruning.descend(here, whole=True)
+    here = pruning.descend(here, way)
+    random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random))
         # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.
         if trial.operations <= here.operations and not pruning.beyond(trial).size:
             here = trial
-    return here.changes
+            way.append(here.stated)
+    return here.stated
 
 
 def pruned(
@@ -365,13 +372,12 @@ def pruned(
     allowed: FloatArray,
     how: SearchOptions,
     progress: Progress = None,
-    start: Mapping[Change, float] | None = None,
 ) -> Found:
     """Search for changes of the recursion, and write it in few operations."""
     usual = min(_SIX_JOINTS * (exact.arm.n_joints / 6) ** _POWER, _MOST)
     effort = how.effort * (usual if how.thorough else _QUICK)
     near = _joined_by_near_states(exact)
-    found = prune(near, allowed, effort=effort, start=start, progress=progress, sine_price=how.sine_price)
+    found = prune(near, allowed, effort=effort, way=how.way, progress=progress, sine_price=how.sine_price)
     changes = exact.form.recursion.acting(found)
     rough = RECURSIVE.write(exact.form, changes, ROUGH)
     program = RECURSIVE.write(exact.form, changes, THOROUGH if how.write else COUNTING)
@@ -387,7 +393,7 @@ def quick_pruned_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[f
     def count(factor: float) -> int:
         if factor not in known:
             start = known[max(smaller for smaller in known if smaller < factor)]
-            known[factor] = prune(near, factor * allowed, effort=_QUICK, start=start)
+            known[factor] = prune(near, factor * allowed, effort=_QUICK, way=[start])
         return RECURSIVE.write(exact.form, known[factor], ROUGH).count.total
 
     return count
@@ -397,9 +403,9 @@ def pruned_path(
     exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
 ) -> Iterator[SimplifiedModel]:
     """Change more and more for growing budgets, each time going on from what was changed before."""
-    changes, near = dict(start or {}), _joined_by_near_states(exact)
+    way, near = [start or {}], _joined_by_near_states(exact)
     for most in allowed:
-        changes = prune(near, most, effort=_QUICK, start=changes)
+        changes = prune(near, most, effort=_QUICK, way=way)
         everything = exactly(exact, RECURSIVE, most, str(Budget.of_torques(most)))
         program = RECURSIVE.write(exact.form, changes, POINT)
         yield measured(exact, replace(everything, terms=changes, program=program, refitted=bool(changes)))

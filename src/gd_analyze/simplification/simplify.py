@@ -21,7 +21,7 @@ from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.level import CandidateLevel, Level
+from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
@@ -46,7 +46,7 @@ _FEW, FEW_JOINTS = 0.65, 4
 _MANY = 1.7
 # Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
 # text's conclusions.
-_TRIED = (TERM, RECURSIVE)
+LEVELS_TRIED = (TERM, RECURSIVE)
 _USUAL = SearchOptions()
 
 
@@ -142,8 +142,8 @@ def simplify_exact(
     exact = exact.under(budget)
     models: list[SimplifiedModel] = []
     tried: list[LevelTried] = []
-    for level in _TRIED if how.level is None else (how.level,):
-        why = _unpromising(exact, level, budget, how, models) if how.level is None else ""
+    for level in LEVELS_TRIED if how.level is None else (how.level,):
+        why = unpromising(exact, level, budget, how, models) if how.level is None else ""
         if not why:
             stage(f"searching at level {level}")
             try:
@@ -161,8 +161,13 @@ def simplify_exact(
     return replace(best, accuracy=accuracy, provenance=dict(provenance or {}))
 
 
-def _unpromising(
-    exact: ExactDynamics, level: Level, budget: Budget, how: SearchOptions, models: Sequence[SimplifiedModel]
+def unpromising(
+    exact: ExactDynamics,
+    level: Level,
+    budget: Budget,
+    how: SearchOptions,
+    models: Sequence[SimplifiedModel],
+    few: float = _FEW,
 ) -> str:
     """Why a level cannot take fewer operations than the models there are; "" where it may."""
     full, is_short = exact.form.operations.total, exact.arm.n_joints <= FEW_JOINTS
@@ -182,7 +187,7 @@ def _unpromising(
     if models and is_short:
         return f"the arm has at most {FEW_JOINTS} joints, and its numbers would be fitted to the states"
     least = min((model.operations.total for model in models), default=full)
-    if least < _FEW * full:
+    if least < few * full:
         return f"{least} of {full} operations are few, and it takes long"
     return ""
 
@@ -231,10 +236,11 @@ def _within(
     """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
 
     def search(
-        exact: ExactDynamics, allowed: FloatArray, thorough: bool = True, start: SimplifiedModel | None = None
+        exact: ExactDynamics, allowed: FloatArray, thorough: bool = True, way: list[Terms] | None = how.way
     ) -> SimplifiedModel:
         # Written shortly, one that takes more operations than exact may still take fewer.
         trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
+        trial = replace(trial, way=[] if way is None else way)
         # Of very many states some stand for all; those that break the budget join them. What is added counts
         # a little more every time, so it ends.
         known, margin = exact.thinned(), 1.0
@@ -243,7 +249,7 @@ def _within(
             if isinstance(level, CandidateLevel):
                 found = dropped(known, level, most, trial, progress)
             else:
-                found = pruned(known, most, trial, progress, how.start if start is None else start.terms)
+                found = pruned(known, most, trial, progress)
             model = exactly(known, level, most, str(budget))
             done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
             model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
@@ -277,8 +283,8 @@ _GROWING, _WIDEST = 1.25, 100.0
 # An error counts at most so many times what it does where the torque is largest.
 _MOST = 1e6
 # Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
-# thoroughly or not, and going on from a model where there is one and the level can.
-_Search = Callable[[ExactDynamics, FloatArray, bool, SimplifiedModel | None], SimplifiedModel]
+# thoroughly or not, and going on on a way where the level can.
+_Search = Callable[[ExactDynamics, FloatArray, bool, list[Terms] | None], SimplifiedModel]
 # A model and its error, N m, shape (n, N).
 _Trial = tuple[SimplifiedModel, FloatArray]
 
@@ -327,11 +333,11 @@ def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> I
 
 def _widened(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
     """Search for what is sure to do, and go on from there while allowances widen and the measure is kept."""
-    harm, model = -measure.norms.min(axis=0), None
+    harm, way = -measure.norms.min(axis=0), list[Terms]()
     factor = 1.0 / np.sqrt(len(measure.torque))
     while True:
         weighed, allowed = _allowances(exact, measure, harm, factor)
-        model = search(weighed, allowed, True, model)
+        model = search(weighed, allowed, True, way)
         error = (model.torque(*exact.states.arrays) - exact.torque).T
         yield model, error
         if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
