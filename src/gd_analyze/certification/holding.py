@@ -33,9 +33,10 @@ from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplif
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Of models whose numbers are always refitted: share of the budget at first, and power of what is missing by
-# which it shrinks; share up to which the worst states found may err; how far the budget may grow.
-_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST = 0.6, 0.5, 0.9, 10.0
+# Of models whose numbers are always refitted: share of the budget at first, searched shortly and thoroughly;
+# power of what is missing by which it shrinks; share up to which the worst states found may err; how far the
+# budget may grow; attempts to do better than a model that holds.
+_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.6, 0.8), 0.5, 0.9, 10.0, 3
 # Where terms left take less than this share of the exact torque's operations, the recursion is not tried: it
 # takes seconds, and half to four fifths of them.
 _FEW = 0.5
@@ -222,16 +223,16 @@ class _Rounds:
         """Fit and try until a model holds, one that is always refitted once more for fewer operations."""
         allowed, n = self.exact.allowed(self.budget), self.exact.arm.n_joints
         refits = level.always_refits
-        share, rng = np.full(n, _AT_FIRST if refits else 1.0), np.random.default_rng(0)
-        lower, upper = self.region.pieces(_DRAWN, rng)
-        drawn = rng.uniform(lower, upper)
+        share = np.full(n, _AT_FIRST[how.thorough] if refits else 1.0)
+        lower, upper = self.region.pieces(_DRAWN, np.random.default_rng(0))
+        drawn = np.random.default_rng(0).uniform(lower, upper)
         if refits and isinstance(self.region, Tube):
             # Within margins so small errors are nearly linear, and largest at corners.
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         known = first = self.exact.joined_by(*drawn)
         worst = np.empty((3, 0, n))
         search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
-        best, left = None, math.ceil(how.effort)
+        best, left = None, _ATTEMPTS * math.ceil(how.effort)
         for turn in range(_ROUNDS):
             if turn and refits:
                 counts = np.ones(known.torque.shape)
