@@ -231,16 +231,14 @@ def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[Simplified
     some, allowed = exact.thinned(), given.accuracy.allowed
     full = exact.form.operations.total
     least = 0.0 if full <= _LONG else 1.0 if full <= _LONGEST else math.inf
-    sides = [f for f in PATH_FACTORS if f <= 1.0], [f for f in PATH_FACTORS if f > 1.0]
-    for side, start in zip(sides, ({}, given.terms), strict=True):
-        searched = [f for k, f in enumerate(side) if k % _APART == 0 and f != 1.0 and f > least]
-        found = dict(zip(searched, pruned_path(some, [f * allowed for f in searched], start), strict=True))
-        for factor in side:
-            if factor in found:
-                own = replace(given, terms=found[factor].terms, program=found[factor].program)
-                yield measured(exact, own)
-            else:
-                yield given if factor == 1.0 else None
+    middle = PATH_FACTORS.index(1.0)
+    apart = [f for k, f in enumerate(PATH_FACTORS) if (k - middle) % _APART == 0 and f > least]
+    found = {1.0: given}
+    for side, start in (([f for f in apart if f < 1.0], {}), ([f for f in apart if f > 1.0], given.terms)):
+        models = pruned_path(some, [f * allowed for f in side], start)
+        for factor, model in zip(side, models, strict=True):
+            found[factor] = measured(exact, replace(given, terms=model.terms, program=model.program))
+    yield from (found.get(factor) for factor in PATH_FACTORS)
 
 
 def _nested(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
