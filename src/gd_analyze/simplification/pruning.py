@@ -65,9 +65,9 @@ _FARTHER = 1.3
 # Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
 _AT_A_TIME, _WRITING = 8.0, 1.5e4
 # Replacements looked at together, tried before none is said to be possible, and what their largest error over
-# the allowed one may promise to be; a power of errors that tells the largest.
-_SCREENED, _TRIES, _PROMISED, _NEARLY_LARGEST = 16, 16, 1.03, 12.0
-_HOPELESS = 1.4
+# the allowed one may promise to be; what it is given up at after one fit; a power of errors that tells the
+# largest.
+_SCREENED, _TRIES, _PROMISED, _HOPELESS, _NEARLY_LARGEST = 16, 16, 1.03, 1.4, 12.0
 # Shares of a usual search's effort: one of many searches hardly does more than the first descent, a thorough
 # one seconds beyond it for six joints, 20 for seven, by this power of the number of joints.
 _QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
