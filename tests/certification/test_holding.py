@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.certification import holding
 from gd_analyze.errors import UsageError
+from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -152,6 +153,8 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     assert (held.found <= exact.allowed("30%")).all()
     # An ascent to the ends of small boxes finds nearly all that the proof allows for.
     assert (held.found >= 0.9 * certificate.worst_found).all()
+    shown = [fact.text for fact in simplified_result(held, exact.states, 1.0, 3).facts]
+    assert "none: equations too long to be written out" in shown
 
 
 def test_an_ascent_stays_inside_and_never_descends():

@@ -89,9 +89,10 @@ def run_headline(findings: Findings) -> str:
     motion = "the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     if tried := int(tube.attrs["tried"]):
-        known = "" if bound is None else f"; proven {worst_error(model, bound).size}"
+        too_long = "equations too long for a proof"
+        known = too_long if bound is None else f"proven {worst_error(model, bound).size}"
         near = worst_error(model, tube.tube_worst_found.values).text
-        error = f"{near} near {motion} ({thousands(tried)} states tried{known})"
+        error = f"{near} near {motion} ({thousands(tried)} states tried; {known})"
     elif bound is None:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:

@@ -59,6 +59,10 @@ def simplified_result(
         worst, count = worst_error(model, held.found), thousands(held.tried)
         answer = f"Torque error at most {worst.text} (joint {worst.joint}) at {count} states"
         proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
+        if certificate is None:
+            along = "trajectory" in accuracy.fitted_on
+            why = "equations too long to be written out" if along else "--certified asks for one"
+            proven.append(Fact("", "Proof", f"none: {why}"))
     search = Table(
         "search",
         "Operations after each step of the search",
