@@ -102,7 +102,7 @@ def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, mo
     assert tube.attrs["tried"] == 200_000
     assert (tube.tube_worst_found.values <= model.accuracy.allowed).all()
     assert tube.tube_certified.isnull().all()
-    assert run_headline(found).endswith("(200 000 states tried; equations too long for a proof).")
+    assert run_headline(found).endswith("(200 000 states tried; not proven).")
     facts = run_result(found).document()
     assert facts["tried_error"] == pytest.approx(float(tube.tube_worst_found_share.max()))
     assert facts["tube"]["tried"] == 200_000

@@ -89,8 +89,7 @@ def run_headline(findings: Findings) -> str:
     motion = "the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     if tried := int(tube.attrs["tried"]):
-        too_long = "equations too long for a proof"
-        known = too_long if bound is None else f"proven {worst_error(model, bound).size}"
+        known = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
         near = worst_error(model, tube.tube_worst_found.values).text
         error = f"{near} near {motion} ({thousands(tried)} states tried; {known})"
     elif bound is None:

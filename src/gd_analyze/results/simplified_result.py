@@ -61,8 +61,8 @@ def simplified_result(
         proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
         if certificate is None:
             along = "trajectory" in accuracy.fitted_on
-            why = "equations too long to be written out" if along else "--certified asks for one"
-            proven.append(Fact("", "Proof", f"none: {why}"))
+            why = "more equations than are written out here; `gd-analyze certify` does it"
+            proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
     search = Table(
         "search",
         "Operations after each step of the search",
