@@ -5,7 +5,6 @@ from gd_analyze.certification.holding import Held as Held
 from gd_analyze.certification.holding import simplify_certified as simplify_certified
 from gd_analyze.certification.holding import simplify_held as simplify_held
 from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite
-from gd_analyze.certification.tube import Margin as Margin
 from gd_analyze.certification.tube import Tube as Tube
 from gd_analyze.dynamics.base_parameters import BaseParameter as BaseParameter
 from gd_analyze.dynamics.base_parameters import BaseParameters as BaseParameters
@@ -27,6 +26,7 @@ from gd_analyze.exporting.export import export as export
 from gd_analyze.exporting.export import export_decomposition as export_decomposition
 from gd_analyze.formulas.results import equations as equations
 from gd_analyze.harmonics.transform import harmonics_of as harmonics_of
+from gd_analyze.motions.margin import Margin as Margin
 from gd_analyze.motions.planning import Schedule as Schedule
 from gd_analyze.motions.planning import plan as plan
 from gd_analyze.motions.pool import pool as pool

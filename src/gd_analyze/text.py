@@ -128,6 +128,11 @@ def pretty(text: str) -> str:
     return re.sub(r"(?<=\d)e([+-]\d+)", lambda m: f" × 10{str(int(m[1])).translate(_SUPERSCRIPTS)}", text)
 
 
+def unbroken(text: str) -> str:
+    """Keep a number with its per cent and its groups of digits on one line, by spaces that do not break."""
+    return re.sub(r"(?<=\d) (?=%|\d{3}\b)", "\N{NO-BREAK SPACE}", text)
+
+
 def visible(text: str) -> str:
     """Escape control, format and line characters, which act on a terminal or a page instead of showing."""
     if text.isprintable():

@@ -291,7 +291,7 @@ def test_a_file_name_does_not_act(run, here, model):
     assert "&lt;b&gt;&amp;" in (here / "j.xml").read_text()
 
 
-@pytest.mark.parametrize("n", [12, 70])
+@pytest.mark.parametrize("n", [10, 12, 70])
 def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
     (here / "chain.toml").write_text(toml_of(generic_chain(n)))
     result = run("equations chain.toml")

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -142,6 +143,23 @@ store.write_tables = half"""
     assert (result.code, result.out) == (code, "")
     assert "Traceback" not in result.err
     assert listing() == {"gentle.csv", "r"}
+
+
+@POSIX
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number):
+    """From the first import to the end; one that meets Python before it runs us is Python's to show."""
+    heard = "import signal, sys\nsignal.signal(2, signal.default_int_handler)\nsys.argv[0] = 'gd-analyze'\n"
+    command = [sys.executable, "-c", heard + PROGRAM]
+    for delay in (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8):
+        work = subprocess.Popen(
+            [*command, "rank", "two_link", "two-link-swing"], stderr=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        time.sleep(delay)
+        work.send_signal(number)
+        said = work.communicate(timeout=60)[1].decode()
+        assert work.returncode in (0, 128 + number, -number)
+        assert "Traceback" not in said or "gd_analyze" not in said
 
 
 def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):

@@ -35,6 +35,33 @@ def test_a_suspicion_is_a_warning(run, here, robot, motion, says):
     assert run(robot, "m.csv", "--format", "json", "--quiet").err == ""
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_a_log_of_an_arm_that_stands_still_says_so(run, here, noise):
+    q = [0.3, 0.2] + noise * np.random.default_rng(3).normal(size=(400, 2))
+    np.savetxt(here / "m.csv", np.column_stack([np.arange(400) / 100, q]), delimiter=",")
+    for verb in ("columns", "rank"):
+        result = run(f"{verb} two_link m.csv --columns time,q1,q2 --measured")
+        assert (result.code, "the arm stands still" in result.err) == (0, True)
+
+
+def test_the_unit_of_time_is_that_of_a_controllers_rate(run, here):
+    """Nanoseconds of a motion that is slow for the arm would be usual in microseconds, too."""
+    time = np.arange(400) * 0.005
+    table = np.column_stack([1e9 * time, 0.3 * np.sin(time), 0.2 * np.cos(time)])
+    np.savetxt(here / "m.csv", table, delimiter=",", header="time,q1,q2", comments="")
+    assert "--time-unit ns" in run("columns two_link m.csv").err
+
+
+def test_drives_too_weak_for_the_arms_own_weight(run, here):
+    (here / "weak.toml").write_text("[[drives]]\ntorque_limit = 2.0\n[[drives]]\n")
+    found = run("arms two_link --drive-inertia weak.toml --json").json["suspicious"]
+    assert len(found) == 1
+    assert "at rest" in found[0]
+    # Both rods stretched out: 2 kg at 0.5 m and 1 kg at 1.5 m, 24.5 N m. Drawn poses come near it.
+    assert 23.0 < float(found[0].split(" needs ")[1].split()[0]) <= 24.52
+    assert "at rest" in run("simplify two_link --drive-inertia weak.toml --states 50 --at-set-points").err
+
+
 @pytest.mark.parametrize(("robot", "motion"), [("two_link", HANGING), ("own.toml", RESTING)])
 def test_a_motion_that_needs_no_torque_is_a_warning(run, here, robot, motion):
     """Round-off is neither ranked nor a peak that errors are shares of."""

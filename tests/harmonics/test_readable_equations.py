@@ -199,9 +199,9 @@ def test_outer_elements_of_an_arm_whose_whole_takes_too_much_memory(rng):
     arm = arm_of(["askew"] * 12, rng)
     with pytest.raises(ArmError, match=r"take too much memory") as raised:
         equations(arm, ["D12"])
-    # D44 depends on eight angles, 5^8 positions, and D33 on nine: 2 n^2 numbers at each are 0.9 and 4.5 GB.
-    assert "found: 12 joints: values on a grid of 112 GB" in str(raised.value)
-    assert "next: elements from D44 on, and c, are found;" in str(raised.value)
+    # D33 depends on nine angles, 5^9 positions, and D22 on ten: 20 and 22 numbers at each are 0.3 and 1.7 GB.
+    assert "found: 12 joints: values on a grid of 9.38 GB" in str(raised.value)
+    assert "next: elements from D33 on, and c, are found;" in str(raised.value)
     (equation,) = equations(arm, ["D10,11"])
     # Of the angles of joints 11 and 12 only: at most 25 products.
     assert 0 < len(equation.terms) <= 25

@@ -221,6 +221,26 @@ def test_gravity_and_drive_inertia_in_place_of_the_files(read):
     assert plain.drive_inertia.tolist() == [0.1, 0.2]
 
 
+def test_drives_of_a_file_beside_the_robots(read, tmp_path):
+    """Inertia, friction and limits; a slip in it has its line."""
+    path = tmp_path / "drives.toml"
+    one = "[[drives]]\ninertia = {}\nviscous = 0.3\ncoulomb = [1.0, -1.5]\n"
+    path.write_text(one.format(0.2) + one.format(0.4) + "torque_limit = 50.0\n")
+    arm = read(two_joints(), drive_inertia=str(path))
+    assert arm.drive_inertia.tolist() == [0.2, 0.4]
+    assert [drive.coulomb for drive in arm.drives] == [(1.0, -1.5)] * 2
+    assert [drive.torque_limit for drive in arm.drives] == [None, 50.0]
+    path.write_text(one.format(0.2) + one.format(-0.4))
+    with pytest.raises(ArmError, match=r"drives.toml, line 6"):
+        gd.load_arm("two_link", drive_inertia=str(path))
+    path.write_text(one.format(0.2))
+    with pytest.raises(ArmError, match="drives"):
+        gd.load_arm("two_link", drive_inertia=str(path))
+    path.write_text('name = "x"\n')
+    with pytest.raises(ArmError, match=r"drives.toml, line 1"):
+        gd.load_arm("two_link", drive_inertia=str(path))
+
+
 @pytest.mark.parametrize(
     ("options", "where"),
     [

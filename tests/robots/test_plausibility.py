@@ -39,6 +39,13 @@ def changed(index: int, **changes: object) -> RobotArm:
     return replace(arm, links=tuple(links))
 
 
+def lighter(factor: float) -> RobotArm:
+    """The PUMA in another unit of mass."""
+    arm = gd.load_arm("puma560")
+    scaled = (replace(x, mass=factor * x.mass, inertia_com=factor * x.inertia_com) for x in arm.links)
+    return replace(arm, links=tuple(scaled))
+
+
 def row(**angles: float) -> RobotArm:
     zeros = {"theta": 0.0, "d": 0.0, "a": 0.0, "alpha": 0.0}
     return one_joint(Joint("1"), dh_table=(DHRow(**(zeros | angles)),))
@@ -74,6 +81,7 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "mass_too_large_for_reach": [
         (one_joint(Joint("1"), Link("1", 20000.0, np.zeros(3), np.zeros((3, 3)), SHELF)), "20000 kg"),
     ],
+    "masses_too_small_for_reach": [(lighter(1e-3), "in tonnes?")],
     "mass_too_dense": [(changed(4, mass=340.0), "no material is dense enough")],
     "centre_of_mass_beyond_reach": [
         (one_joint(Joint("1"), link(com=np.array([1.2, 0, 0]))), "centre of mass of link l is 1.2 m"),

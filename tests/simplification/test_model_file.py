@@ -494,6 +494,16 @@ def test_a_certificate_that_cannot_be_is_refused(request, path, which, change, w
     assert where in refused(forged).details["where"]
 
 
+@pytest.mark.parametrize("which", ["certified", "around"])
+@pytest.mark.parametrize("words", ["every state", "the arm's limits", "9° of swing"])
+def test_words_name_no_other_states_than_the_numbers(request, path, which, words):
+    model = request.getfixturevalue(which)
+    if model.accuracy.certificate.where == words:
+        words = "the box"
+    forged = changed(model, path, lambda document: document["certificate"].update(where=words))
+    assert refused(forged).details["where"] == f"{forged}: where of certificate"
+
+
 def test_words_are_no_certificate(own, path):
     forged = changed(own, path, lambda document: document.update(budget=f"{document['budget']}, certified"))
     assert refused(forged)

@@ -327,6 +327,9 @@ def _tried(
     """Largest error of every joint at states drawn from a region, (n,), and the worst of those, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
     least = _NEARLY if model.level.always_refits else 1.0
+    # Over a whole box an ascent from there finds errors so rare that a recursion without them takes 2 to 5 %
+    # more operations, and twice the time to find.
+    climbs = isinstance(region, Tube) or not model.level.always_refits
 
     def share(states: FloatArray) -> FloatArray:
         """Errors over what is allowed at states (3, N, n), shape (n, N)."""
@@ -347,7 +350,7 @@ def _tried(
             if isinstance(region, Box):  # a little further than states were drawn
                 near = _NEAR * (high - low)
                 low, high = np.maximum(low, reached - near), np.minimum(high, reached + near)
-            reached = _climbed(share, i, reached, low, high)
+            reached = _climbed(share, i, reached, low, high) if climbs else reached
             errors = share(reached)
             largest = np.maximum(largest, errors.max(axis=1))
             worst.append(reached[:, errors[i] > least])

@@ -15,9 +15,10 @@ from gd_analyze.certification import positive_definite
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, largest_torque
 from gd_analyze.certification.positive_definite import Definiteness, certify_positive_definite
-from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, UsageError
 from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory

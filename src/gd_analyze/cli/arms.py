@@ -75,9 +75,11 @@ def _catalogue() -> Result:
 
 def _inspection(robot: GivenRobot) -> Result:
     """All of an arm; what would be warned of stands first in it."""
+    from gd_analyze.dynamics.torque_limits import warn_of_weight
     from gd_analyze.robots.inspection import inspection
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", gd.GdAnalyzeWarning)
         arm = robot.load()
+        warn_of_weight(arm)
     return inspection(arm, list(dict.fromkeys(str(item.message) for item in caught)))

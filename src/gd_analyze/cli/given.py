@@ -40,7 +40,10 @@ _picking_options = together(
     ),
     click.option("--gravity", metavar="LIST", help="Gravity in the base frame, m/s^2: 0,0,-9.81."),
     click.option(
-        "--drive-inertia", metavar="LIST", help="Inertia of the drives at the joints, kg m^2 (kg), by joint."
+        "--drive-inertia",
+        metavar="LIST|FILE",
+        help="Inertia of the drives at the joints, kg m^2 (kg), by joint; or a TOML file of [[drives]] "
+        "tables as in arm files, with friction and torque limits.",
     ),
 )
 
@@ -112,7 +115,7 @@ class Given:
 
     def exact(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
         """Read or draw them, and the motion they are of, if any; warns where torques look wrong."""
-        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
+        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
         from gd_analyze.simplification.exact import warn_without_torque
 
         arm = self.robot.load(self.payload, self.trajectories)
@@ -120,7 +123,9 @@ class Given:
         states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
         exact = gd.ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
-        if motion is not None:
+        if motion is None:
+            warn_of_weight(arm)
+        else:
             warn_of_torque_limits(arm, states, exact.torque)
         return exact, motion
 

@@ -184,8 +184,8 @@ def trajectories(
 payload = click.option(
     "--payload",
     metavar="LIST",
-    help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the last "
-    "link's frame, inertia about the payload's own centre of mass.",
+    help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the frame "
+    "of --tip, or else of the last link, inertia about the payload's own centre of mass.",
 )
 
 drives = click.option(

@@ -8,10 +8,13 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.errors import TorqueLimitWarning
+from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
 from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
-from gd_analyze.motions.states import States
+from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
+
+# Poses at which the arm holds its own weight.
+_POSES = 500
 
 
 def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | None = None) -> None:
@@ -28,6 +31,14 @@ def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | No
     text = f"{reached}, {factors[joint]:.3g} times its limit of {limit:g} {unit}"
     text += f"; {_likeliest_cause(arm, states, joint, limit, factors[joint])}"
     warnings.warn(text, TorqueLimitWarning, stacklevel=3)
+
+
+def warn_of_weight(arm: RobotArm) -> None:
+    """Warn of the joint whose drive is too weak for the arm's own weight, at poses within its ranges."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # where ranges are assumed
+        q = states_in_box(arm, _POSES).q
+    warn_of_torque_limits(arm, States(q, np.zeros_like(q), np.zeros_like(q)))
 
 
 def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, factor: float) -> str:

@@ -12,7 +12,8 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
@@ -24,6 +25,8 @@ from gd_analyze.text import joined, parted
 Indices = tuple[int, ...]
 
 
+# Joints that turn about axes of their own, beyond which all elements have millions of terms.
+_MOST_RUNS = 9
 # Quantity whose unit an element has, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
@@ -59,7 +62,17 @@ class Equation:
 
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find what these elements take, and no more; labels and errors as for `equations`."""
-    wanted = elements_named(elements, arm.n_joints)
+    n = arm.n_joints
+    wanted = elements_named(elements, n)
+    if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_RUNS:
+        raise ArmError(
+            f"all equations of arm {arm.name} are too long to be written out",
+            where=f"arm {arm.name}",
+            expected=f"at most {_MOST_RUNS} joints with axes that are not parallel",
+            found=f"{n} joints",
+            next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
+            "ROBOT --level element` takes any number of joints",
+        )
     rows = (min(indices) for kind, indices, _ in wanted if kind != "c")
     return harmonics_behind(arm, min(rows, default=arm.n_joints))
 

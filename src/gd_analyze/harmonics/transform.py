@@ -31,8 +31,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import joined
 
-# Largest table of D on a grid. Ten general revolute joints take 3.1 GB and 100 s, eleven 19 GB.
-MOST_BYTES = 4e9
+# Largest table of a row of D on a grid. Ten general revolute joints take 0.3 GB and 120 s, eleven 1.7 GB.
+MOST_BYTES = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +189,9 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
 def _bytes(arm: RobotArm, first: int) -> int:
     """Size of the larger of two grids: of D behind `first`, and of the potential energy."""
     n = arm.n_joints
-    inertia = 2 * n * n * math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(first + 1, n))
+    inertia = (
+        2 * (n - first) * math.prod(len(_axis_nodes(arm, joint, DEGREE)) for joint in range(first + 1, n))
+    )
     potential = n * math.prod(len(_axis_nodes(arm, joint, 1)) for joint in range(n))
     return np.dtype(float).itemsize * max(inertia if first < n else 0, potential)
 
@@ -241,17 +243,18 @@ def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArra
     Values have shape (2 (n - i), 5, 5, ...).
     """
     n = arm.n_joints
-    shape, q = _grid(arm, range(first + 1, n), DEGREE)
-    for joint in range(1, first + 1):
-        q[joint] = _axis_nodes(arm, joint, DEGREE)[0]
-    out = np.empty((2, n, n, q.shape[1]))
-    for chunk in chunks(q.shape[1]):
-        moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
-        composite.inertia(moments, out[..., chunk])
+    # All rows on the grid of the first would take n times its memory; a grid each takes a quarter more time.
     for i in range(first, n):
-        # Joints up to i stay at their first node.
-        behind = out[:, i, i:, : math.prod(shape[i - first :])]
-        yield i, behind.reshape(-1, *shape[i - first :])
+        shape, q = _grid(arm, range(i + 1, n), DEGREE)
+        for joint in range(1, i + 1):
+            q[joint] = _axis_nodes(arm, joint, DEGREE)[0]
+        out = np.empty((2, n - i, q.shape[1]))
+        for chunk in chunks(q.shape[1]):
+            moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
+            every = np.empty((2, n, n, q[:, chunk].shape[1]))
+            composite.inertia(moments, every)
+            out[..., chunk] = every[:, i, i:]
+        yield i, out.reshape(-1, *shape)
 
 
 def _potential_on_grid(arm: RobotArm) -> FloatArray:

@@ -27,6 +27,10 @@ ROUNDING = 1e-9
 MANY_TURNS = 4 * math.pi
 # Motions of more than this, rad or m, do not creep; and velocities up to this share of the limits are usual.
 _MOVES, _USUAL = 0.1, 1.5
+# An arm whose joints keep within so many standard deviations of their noise stands still.
+_STILL = 6.0
+# Steps, s, of logs: 10 kHz to 10 Hz.
+_FASTEST, _SLOWEST = 1e-4, 0.1
 _UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 Quantity = Literal["position", "velocity", "acceleration"]
@@ -179,14 +183,21 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         if violation.joint - 1 not in suspects:
             found.append(message)
     # Velocities that come of positions and instants alone, and would be usual in another unit of time.
-    moving = np.ptp(trajectory.q, axis=0) > _MOVES
+    span = np.ptp(trajectory.q, axis=0)
+    moving = span > _MOVES
     limits = arm.limits("velocity_limit")[moving]
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
         share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
-        units = [unit for unit, per_second in _UNITS.items() if 0.0 < per_second * share <= _USUAL]
-        if units:
+        period = float(np.median(np.diff(trajectory.time)))
+        usual = [unit for unit, of in _UNITS.items() if 0.0 < of * share <= _USUAL]
+        # A controller's rate tells more than how fast it may move the arm.
+        units = [unit for unit, of in _UNITS.items() if _FASTEST <= period / of <= _SLOWEST] or usual
+        if usual:
             slow = f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds"
             found.append(f"{slow}; if it is in {units[0]}, say --time-unit {units[0]}")
+    recording = trajectory.recording
+    if smooth and recording is not None and (span <= _STILL * recording.noise_q + ROUNDING).all():
+        found.append("no joint moves by more than the noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in found:

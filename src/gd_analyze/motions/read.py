@@ -377,7 +377,8 @@ def _logged(
         if constants != arm.n_joints:
             what, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
             expected = f"{arm.n_joints} constants, and columns of torque or currents"
-            raise refusal(what, where, expected, str(constants or "no such columns"))
+            step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
+            raise refusal(what, where, expected, str(constants or "no such columns"), step)
         arrays["torque"] = arrays["torque"] * np.array(reading.torque_constant, dtype=float)
     q = arrays["q"]
     if not len(q):

@@ -17,7 +17,7 @@ from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import Numbers, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
-from gd_analyze.text import pretty
+from gd_analyze.text import pretty, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 # Rows from which on a table can be sorted.
@@ -76,7 +76,7 @@ def opening(result: Result) -> str:
     notices = f'<ul class="notices">\n{items}</ul>\n' if items else ""
     return (
         f"<h1>{text(result.title)} <span>{text(result.subtitle)}</span></h1>\n"
-        f'<p class="headline">{text(result.headline)}</p>\n{notices}{_facts(result.facts)}'
+        f'<p class="headline">{text(unbroken(result.headline))}</p>\n{notices}{_facts(result.facts)}'
     )
 
 

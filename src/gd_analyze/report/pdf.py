@@ -23,7 +23,7 @@ from gd_analyze.report.numbering import Numbers, flat, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, tube_bound
-from gd_analyze.text import pretty
+from gd_analyze.text import pretty, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
@@ -84,7 +84,7 @@ def result_data(result: Result) -> dict[str, Any]:
     return {
         "title": result.title,
         "subtitle": result.subtitle,
-        "headline": pretty(result.headline),
+        "headline": unbroken(pretty(result.headline)),
         "facts": [[pretty(fact.written), fact.label] for fact in facts],
         "notices": [pretty(notice) for notice in result.notices],
         "parts": parts_data(result.parts, Numbers.of(result.parts)),

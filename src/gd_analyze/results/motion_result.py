@@ -26,7 +26,7 @@ _NAMED, MOST_COLUMNS = 8, 12
 _STRICT = 20.0
 # So many times the noise of the recording, as RMS, what friction leaves is something else; told up to so
 # many: a log that was filtered before has next to no noise.
-_NOISE, _BEYOND = 3.0, 1000
+_NOISE, _MUCH, _BEYOND = 3.0, 10.0, 1000
 # Where to look for the reason why a measured torque contradicts the model.
 _CHECK = {
     "too light": ("masses", "payload", "the unit of the torques"),
@@ -101,7 +101,10 @@ def _verdict_text(row: Row) -> str:
     if verdict.startswith("follows") and row["noise"] and (left := row["rms_beside_friction"]):
         times = left / row["noise"]
         share = f"{times:.2g}" if times < _BEYOND else f"over {_BEYOND}"
-        verdict += f"; friction leaves {share} times the noise" * (times > _NOISE)
+        if times > _NOISE:
+            much = "in part" if times > _MUCH else "roughly"
+            verdict = verdict.replace("follows", f"follows {much}")
+            verdict += f"; friction leaves {share} times the noise"
     if row["drive_inertia"]:
         verdict += f": the difference follows qdd, as {row['drive_inertia']:.2g} kg m^2 of a drive would"
     return verdict

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.certification.tube import Margin
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
+from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
 from gd_analyze.result import Fact, Result, Table
 from gd_analyze.results import motion_result

@@ -10,11 +10,12 @@ import numpy as np
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.holding import Held
-from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
+from gd_analyze.motions.margin import Margin
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable

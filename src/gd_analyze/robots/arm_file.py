@@ -219,6 +219,15 @@ def read_arm(path: str | Path) -> RobotArm:
     return arm
 
 
+def read_drives(path: str | Path) -> tuple[Drive, ...]:
+    """Drives of a TOML file with a [[drives]] table per joint, and nothing else; ArmError as for an arm."""
+    content = text_of_arm_file(Path(path))
+    place = Place(TableLines(Path(path), content))
+    tables = _table(parsed_toml(Path(path), content, "file of drives"), {"drives": FILE["drives"]}, place)
+    rows = (_table(table, DRIVE, place.at("drives", i)) for i, table in enumerate(tables["drives"]))
+    return tuple(Drive(**row) for row in rows)
+
+
 def text_of_arm_file(path: Path) -> str:
     """Text of an arm file; ArmError if it cannot be read, is not text, or is longer than any arm's."""
     return text_of(path, "arm file", _LARGEST_FILE)

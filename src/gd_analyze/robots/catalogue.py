@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_file import read_arm
+from gd_analyze.robots.arm_file import read_arm, read_drives
 from gd_analyze.robots.limits import Given, locks_of, value_in, with_limits
 from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
@@ -68,7 +68,8 @@ def load_arm(
     gravity
         g in the base frame, m/s^2, in place of the file's: three numbers, or their text "0,0,-1.62".
     drive_inertia
-        Inertia of the drives at the joints, kg m^2 (kg), in place of the file's: a number per joint, or text.
+        Inertia of the drives at the joints, kg m^2 (kg), in place of the file's: a number per joint, or text;
+        or a TOML file of [[drives]] tables as in arm files, friction and torque limits included.
 
     Returns
     -------
@@ -115,7 +116,9 @@ def _supplemented(
     """The arm with other gravity, and other inertia of its drives."""
     if gravity is not None:
         arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2")))
-    if drive_inertia is not None:
+    if isinstance(drive_inertia, str) and drive_inertia.endswith(".toml"):
+        arm = replace(arm, drives=read_drives(drive_inertia))
+    elif drive_inertia is not None:
         stated = _numbers(drive_inertia, arm.n_joints, "--drive-inertia", "kg m^2 (kg), a number per joint")
         drives = zip(arm.drives or (Drive(),) * arm.n_joints, stated, strict=True)
         arm = replace(arm, drives=tuple(replace(drive, inertia=value) for drive, value in drives))

@@ -58,7 +58,7 @@ def check_payload(body: Link, reach: float) -> Iterator[str]:
     if message := _inconsistency(body):
         yield f"payload: {message}"
     if body.mass > 0 and distance > max(reach, _LEAST_FAR):
-        yield f"a payload {distance:.3g} m from the last link's frame is far off {of_arm}; in metres?"
+        yield f"a payload {distance:.3g} m from the frame it is stated in is far off {of_arm}; in metres?"
 
 
 def gravity_too_strong(arm: RobotArm) -> Findings:
@@ -166,6 +166,14 @@ def mass_too_large_for_reach(arm: RobotArm) -> Findings:
             yield place, f"a mass of {link.mass:g} kg is too much {_reaching(arm)}; in grams?"
 
 
+def masses_too_small_for_reach(arm: RobotArm) -> Findings:
+    """All links together, in tonnes: desk arms have 4 kg per cubic metre of reach, the least."""
+    whole, least = sum(link.mass for _, link in _stated(arm)), 0.03 * arm.reach**3
+    # What slides reaches far.
+    if _NO_MASS < whole < least and all(arm.is_revolute):
+        yield f"arm {arm.name}", f"all links together have {whole:.3g} kg, {_reaching(arm)}; in tonnes?"
+
+
 def mass_too_dense(arm: RobotArm) -> Findings:
     """Density of the smallest ball with a link's mass and inertia: 5 to 3000 kg/m^3, 3e7 times more in grams.
 
@@ -233,7 +241,8 @@ CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
     gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
     offset_far_beyond_the_others, massless_among_bodies,
     prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,
-    inertia_wider_than_the_arm, mass_too_large_for_reach, mass_too_dense, centre_of_mass_beyond_reach,
+    inertia_wider_than_the_arm, mass_too_large_for_reach, masses_too_small_for_reach, mass_too_dense,
+    centre_of_mass_beyond_reach,
     inertia_physically_inconsistent, point_mass_among_bodies, centre_of_mass_outside_link,
     heavier_than_links_before,
 )  # fmt: skip

@@ -15,9 +15,11 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.harmonics.expansion import TooLongError, expanded
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import written
+from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
 from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
 from gd_analyze.simplification.effort import ROUGH
@@ -119,6 +121,24 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         ("allowed_error", fits, stated.allowed, f"what {model.accuracy.budget} comes to"),
     ):
         _require(model, f"{name}{along}", holds, values, expected)
+
+
+def require_states_named(model: SimplifiedModel) -> None:
+    """Refuse, with a ModelError, a certificate whose words name other states than its numbers."""
+    stated = model.accuracy.certificate
+    if stated is None:
+        return
+    if stated.margin:
+        margin = Margin.parse(stated.margin).in_words(model.arm)
+        named = f"{margin} of {model.accuracy.fitted_on.get('trajectory')}"
+    else:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GdAnalyzeWarning)  # given when the arm is read
+            *limits, remark = vars(box_limits(model.arm)).values()
+        own = stated.lower, stated.upper, stated.velocity, stated.acceleration
+        is_all = all(np.array_equal(a, b) for a, b in zip(own, limits, strict=True))
+        named = f"the arm's limits{remark}" if is_all else "the box"
+    require_equal("where of certificate", stated.where, named)
 
 
 def require_not_refuted(model: SimplifiedModel) -> None:

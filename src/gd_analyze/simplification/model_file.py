@@ -31,6 +31,7 @@ from gd_analyze.simplification.model_claims import (
     require_consistent,
     require_equal,
     require_not_refuted,
+    require_states_named,
     require_terms_computed,
 )
 from gd_analyze.text import in_python
@@ -257,6 +258,7 @@ def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) 
     require_terms_computed(model)
     require_consistent(model)
     require_not_refuted(model)
+    require_states_named(model)
     return measured_where_possible(model)
 
 

@@ -17,7 +17,7 @@ from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.holding import Held, proven, simplify_held
-from gd_analyze.certification.tube import Margin, Tube
+from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
@@ -29,6 +29,7 @@ from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryEr
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
+from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory

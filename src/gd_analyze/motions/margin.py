@@ -1,0 +1,122 @@
+"""How far from a motion states may be: a margin of position, velocity and acceleration."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import LARGEST, UNSIGNED
+
+# Entries of a margin: field, and factor to its unit.
+_UNITS = {
+    "deg": ("revolute", math.pi / 180),
+    "rad": ("revolute", 1.0),
+    "mm": ("prismatic", 1e-3),
+    "m": ("prismatic", 1.0),
+    "qd%": ("velocity", 1e-2),
+    "qdd%": ("acceleration", 1e-2),
+}
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Largest distance of states from the motion; by default what a drive that follows it well keeps.
+
+    A joint that is held still has a margin of position only, as its peak velocity is zero.
+
+    Parameters
+    ----------
+    revolute, prismatic
+        Positions of revolute joints, rad, and of prismatic joints, m.
+    velocity, acceleration
+        Velocities and accelerations, as shares of each joint's largest along the motion.
+
+    Raises
+    ------
+    UsageError
+        If one is negative, not finite or above 1e12.
+    """
+
+    revolute: float = math.radians(1.0)
+    prismatic: float = 1e-3
+    velocity: float = 0.02
+    acceleration: float = 0.05
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if not 0.0 <= value <= LARGEST:
+                where, expected = f"Margin, {entry.name}", f"0 or more, up to {LARGEST:g}"
+                raise UsageError(
+                    "a margin is out of range", where=where, expected=expected, found=f"{value:g}"
+                )
+
+    @classmethod
+    def of(cls, given: Margin | str | None) -> Margin:
+        """Margin from its text, itself, or the default."""
+        return cls.parse(given) if isinstance(given, str) else given or cls()
+
+    @classmethod
+    def parse(cls, text: str) -> Margin:
+        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these entries; others are as by default.
+
+        Raises
+        ------
+        UsageError
+            If an entry is not understood, or a margin is given twice.
+
+        Examples
+        --------
+        >>> Margin.parse("0.5deg,qd=1%").velocity
+        0.01
+        """
+        given: dict[str, float] = {}
+        for column, entry in enumerate(text.split(","), start=1):
+            match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
+            where = f"--margin, entry {column}"
+            if match is None or (unit := (match[1] or "") + match[3]) not in _UNITS:
+                what, found = "the margin is not understood", repr(entry.strip())
+                expected = "comma-separated: 1deg or 1mm of q, qd=2% of velocities, qdd=5% of accelerations"
+                raise UsageError(what, where=where, expected=expected, found=found)
+            name, factor = _UNITS[unit]
+            if name in given:
+                what, found = "a margin is given twice", repr(text)
+                raise UsageError(what, where=where, expected="one each", found=found)
+            given[name] = float(match[2]) * factor
+        return cls(**given)
+
+    def __str__(self) -> str:
+        """Text that `parse` reads."""
+        return (
+            f"{math.degrees(self.revolute):.12g}deg,{1e3 * self.prismatic:.12g}mm,"
+            f"qd={100 * self.velocity:.12g}%,qdd={100 * self.acceleration:.12g}%"
+        )
+
+    def in_words(self, arm: RobotArm) -> str:
+        """Text for the kinds of joints that an arm has.
+
+        Examples
+        --------
+        >>> from gd_analyze.robots.catalogue import load_arm
+        >>> Margin().in_words(load_arm("puma560"))
+        '1°, 2 % of peak velocity and 5 % of peak acceleration'
+        """
+        revolute = [f"{math.degrees(self.revolute):.6g}°"] * any(arm.is_revolute)
+        prismatic = [f"{1e3 * self.prismatic:.6g} mm"] * (not all(arm.is_revolute))
+        return (
+            f"{' or '.join(revolute + prismatic)}, {100 * self.velocity:.6g} % of peak velocity and "
+            f"{100 * self.acceleration:.6g} % of peak acceleration"
+        )
+
+    def along(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
+        """Margins of q, qd and qdd of every joint along a motion, SI, shape (3, n)."""
+        position = np.where(np.array(arm.is_revolute), self.revolute, self.prismatic)
+        velocity, acceleration = (np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd))
+        return np.stack([position, self.velocity * velocity, self.acceleration * acceleration])
