@@ -102,7 +102,8 @@ def held_models() -> Iterator[Row]:
         "`simplify --level term`": SearchOptions(LEVELS["term"]),
     }
     cases = [(puma, motion, way) for motion in MOTIONS for way in ways]
-    for arm, where, way in (*cases, (puma, box, "`simplify`"), (stanford, box, "`simplify`")):
+    long = (arm_of("SCARA"), arm_of("KR6"), arm_of("LBR7"), panda())
+    for arm, where, way in (*cases, *((arm, box, "`simplify`") for arm in (puma, stanford, *long))):
         region: gd.Box | gd.Tube
         if where == box:
             exact, region = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
