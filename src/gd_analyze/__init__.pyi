@@ -26,6 +26,10 @@ from gd_analyze.exporting.export import export as export
 from gd_analyze.exporting.export import export_decomposition as export_decomposition
 from gd_analyze.formulas.results import equations as equations
 from gd_analyze.harmonics.transform import harmonics_of as harmonics_of
+from gd_analyze.identification.excitation import Workspace as Workspace
+from gd_analyze.identification.excitation import exciting_motion as exciting_motion
+from gd_analyze.identification.identification import Identification as Identification
+from gd_analyze.identification.identify import identify as identify
 from gd_analyze.motions.margin import Margin as Margin
 from gd_analyze.motions.planning import Schedule as Schedule
 from gd_analyze.motions.planning import plan as plan

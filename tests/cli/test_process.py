@@ -197,8 +197,8 @@ def test_progress_on_a_terminal_only_and_not_when_quiet(process, motion, quiet, 
     assert (b"reading" in shown) == (not quiet)
 
 
-VERBS = ["report", "arms", "columns", "plan", "figures", "simplify", "rank", "trade-off", "evaluate"]
-VERBS += ["validate", "equations", "compare", "certify", "control", "export", "completion"]
+VERBS = ["report", "arms", "columns", "identify", "plan", "figures", "simplify", "rank", "trade-off"]
+VERBS += ["evaluate", "validate", "equations", "compare", "certify", "control", "export", "completion"]
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.export import export
 from gd_analyze.cli.figures import figures
+from gd_analyze.cli.identify import identify
 from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
@@ -163,6 +164,7 @@ VERBS = (
     report,
     arms,
     columns,
+    identify,
     plan,
     figures,
     simplify,

@@ -11,7 +11,7 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
-from gd_analyze.cli.options import TRAJECTORY, command_line, positive_number
+from gd_analyze.cli.options import TRAJECTORY, command_line, is_default, positive_number
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
@@ -22,6 +22,8 @@ PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 
 # How the library's arguments are called on the command line.
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
+# What --exciting leaves nothing for.
+_OF_POINTS = _OPTIONS | {"profile": "--profile", "allow_violations": "--allow-violations"}
 
 
 @click.command(short_help="Show how the columns of a log are read.")
@@ -71,12 +73,25 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     )
 
 
+def _end(context: click.Context, option: click.Parameter, listed: str | None) -> str | None:
+    """Ask for an end of the motion, but for an exciting one."""
+    if listed is None and not context.params["exciting"]:
+        raise click.UsageError(f"{option.opts[0]} is missing: give --from and --to, or --exciting")
+    return listed
+
+
 @click.command(short_help="Plan a trajectory and compare it with the arm's limits.")
 @robot_given
-@click.option("--from", "start", required=True, metavar="LIST", help="Start, comma-separated: degrees (m).")
-@click.option("--to", "goal", required=True, metavar="LIST", help="Goal, comma-separated: degrees (m).")
+@click.option("--from", "start", callback=_end, metavar="LIST", help="Start, comma-separated: degrees (m).")
+@click.option("--to", "goal", callback=_end, metavar="LIST", help="Goal, comma-separated: degrees (m).")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@options.number("--points", 31, "Number of set points, evenly spaced in time.", 2, 1_000_000)
+@options.number(
+    "--points",
+    31,
+    "Number of set points, evenly spaced in time; with --exciting by default 100 per second.",
+    2,
+    1_000_000,
+)
 @click.option(
     "--duration",
     required=True,
@@ -94,17 +109,34 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
 @click.option(
     "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations above their limits."
 )
+@click.option(
+    "--exciting",
+    is_flag=True,
+    is_eager=True,
+    help="In place of --from and --to: Fourier series within the arm's limits that tell as much as possible "
+    "of links, drives and friction, for `gd-analyze identify`.",
+)
+@click.option(
+    "--within",
+    metavar="LIST",
+    help="Box that the end effector keeps within, with --exciting: x,y,z,x,y,z of its lower and its upper "
+    "corner, m, base frame.",
+)
+@options.number("--seed", 0, "Seed of the search, with --exciting; the same seed plans the same motion.")
 @options.out("CSV file; left out, the CSV goes to standard output.")
 @reporting
 def plan(
     robot: GivenRobot,
-    start: str,
-    goal: str,
+    start: str | None,
+    goal: str | None,
     via: tuple[str, ...],
     points: int,
     duration: float,
     profile: str,
     allow_violations: bool,
+    exciting: bool,
+    within: str | None,
+    seed: int,
     out: Path | None,
     output: Output,
 ) -> None:
@@ -117,24 +149,36 @@ def plan(
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 -o swing.csv
       gd-analyze plan two_link --from 0,0 --to 60,-45 --duration 2 |
           gd-analyze two_link -
+      gd-analyze plan puma560 --exciting --duration 20 -o exciting.csv
     """
+    _require_what_goes_together(exciting)
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
         from gd_analyze.motions.planning import plan_result
         from gd_analyze.motions.trajectory import trajectory_csv
 
-        arm = robot.load()
+        arm, name = robot.load(), out.stem if out is not None else None
         try:
-            made = gd.plan(
-                arm,
-                _joint_values(arm, start, "--from"),
-                _joint_values(arm, goal, "--to"),
-                [_joint_values(arm, point, "--via") for point in via],
-                schedule=gd.Schedule(duration, profile, points),
-                allow_violations=allow_violations,
-                name=out.stem if out is not None else None,
-            )
+            if start is None or goal is None:
+                made = gd.exciting_motion(
+                    arm,
+                    duration,
+                    None if is_default("points") else points,
+                    within=None if within is None else _box(within),
+                    seed=seed,
+                    name=name,
+                )
+            else:
+                made = gd.plan(
+                    arm,
+                    _joint_values(arm, start, "--from"),
+                    _joint_values(arm, goal, "--to"),
+                    [_joint_values(arm, point, "--via") for point in via],
+                    schedule=gd.Schedule(duration, profile, points),
+                    allow_violations=allow_violations,
+                    name=name,
+                )
         except TrajectoryError as error:
             raise _with_options(error) from None
         if out is not None:
@@ -143,6 +187,30 @@ def plan(
         lines(trajectory_csv(made.trajectory, [command_line()]))
     else:
         output.give(plan_result(made), out)
+
+
+def _require_what_goes_together(exciting: bool) -> None:
+    """Refuse options of the other kind of motion."""
+    given = [option for name, option in _OF_POINTS.items() if not is_default(name)]
+    alone = [f"--{name}" for name in ("within", "seed") if not is_default(name)]
+    if exciting and given:
+        raise click.UsageError(f"--exciting plans the whole motion: it goes without {', '.join(given)}")
+    if not exciting and alone:
+        raise click.UsageError(f"--exciting is missing, which {' and '.join(alone)} goes with")
+
+
+def _box(listed: str) -> gd.Workspace:
+    """Comma-separated corners of a box, m."""
+    values = [number_in(entry.strip()) for entry in listed.split(",")]
+    known = [value for value in values if value is not None]
+    if not len(known) == len(values) == 6:
+        raise UsageError(
+            "--within is not six numbers",
+            where="--within",
+            expected="x,y,z of the lower corner, then of the upper one, m",
+            found=repr(listed),
+        )
+    return gd.Workspace(known[:3], known[3:])
 
 
 def _with_options(error: TrajectoryError) -> TrajectoryError:

@@ -128,13 +128,16 @@ def out(words: str) -> Callable[[F], F]:
     return click.option("-o", "--out", type=OutputPath(), help=words)
 
 
-def folder(words: str, names: tuple[str, ...] = ("html", "pdf", "json")) -> Callable[[F], F]:
-    """--out, a folder; --overwrite; --format, some of the files that a verb can write in it."""
+def folder(
+    words: str, names: tuple[str, ...] = ("html", "pdf", "json"), option: str = "--out"
+) -> Callable[[F], F]:
+    """--out or another option, a folder; --overwrite; --format, some of the files a verb writes there."""
     replaced = "Replace a run of another arm, motion or other options that the folder holds."
     chosen, every = "Which files to write, comma-separated.", ",".join(names)
     kind = NameList(names, "format")
+    where = out(words) if option == "--out" else click.option(option, type=OutputPath(), help=words)
     return together(
-        out(words),
+        where,
         click.option("--overwrite", is_flag=True, help=replaced),
         click.option("--format", "formats", type=kind, default=every, metavar="LIST", help=chosen),
     )

@@ -254,7 +254,7 @@ def _of_joint(
     along = float(of_models[1:, joint] @ of_measured[1:, 0])
     wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
     explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
-    way, velocity = _direction(trajectory, joint), trajectory.qd[:, joint]
+    way, velocity = direction(trajectory, joint), trajectory.qd[:, joint]
     moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
     is_still = bool(moving.sum() < _FEWEST)
     if is_still:  # an offset alone is fitted
@@ -346,15 +346,19 @@ def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
     return out
 
 
-def _direction(trajectory: Trajectory, joint: int) -> FloatArray:
-    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,)."""
+def direction(trajectory: Trajectory, joint: int, fastest: float | None = None) -> FloatArray:
+    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,).
+
+    `fastest` is its largest velocity, by default along this trajectory.
+    """
     velocity, recording = trajectory.qd[:, joint], trajectory.recording
     assert recording is not None
     # The spectrum S of noise gives positions, velocities and accelerations the variances of S, w^2 S and
     # w^4 S summed over frequencies w, so by Cauchy and Schwarz the velocity's is at most the root of the
     # product of the other two, whatever the filter.
     noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
-    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * float(np.abs(velocity).max()))
+    fastest = float(np.abs(velocity).max()) if fastest is None else fastest
+    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * fastest)
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 
 

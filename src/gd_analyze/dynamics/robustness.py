@@ -142,10 +142,12 @@ class Drawn:
     @classmethod
     def from_arm(cls, arm: RobotArm, samples: int, rng: np.random.Generator) -> Drawn:
         """Draw arms; ArmError where nothing is uncertain, or hardly a sample is consistent."""
-        if all(link.uncertainty is None for link in arm.links):
+        if arm.spread is None and all(link.uncertainty is None for link in arm.links):
             where, way = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
             raise ArmError("the links have no stated uncertainty", where=where, next_step=way)
         nominal = parameters_of(arm)
+        if arm.spread is not None:
+            return cls._of_spread(nominal, arm.spread[:, :, :10], samples, rng)
         drawn = np.tile(nominal, (samples, 1, 1))
         redrawn = np.zeros(arm.n_joints, dtype=int)
         for s, link in enumerate(arm.links):
@@ -161,6 +163,20 @@ class Drawn:
                     raise ArmError(what, where=link.place, next_step="state a smaller uncertainty of it")
         points = point_masses(drawn)
         return cls(points, drawn - points, redrawn)
+
+    @classmethod
+    def _of_spread(
+        cls, nominal: FloatArray, spread: FloatArray, samples: int, rng: np.random.Generator
+    ) -> Drawn:
+        """Draw from a joint covariance; a link that comes out inconsistent counts, and stays.
+
+        Parameters of an identified arm are uncertain together. To draw one link again would take its share
+        out of sums that are well known.
+        """
+        drawn = nominal + np.einsum("mk,ksp->msp", rng.normal(size=(samples, len(spread))), spread)
+        inconsistent = [int((~_is_consistent(link)).sum()) for link in np.moveaxis(drawn, 1, 0)]
+        points = point_masses(drawn)
+        return cls(points, drawn - points, np.array(inconsistent))
 
 
 def _changes(link: Link, count: int, rng: np.random.Generator) -> FloatArray:

@@ -201,7 +201,14 @@ def _only_link(arm: RobotArm, s: int) -> RobotArm:
     weightless = tuple(
         replace(link, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))) for link in arm.links[:s]
     )
-    return replace(arm, joints=arm.joints[: s + 1], links=(*weightless, arm.links[s]), drives=(), dh_table=())
+    return replace(
+        arm,
+        joints=arm.joints[: s + 1],
+        links=(*weightless, arm.links[s]),
+        drives=(),
+        dh_table=(),
+        spread=None,
+    )
 
 
 def _cut(arm: RobotArm) -> tuple[float, float]:

@@ -129,7 +129,8 @@ def torque_warning(table: xr.Dataset, arm: str) -> str:
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
     places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
     said = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
-    return f"measured torques contradict the model of {arm}: {said}. Check {', '.join(places)}"
+    check = f"Check {', '.join(places)}; `gd-analyze identify` fits a model to the log"
+    return f"measured torques contradict the model of {arm}: {said}. {check}"
 
 
 def motion_rows(findings: Findings) -> list[Row]:

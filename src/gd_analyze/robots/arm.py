@@ -46,6 +46,10 @@ class RobotArm:
     tip, tip_frame
         The link that was asked for as the last, and its frame relative to that of the last link that moves:
         a payload's.
+    spread
+        Of an identified arm: rows of one standard deviation each whose squares add up to the covariance of
+        the links' `PARAMETERS` and, last, of the drives' inertia, shape (k, n, 11). It takes the place of
+        the links' and drives' own uncertainties.
 
     Raises
     ------
@@ -66,6 +70,7 @@ class RobotArm:
     doubts: tuple[str, ...] = ()
     tip: str = ""
     tip_frame: Placement = field(default_factory=Placement)
+    spread: FloatArray | None = None
 
     def __post_init__(self) -> None:
         where = f"arm {self.name}"
@@ -83,6 +88,9 @@ class RobotArm:
             if len(items) != n and (items or what == "links"):
                 problem, found = f"{where} needs one of its {what} per joint", str(len(items))
                 raise ArmError(problem, where=where, expected=f"{n} {what}", found=found)
+        if self.spread is not None:
+            shape = (len(self.spread), n, 11)
+            object.__setattr__(self, "spread", checked(self.spread, shape, f"spread of {where}", where))
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
                 what = f"link {link.name} states its inertia about the joint axis only"

@@ -119,6 +119,13 @@ def _ends(value: Any, place: Place) -> Any:
     return np.where(is_open, unknown, _numbers(2)(known, place))
 
 
+def _rows(value: Any, place: Place) -> list[list[float]]:
+    """A list of lists of numbers."""
+    if not isinstance(value, list) or not all(isinstance(row, list) for row in value):
+        raise place.error("is not a list of lists of numbers", "rows of numbers", in_python(value))
+    return [_numbers(len(row))(row, place.at(k)).tolist() for k, row in enumerate(value)]
+
+
 def _tensor(nonnegative: bool = False) -> Reader:
     number = _numbers(nonnegative=nonnegative)
     keys = dict.fromkeys(("xx", "yy", "zz"), Key(number))
@@ -161,6 +168,7 @@ FILE = {
     "joints": Key(_TABLES),
     "links": Key(_TABLES),
     "drives": Key(_TABLES, []),
+    "spread": Key(_rows, None),
 }
 JOINT = {
     "name": Key(_NAME, ""),
@@ -299,10 +307,21 @@ def _arm(document: dict[str, Any], place: Place) -> RobotArm:
         joints=tuple(joints),
         links=tuple(links),
         drives=tuple(Drive(**drive) for drive in drives),
+        spread=_spread(file["spread"], n, place.at("spread")),
         dh_table=tuple(rows),
         convention="placements" if placed else CONVENTIONS[file["convention"]][0],
         **texts,
     )
+
+
+def _spread(rows: list[list[float]] | None, n: int, place: Place) -> np.ndarray | None:
+    """Rows of eleven numbers per link."""
+    if rows is None:
+        return None
+    for k, row in enumerate(rows):
+        if len(row) != 11 * n:
+            raise place.at(k).error("does not fit the arm", f"{11 * n} numbers, 11 per link", str(len(row)))
+    return np.array(rows).reshape(-1, n, 11)
 
 
 def _link(link: Mapping[str, Any], name: str, behind: Placement, where: Location) -> Link:

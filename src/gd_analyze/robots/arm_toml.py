@@ -37,8 +37,11 @@ def toml_of(arm: RobotArm) -> str:
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", arm.name)
     name = name if re.match(r"[A-Za-z0-9]", name) else f"arm{name}"
     title = arm.title or arm.name
-    head = {"format": "gd-analyze arm 1", "name": name, "title": title, "convention": convention}
+    head: dict[str, Any] = {"format": "gd-analyze arm 1", "name": name, "title": title}
+    head["convention"] = convention
     head |= {key: getattr(arm, key) for key in ("gravity", "sources", "assumptions", "doubts")}
+    if arm.spread is not None:
+        head["spread"] = arm.spread.reshape(len(arm.spread), -1).tolist()
     written = {key: value for key, value in head.items() if len(value) and (key != "title" or value != name)}
     joint_keys = JOINT | (PLACED_JOINT if placed else DH_JOINT)
     blocks = [
@@ -77,7 +80,7 @@ def _value(value: Any) -> str:
         return repr(float(value))
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_value(inner)}' for key, inner in value.items())} }}"
-    has_texts = any(isinstance(inner, str) for inner in value)
+    has_texts = any(isinstance(inner, str | list) for inner in value)
     listed = (",\n    " if has_texts else ", ").join(map(_value, value))
     return f"[\n    {listed},\n]" if has_texts else f"[{listed}]"
 

@@ -20,7 +20,8 @@ _TEXTS = ("sources", "assumptions", "doubts")
 def describe(arm: RobotArm) -> dict[str, Any]:
     """Everything that acts on the dynamics, its uncertainties, names and limits, as plain JSON values."""
     keys = ("name", "title", "gravity", "joints", "links", "drives")
-    return {key: _plain(getattr(arm, key)) for key in keys}
+    spread = {} if arm.spread is None else {"spread": arm.spread.tolist()}
+    return {key: _plain(getattr(arm, key)) for key in keys} | spread
 
 
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
@@ -41,6 +42,7 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
         drives=tuple(Drive(**drive) for drive in description["drives"]),
         dh_table=tuple(DHRow(**row) for row in description.get("dh_table", [])),
         convention=description.get("convention", ""),
+        spread=np.array(description["spread"]) if "spread" in description else None,
         **texts,
     )
 

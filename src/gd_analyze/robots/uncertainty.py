@@ -37,7 +37,7 @@ def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
                 found=in_python(text),
             )
         stated[match[1]] = factor * float(match[2]), match[3] == "%"
-    return replace(arm, links=tuple(_stating(link, stated) for link in arm.links))
+    return replace(arm, links=tuple(_stating(link, stated) for link in arm.links), spread=None)
 
 
 def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
@@ -56,6 +56,8 @@ def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
 
 def exactly_known(arm: RobotArm) -> str:
     """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none is."""
+    if arm.spread is not None:
+        return ""
     found = []
     for what in _FACTORS:
         links = [k for k, link in enumerate(arm.links, 1) if getattr(link.uncertainty, what, None) is None]

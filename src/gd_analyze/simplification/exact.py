@@ -166,7 +166,7 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints alone are told first."""
     if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
-    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="")
+    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="", spread=None)
     outer = (
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
         for count in range(_OUTER_JOINTS, arm.n_joints, 2)
@@ -191,6 +191,8 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     >>> torque_uncertainty(puma, states_in_box(puma, 10)).shape
     (10, 6)
     """
+    if arm.spread is not None:
+        return _of_spread(arm, arm.spread, states, arm.counts_drives(drives))
     changes = [None if link.uncertainty is None else _changes(link) for link in arm.links]
     of_drives = [drive.inertia_uncertainty for drive in arm.drives if arm.counts_drives(drives)]
     if all(change is None for change in changes) and all(u is None for u in of_drives):
@@ -206,6 +208,19 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     for i, uncertainty in enumerate(of_drives):
         if uncertainty is not None:
             squares[i] += (uncertainty * qdd[i]) ** 2
+    return np.sqrt(squares).T
+
+
+def _of_spread(arm: RobotArm, spread: FloatArray, states: States, drives: bool) -> FloatArray:
+    """Standard uncertainty of the torque that follows from a joint covariance, shape (N, n)."""
+    q, qd, qdd = states_for(arm, states).last
+    squares = np.zeros(q.shape)
+    for chunk in chunks(q.shape[1]):
+        per_unit = regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
+        effects = np.einsum("ksp,ispn->kin", spread[:, :, :10], per_unit)
+        if drives:
+            effects += spread[:, :, 10, None] * qdd[:, chunk]
+        squares[:, chunk] = np.einsum("kin,kin->in", effects, effects)
     return np.sqrt(squares).T
 
 

@@ -371,7 +371,7 @@ def find(
         allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
         tables["motions"] = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
-    if any(link.uncertainty is not None for link in arm.links):
+    if arm.spread is not None or any(link.uncertainty is not None for link in arm.links):
         tables["robustness"] = robustness(arm, trajectory, threshold=how.dominance, samples=_SAMPLES)
     return Findings(
         arm=arm,

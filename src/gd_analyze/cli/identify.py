@@ -1,0 +1,111 @@
+"""`gd-analyze identify`: the links, drives and friction that logs of an arm support."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli import options
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.options import TRAJECTORY, command_line
+from gd_analyze.cli.output import Output, reporting, require_outputs
+
+
+@click.command(short_help="Fit links, drives and friction to logs with torques.")
+@robot_given
+@click.argument(
+    "logs",
+    type=TRAJECTORY,
+    nargs=-1,
+    required=True,
+    metavar="LOG...",
+    help="Recordings with torques, or currents (--torque-constant); options: `gd-analyze columns --help`.",
+)
+@click.option(
+    "--held-out",
+    type=TRAJECTORY,
+    multiple=True,
+    metavar="LOG",
+    help="A log that is predicted, not fitted; may be repeated.  [default: the last third of every log]",
+)
+@click.option(
+    "--loaded",
+    type=TRAJECTORY,
+    multiple=True,
+    metavar="LOG",
+    help="A log in which the arm carries an unknown payload: its mass and centre of mass are found, too. May "
+    "be repeated.",
+)
+@click.option(
+    "--plain",
+    is_flag=True,
+    help="Plain least squares, without the constraint that every body is physically possible.",
+)
+@click.option(
+    "--no-model",
+    is_flag=True,
+    help="Do not look for the simplified model that the logs support: quicker.",
+)
+@log_options
+@options.out("Write the identified arm into this TOML file.")
+@options.folder("Folder for a report; no report is written without it.", option="--report")
+@reporting
+def identify(
+    robot: GivenRobot,
+    logs: tuple[str, ...],
+    held_out: tuple[str, ...],
+    loaded: tuple[str, ...],
+    plain: bool,
+    no_model: bool,
+    out: Path | None,
+    report: Path | None,
+    overwrite: bool,
+    formats: tuple[str, ...],
+    output: Output,
+) -> None:
+    r"""Fit an arm's links, drives and friction to measured motions and torques, and say what they support.
+
+    One weighted least squares over all joints and logs, with physically consistent bodies; what the logs do
+    not tell keeps the file's values. The result states how well it predicts torques that it has not seen. The
+    TOML file is an arm as any other, which every verb takes; `--budget uncertainty` makes models as exact as
+    the logs support.
+
+    \b
+    Examples:
+      gd-analyze identify my_robot.urdf log.csv -o identified.toml
+      gd-analyze identify my_robot.urdf a.csv b.csv --held-out c.csv --report report
+      gd-analyze identify my_robot.urdf bare.csv --loaded gripping.csv --torque-constant 10,10,8,9,9,9
+      gd-analyze simplify identified.toml log.csv --budget uncertainty
+    """
+    require_outputs(out)
+    with output.working() as stage:
+        from gd_analyze.files import write_text
+        from gd_analyze.results.findings import provenance
+        from gd_analyze.robots.arm_toml import toml_of
+        from gd_analyze.studies.identification_result import identification_result, supported
+        from gd_analyze.studies.study_files import StudyFolder
+
+        arm = robot.load(logs=logs)
+        fitted, apart, carrying = (
+            [read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
+        )
+        files = None
+        if report is not None:
+            asked = [arm.name, *(motion.fingerprint for motion in (*fitted, *apart, *carrying)), str(plain)]
+            files = StudyFolder(report, "identification", formats, asked, overwrite=overwrite)
+            require_outputs(*files.paths.values())
+        stage("identifying")
+        found = gd.identify(arm, fitted, held_out=apart or None, loaded=carrying or None, physical=not plain)
+        stage("simplifying")
+        answer = None if no_model else supported(found, fitted[0])
+        result = identification_result(found, answer, provenance(command_line()))
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, toml_of(found.arm))
+        if files is not None:
+            stage(f"writing {', '.join(formats)}")
+            files.write(result)
+    output.give(result, out, *(files.paths.values() if files else ()))

@@ -1,0 +1,192 @@
+"""Weighted least squares for what torque is linear in, where a log tells only some directions of it.
+
+Unknowns are measured in sizes that each may plausibly have, and rows in standard deviations of their joint's
+residuals. A direction is told where a change of a plausible size would show by three standard errors; along
+all others the numbers stay as they were. So of all solutions it is the one nearest to the arm's file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of
+from gd_analyze.dynamics.friction import correlation_time, reduced, triangle
+from gd_analyze.dynamics.measured_torque import SIGMAS
+from gd_analyze.identification.rows import JointRows, Unknowns
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import of_point_mass
+
+# Rounds of weighing joints by what the round before left, and their change from which on no more are made.
+_ROUNDS, _SETTLED = 12, 1e-3
+# A link is no smaller than this share of the arm's reach, nor lighter than this share of the mean link.
+_SHORTEST, _LIGHTEST = 0.05, 0.1
+_ROWS_AT_ONCE = 4096
+# Singular values of equations below this share of the largest are round-off, as is this share of a torque.
+_DIGITS, _ROUND_OFF = 1e-10, 1e-12
+# Density, kg/m^3, and radius over length of rods that stand for links of which a file says nothing.
+_DENSITY, _SLENDER = 1500.0, 0.2
+# Radius of gyration, as a share of the reach, of a link whose mass a file leaves out.
+_AS_WIDE = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What some equations tell of p unknowns, from a start: plausible sizes times directions.
+
+    Parameters
+    ----------
+    start, sizes
+        Numbers to start from, and their plausible sizes, (p,).
+    directions
+        Orthonormal, in units of these sizes, those told first, (p, p).
+    strength
+        Singular values: one over the standard error along each direction that is told, (k,).
+    steps
+        How far the solution is from the start along these, (k,).
+    noise
+        Standard deviation of a row of every joint, N m (N), (n,); nan of one without rows.
+    correlated
+        Rows that count as one, by joint, (n,).
+    """
+
+    start: FloatArray
+    sizes: FloatArray
+    directions: FloatArray
+    strength: FloatArray
+    steps: FloatArray
+    noise: FloatArray
+    correlated: FloatArray
+
+    @property
+    def told(self) -> int:
+        """How many directions are told."""
+        return len(self.strength)
+
+    @property
+    def condition(self) -> float:
+        """Of the equations along what is told."""
+        return float(self.strength[0] / self.strength[-1]) if self.told else np.nan
+
+    @property
+    def values(self) -> FloatArray:
+        """The solution, (p,)."""
+        return self.start + self.sizes * (self.steps @ self.directions[: self.told])
+
+    @property
+    def deviations(self) -> FloatArray:
+        """One standard error along each direction that is told, (k, p): D^T D is the covariance."""
+        return self.sizes * self.directions[: self.told] / self.strength[:, None]
+
+    @property
+    def open(self) -> FloatArray:
+        """One plausible size along each direction that is not told, (p - k, p)."""
+        return self.sizes * self.directions[self.told :]
+
+
+def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArray) -> Estimate:
+    """Solve the equations of all joints, each weighed by the noise of its own residuals.
+
+    Noise is what all directions together leave: were it what those told leave, what is told would follow from
+    itself.
+    """
+    p, known = len(start), [i for i, each in enumerate(rows) if len(each.torque)]
+    noise, correlated = np.full(len(rows), np.nan), np.ones(len(rows))
+    triangles = {i: triangle(_blocks(rows[i], start, sizes), p + 1) for i in known}
+    for i in known:
+        noise[i] = np.linalg.norm(triangles[i][:, p]) / np.sqrt(len(rows[i].torque))
+
+    def weighed() -> FloatArray:
+        return reduced(np.vstack([triangles[i] / (noise[i] * np.sqrt(correlated[i])) for i in known]))
+
+    for _ in range(_ROUNDS):
+        r, before = weighed(), noise.copy()
+        found, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_DIGITS)
+        values = start + sizes * found
+        for i in known:
+            left = rows[i].torque - rows[i].columns @ values
+            every = np.ones(len(left), dtype=bool)
+            correlated[i] = correlation_time(left.__getitem__, every, [slice(0, len(left))])
+            spare = max(len(left) - rank / len(known), 1.0)
+            # What is left is never less than the round-off of what it is left of.
+            least = _ROUND_OFF * float(np.abs(rows[i].torque).max())
+            noise[i] = max(float(np.sqrt(left @ left / spare)), least)
+        if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED:
+            break
+    r = weighed()
+    left, strength, directions = np.linalg.svd(r[:, :p])
+    told = int((strength > SIGMAS).sum())
+    steps = (left.T @ r[:, p])[:told] / strength[:told]
+    return Estimate(start, sizes, directions, strength[:told], steps, noise, correlated)
+
+
+def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:
+    """Columns by plausible size, and what the start leaves of the torque; some rows at a time."""
+    for first in range(0, len(rows.torque), _ROWS_AT_ONCE):
+        some = rows.at(slice(first, first + _ROWS_AT_ONCE))
+        yield np.column_stack([some.columns * sizes, some.torque - some.columns @ start])
+
+
+def plausible_sizes(
+    arm: RobotArm, links: FloatArray, rows: Sequence[JointRows], unknowns: Unknowns
+) -> FloatArray:
+    """Size that every unknown may have, (p,): of links by their parameters, of others by measured torque."""
+    sizes, n = np.zeros(unknowns.count), arm.n_joints
+    masses = np.maximum(links[:, 0], _LIGHTEST * float(links[:, 0].mean()))
+    lengths = np.full(n, _SHORTEST * (arm.reach or 1.0))
+    for i, (link, own) in enumerate(zip(arm.links, links, strict=True)):
+        ends = [own[1:4] / masses[i], link.frame.translation]
+        ends += [joint.placement.translation for joint in arm.joints[i + 1 : i + 2]]
+        gyration = float(np.sqrt(np.abs(own[4:]).max() / masses[i]))
+        lengths[i] = max(lengths[i], gyration, *map(np.linalg.norm, ends))
+    powers = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])
+    sizes[unknowns.of_links] = (masses[:, None] * lengths[:, None] ** powers).ravel()
+    carried = np.where(arm.is_revolute, masses * lengths**2, masses)
+    sizes[unknowns.of_drives] = np.cumsum(carried[::-1])[::-1]
+    if arm.drives:
+        sizes[unknowns.of_drives] = np.maximum(sizes[unknowns.of_drives], arm.drive_inertia)
+    first, drive = unknowns.of_friction.start, unknowns.of_drives.start
+    for i, each in enumerate(rows):
+        torque, acceleration, velocity = (
+            float(np.sqrt(np.mean(x**2))) if len(x) and x.any() else 1.0
+            for x in (each.torque, each.columns[:, drive + i], each.columns[:, first + 3 * i + 1])
+        )
+        # What would by itself make the torque measured.
+        sizes[drive + i] = max(sizes[drive + i], torque / acceleration)
+        sizes[first + 3 * i : first + 3 * i + 3] = torque, torque / velocity, torque
+    if unknowns.payload:  # of a hand with what it grips
+        sizes[unknowns.of_payload] = masses.mean() * lengths.mean() ** powers
+    return sizes
+
+
+def _uniform_bodies(arm: RobotArm) -> FloatArray:
+    """Parameters of rods from joint to joint, for an arm whose file states no masses, (n, 10)."""
+    out = []
+    for i, link in enumerate(arm.links):
+        beyond = arm.joints[i + 1].placement.translation if i + 1 < arm.n_joints else np.zeros(3)
+        # From the joint's origin to the next joint's, in the link's frame.
+        begin = -link.frame.rotation.T @ link.frame.translation
+        along = beyond - begin
+        length = max(float(np.linalg.norm(along)), _SHORTEST * (arm.reach or 1.0))
+        mass = _DENSITY * np.pi * (_SLENDER * length) ** 2 * length
+        com = begin + along / 2.0
+        square = along @ along * np.eye(3) - np.outer(along, along)
+        inertia = mass * (square / 12.0 + (_SLENDER * length) ** 2 / 2.0 * np.eye(3))
+        out.append(inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com)))
+    return np.array(out)
+
+
+def described(arm: RobotArm) -> FloatArray:
+    """The file's parameters, (n, 10); rods where it states none, a ball of inertia stated about the axis."""
+    if not arm.mass.any():
+        return _uniform_bodies(arm)
+    given = parameters_of(arm)
+    for i, link in enumerate(arm.links):
+        if link.axial_only:
+            moment = float(np.abs(link.inertia_com).max())
+            mass = moment / (_AS_WIDE * (arm.reach or 1.0)) ** 2
+            given[i] = inertial_parameters(mass, np.zeros(3), moment * np.eye(3))
+    return given

@@ -1,0 +1,221 @@
+"""Motions that tell as much as limits allow of what torque is linear in: Fourier series, optimised.
+
+Every joint moves by a_0 + sum_k (a_k cos k w t + b_k sin k w t), whose velocity and acceleration are zero at
+both ends. J. Swevers, C. Ganseman, D. Bilgin Tukel, J. De Schutter, H. Van Brussel, Optimal robot excitation
+and identification, IEEE Transactions on Robotics and Automation 13, 1997.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gd_analyze.arrays import FloatArray, array_of
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.errors import UsageError
+from gd_analyze.identification.expected_equations import ExpectedEquations
+from gd_analyze.identification.fourier_series import INSTANTS, FourierSeries
+from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.planning import Plan, Schedule
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.limits import box_limits
+from gd_analyze.text import LARGEST
+
+# Set points per second where no number of them is given.
+_RATE = 100.0
+# Equations are judged at every fifth of the instants that limits are.
+_EVERY = 5
+# Random series; descents from the best of them, tries of each, and more tries of the best.
+_STARTS, _DESCENTS, _TRIES, _MORE = 40, 3, 50, 160
+# Of a derivative.
+_STEP = 1e-6
+# Positions drawn for a box, and the size of the series there.
+_DRAWN, _SMALL = 4000, 0.5
+# How far from the walls of its box the end effector shall stay, and stays at least, as a share of the reach.
+_CLEARANCE, _LEAST_CLEARANCE = 5e-3, 5e-4
+# Loss of an instant at which it is outside by as much as the arm reaches; a larger one slows the descent.
+_PENALTY = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """Box that the end effector keeps within, base frame.
+
+    Parameters
+    ----------
+    lower, upper
+        Corners, m, shape (3,) each.
+
+    Raises
+    ------
+    UsageError
+        If these are no corners of a box.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+
+    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
+        for name, given in (("lower", lower), ("upper", upper)):
+            object.__setattr__(self, name, array_of(given, name, UsageError))
+        corners = self.lower, self.upper
+        shapes = all(corner.shape == (3,) and (np.abs(corner) <= LARGEST).all() for corner in corners)
+        if not (shapes and (self.lower < self.upper).all()):
+            raise UsageError(
+                "these are no corners of a box",
+                where="--within",
+                expected="x, y and z of the lower corner, then of the upper one, each larger, m",
+                found=", ".join(f"{x:g}" for corner in corners for x in corner.ravel()),
+            )
+
+
+def exciting_motion(
+    arm: RobotArm | str | Path,
+    duration: float,
+    n_set_points: int | None = None,
+    *,
+    within: Workspace | None = None,
+    seed: int = 0,
+    name: str | None = None,
+) -> Plan:
+    """Plan a motion, from rest to rest, that tells much of links, drives and friction.
+
+    It maximises the determinant of the equations that `identify` would have of it, within the arm's ranges
+    and limits of velocity and acceleration, by descents from the best of some random series. It ends where
+    it begins; a long one repeats a shorter one.
+
+    Parameters
+    ----------
+    arm
+        The arm; or a shipped name, or the path of a file.
+    duration
+        s.
+    n_set_points
+        Evenly spaced in time; by default 100 per second.
+    within
+        Where the end effector may be, `tip_frame` of the arm.
+    seed
+        Of the random series; the same seed plans the same motion.
+    name
+        Name of the trajectory; the arm's by default.
+
+    Returns
+    -------
+    Plan
+        Set points with exact velocities and accelerations. The trajectory's origin states the condition
+        number of the equations, for parameters in plausible sizes.
+
+    Raises
+    ------
+    TrajectoryError
+        If the duration or the number of set points is impossible.
+    UsageError
+        If no motion was found that keeps the end effector in its box.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of limits that the arm does not state, and ordinary ones in their place.
+
+    Examples
+    --------
+    >>> made = exciting_motion("two_link", 10)
+    >>> made.trajectory.n_set_points, made.limits.violations
+    (1001, ())
+    """
+    arm = arm_of(arm)
+    duration = float(Schedule(duration).duration)
+    count = max(2, round(_RATE * duration) + 1) if n_set_points is None else n_set_points
+    Schedule(duration, n_set_points=count)  # refuses what is impossible
+    family = FourierSeries(box_limits(arm), duration)
+    search = _Search(arm, family, within)
+    series = search.best(np.random.default_rng(seed))
+    condition = search.equations.condition(family.motion(series)[..., ::_EVERY])
+    origin = (
+        f"planned: exciting, {duration:g} s, {family.harmonics} harmonics, seed {seed}, "
+        f"condition number {condition:.3g}"
+    )
+    time = np.linspace(0.0, duration, count)
+    q, qd, qdd = (each.T for each in family.motion(series, time))
+    # At the ends this holds by definition, not just to round-off.
+    q[-1], qd[[0, -1]], qdd[[0, -1]] = q[0], 0.0, 0.0
+    trajectory = Trajectory(time, q, qd, qdd, name=name or f"{arm.name}-exciting", origin=origin)
+    between = Trajectory(search.fine, *(each.T for each in family.motion(series, search.fine)))
+    return Plan(trajectory, limit_report(arm, between), time[[0, -1]], None)
+
+
+class _Search:
+    """What an arm's series tell, and the best of them."""
+
+    def __init__(self, arm: RobotArm, family: FourierSeries, within: Workspace | None) -> None:
+        self.arm, self.family, self.within = arm, family, within
+        self.reach = arm.reach or 1.0
+        self.fine = np.linspace(0.0, family.period, 10 * INSTANTS * family.harmonics + 1)
+        self.equations = ExpectedEquations(arm, family.limits)
+
+    def outside(self, q: FloatArray, clearance: float) -> FloatArray:
+        """How far the end effector is outside its box along x, y and z, m, (3, N)."""
+        if self.within is None:
+            return np.zeros((3, q.shape[1]))
+        kinematics = solve_kinematics(self.arm, q)
+        tip = np.einsum("abN,b->aN", kinematics.link_rotations[-1], self.arm.tip_frame.translation)
+        place, lower, upper = kinematics.link_origins[-1] + tip, self.within.lower, self.within.upper
+        clear = np.minimum(clearance * self.reach, (upper - lower) / 20.0)
+        low, high = (lower + clear)[:, None] - place, place - (upper - clear)[:, None]
+        return np.maximum(np.maximum(low, high), 0.0)
+
+    def loss(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """Minus the log of the determinant, and a penalty outside the box; and the derivative by x."""
+        near = self.family.motion(self.family.within_limits(np.vstack([x, x + _STEP * np.eye(len(x))])))
+        change, n = (near[:, 1:] - near[:, :1]) / _STEP, self.arm.n_joints
+        told, slope = self.equations.log_determinant(near[:, 0, :, ::_EVERY])
+        value, gradient = -told, -np.einsum("skiN,siN->k", change[..., ::_EVERY], slope)
+        if self.within is not None:
+            positions = near[0, 0][:, None] + _STEP * np.eye(n + 1)[1:, :, None]
+            far = np.square(self.outside(positions.reshape(n, -1), _CLEARANCE) / self.reach).sum(axis=0)
+            far = _PENALTY * far.reshape(n + 1, -1)
+            value += float(far[0].sum())
+            gradient += np.einsum("kiN,iN->k", change[0], (far[1:] - far[0]) / _STEP)
+        return value, gradient
+
+    def starts(self, rng: np.random.Generator) -> FloatArray:
+        """Numbers of random series, (starts, count); for a box small ones about positions within."""
+        x = self.family.random(rng, _STARTS)
+        if self.within is not None:
+            limits, places = self.family.limits, rng.uniform(size=(_DRAWN, self.arm.n_joints))
+            drawn = limits.lower + places * (limits.upper - limits.lower)
+            far = self.outside(drawn.T, _CLEARANCE).max(axis=0)
+            x[..., -2], x[..., -1] = places[np.argsort(far, kind="stable")[:_STARTS]], _SMALL
+        return x.reshape(_STARTS, -1)
+
+    def best(self, rng: np.random.Generator) -> FloatArray:
+        """Series of the best descent, smaller where that is needed to keep within the box."""
+        ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
+        descents = [self.descent(x, _TRIES) for x in ranked[:_DESCENTS]]
+        x, _ = self.descent(min(descents, key=lambda found: found[1])[0], _MORE)
+        series = self.family.within_limits(x)
+        for size in np.linspace(1.0, 0.1, 91):
+            smaller = np.hstack([size * series[:, :-1], series[:, -1:]])
+            far = self.outside(self.family.motion(smaller, self.fine)[0], _LEAST_CLEARANCE).max()
+            if far == 0.0:
+                return smaller
+        raise UsageError(
+            "no exciting motion was found that keeps the end effector in its box",
+            where="--within",
+            found=f"{far:.2g} m outside",
+            next_step="take a larger box, or another seed",
+        )
+
+    def descent(self, x: FloatArray, tries: int) -> tuple[FloatArray, float]:
+        """Numbers of a better series, and their loss."""
+        from scipy.optimize import minimize
+
+        found = minimize(
+            self.loss, x, jac=True, method="L-BFGS-B", bounds=self.family.bounds, options={"maxfun": tries}
+        )
+        return found.x, float(found.fun)

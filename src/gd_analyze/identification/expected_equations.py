@@ -1,0 +1,78 @@
+"""The equations that `identify` would have of a motion not yet measured, and how much they tell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.identification.estimate import described, plausible_sizes
+from gd_analyze.identification.rows import Unknowns
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.limits import BoxLimits
+
+# States drawn to learn what torque is usual and what acts.
+_DRAWN = 200
+# What no state tells apart leaves singular values of round-off.
+_ACTING = 1e-9
+# Velocity, as a share of its limit, from which on Coulomb friction is nearly whole.
+_CREEPS = 0.05
+# Of a derivative.
+_STEP = 1e-6
+
+
+class ExpectedEquations:
+    """Rows of an arm's links, drives and friction, in plausible sizes and usual torques.
+
+    Parameters
+    ----------
+    arm, limits
+        The arm, and finite limits of its states.
+    """
+
+    def __init__(self, arm: RobotArm, limits: BoxLimits) -> None:
+        self.arm, self.fastest, n = arm, limits.velocity[:, None], arm.n_joints
+        lowest = np.array([limits.lower, -limits.velocity, -limits.acceleration])[:, :, None]
+        highest = np.array([limits.upper, limits.velocity, limits.acceleration])[:, :, None]
+        states = np.random.default_rng(0).uniform(lowest, highest, (3, n, _DRAWN))
+        unknowns = Unknowns(n)
+        self.sizes = plausible_sizes(arm, described(arm), [], unknowns)
+        self.sizes[unknowns.of_friction] = 1.0
+        # Noise and friction of a joint are taken to be in proportion to its usual torque.
+        self.usual, self.acting = np.ones((n, 1, 1)), np.eye(unknowns.count)
+        rows = self.rows(states)[..., : unknowns.of_drives.stop]
+        self.usual = np.sqrt(np.square(rows).sum(axis=2, keepdims=True).mean(axis=1, keepdims=True))
+        strength, directions = np.linalg.svd(self.rows(states).reshape(-1, unknowns.count))[1:]
+        self.acting = directions[: int((strength > _ACTING * strength[0]).sum())].T
+
+    def rows(self, states: FloatArray) -> FloatArray:
+        """Of every joint at q, qd and qdd (3, n, N): a column per direction that acts, (n, N, columns)."""
+        q, qd, qdd = states
+        n, count = q.shape
+        joints, speed = np.arange(n), qd / self.fastest
+        of_links = np.moveaxis(regressor(self.arm, q, qd, qdd).reshape(n, 10 * n, count), 1, 2)
+        of_drives, of_friction = np.zeros((n, count, n)), np.zeros((n, count, n, 3))
+        of_drives[joints, :, joints] = qdd
+        # A sign that has a derivative: `identify` leaves out where a joint creeps.
+        signs = np.stack([np.tanh(speed / _CREEPS), speed, np.ones_like(speed)], axis=-1)
+        of_friction[joints, :, joints] = signs * self.usual
+        whole = np.concatenate([of_links, of_drives, of_friction.reshape(n, count, -1)], axis=2)
+        return whole @ (self.sizes[:, None] * self.acting) / self.usual
+
+    def log_determinant(self, states: FloatArray) -> tuple[float, FloatArray]:
+        """Of the normal equations, and its derivative by every number of the states, (3, n, N)."""
+        n, count = self.arm.n_joints, states.shape[2]
+        # Rows follow from the state at their instant: a step of each of its numbers at all instants at once.
+        steps = _STEP * np.eye(3 * n + 1)[1:].reshape(3, n, -1, 1)
+        near = self.rows((states[:, :, None] + steps).reshape(3, n, -1)).reshape(n, 3 * n + 1, count, -1)
+        rows = near[:, 0].reshape(n * count, -1)
+        normal = rows.T @ rows
+        solved = np.linalg.solve(normal, rows.T).T.reshape(n, count, -1)
+        products = np.einsum("ijNp,iNp->jN", near, solved)
+        slope = 2.0 * (products[1:] - products[0]) / _STEP
+        return float(np.linalg.slogdet(normal)[1]), slope.reshape(states.shape)
+
+    def condition(self, states: FloatArray) -> float:
+        """Condition number."""
+        rows = self.rows(states)
+        return float(np.linalg.cond(rows.reshape(-1, rows.shape[2])))

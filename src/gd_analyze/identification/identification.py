@@ -1,0 +1,108 @@
+"""What logs told of an arm: parameters with their errors, and what is left of the torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.identification.estimate import Estimate
+from gd_analyze.robots.arm import RobotArm
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter:
+    """One base parameter, in its unit."""
+
+    symbol: str
+    unit: str
+    link: int
+    file: float
+    least_squares: float
+    value: float  # identified: physically consistent, if that was asked for
+    error: float  # standard error; of what the log does not tell, its plausible size
+    told: bool  # whether a change of a third of its plausible size would show in the log
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """One joint along all logs: torques, N m (N), a row per window of time, shape (rows,) each."""
+
+    time: FloatArray  # s, one log after the other
+    measured: FloatArray
+    file: FloatArray  # of the arm as given
+    friction: FloatArray  # of that with friction fitted to it
+    identified: FloatArray
+    held_out: Array  # whether a row was predicted, not fitted
+
+    @property
+    def judged(self) -> Array:
+        """Rows by which models are judged: those held out, or all where none are."""
+        return self.held_out if self.held_out.any() else np.ones_like(self.held_out)
+
+    def rms(self, model: str) -> float:
+        """RMS of what a model leaves of the rows judged; `measured` for the measurement itself."""
+        values = getattr(self, model)[self.judged]
+        left = values if model == "measured" else self.measured[self.judged] - values
+        return float(np.sqrt(np.mean(left**2))) if len(left) else np.nan
+
+    @property
+    def explained(self) -> float:
+        """Share of the variance of the rows judged that the identified model explains."""
+        measured, left = self.measured[self.judged], (self.measured - self.identified)[self.judged]
+        return float(1.0 - np.var(left) / np.var(measured)) if len(left) > 1 else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What logs tell of an arm.
+
+    Parameters
+    ----------
+    given, arm
+        The arm as given; and with the identified links, drives and friction, and their uncertainty.
+    logs, held_out, loaded
+        Logs fitted, those held out (none: the last third of each), and those that carried the payload.
+    physical
+        Whether every body was asked to be physically consistent.
+    parameters
+        The base parameters, drives included, from base to tip.
+    friction, friction_error
+        Coulomb, viscous and offset of every joint, N m, N m s, N m (N, N s/m, N), and standard errors, nan of
+        what is not told; (n, 3).
+    drive_inertia, drive_error
+        At the joints, kg m^2 (kg), with standard errors, (n,); only part of it may be told apart from links.
+    residuals
+        Of every joint.
+    estimate
+        Of all unknowns by least squares: noise of every joint, condition number, directions told.
+    payload
+        Mass, kg, centre of mass, m, in the frame of the arm's tip, and standard errors of these four, (2, 4);
+        None without loaded logs.
+    """
+
+    given: RobotArm
+    arm: RobotArm
+    logs: tuple[str, ...]
+    held_out: tuple[str, ...]
+    loaded: tuple[str, ...]
+    physical: bool
+    parameters: tuple[IdentifiedParameter, ...]
+    friction: FloatArray
+    friction_error: FloatArray
+    drive_inertia: FloatArray
+    drive_error: FloatArray
+    residuals: tuple[Residuals, ...]
+    estimate: Estimate
+    payload: FloatArray | None = None
+
+    def __repr__(self) -> str:
+        told = sum(one.told for one in self.parameters)
+        return f"Identification({self.given.name!r}, {told} of {len(self.parameters)} base parameters told)"
+
+    @cached_property
+    def silent(self) -> tuple[int, ...]:
+        """Joints, from 1, that never move enough for their torque to say anything."""
+        return tuple(i + 1 for i, each in enumerate(self.residuals) if not len(each.time))

@@ -1,0 +1,148 @@
+"""An estimate as an arm: its base parameters, their covariance, links, drives and friction, and a payload."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.base_parameters import base_parameters
+from gd_analyze.dynamics.measured_torque import SIGMAS
+from gd_analyze.identification.estimate import Estimate
+from gd_analyze.identification.identification import IdentifiedParameter
+from gd_analyze.identification.rows import Unknowns
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Drive, of_point_mass, symmetric_tensor
+
+
+def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
+    """Symbol, unit and link of every base parameter, drives included, and its share of links and drives.
+
+    The shares are of `parameters_of` and of the drives' inertia, in the order of `Unknowns`: (k, 11 n).
+    """
+    base = base_parameters(arm, drives=True)
+    of_drives = np.zeros((len(base), arm.n_joints))
+    for k, one in enumerate(base):
+        for share in one.combination:
+            if share.kind == "J":
+                of_drives[k, share.link - 1] += share.coefficient
+    names = [(one.symbol, one.unit, one.link) for one in base]
+    return names, np.hstack([base.matrix.reshape(len(base), -1), of_drives])
+
+
+def base_of(
+    arm: RobotArm, estimate: Estimate, values: FloatArray, unknowns: Unknowns
+) -> tuple[IdentifiedParameter, ...]:
+    """Give the base parameters: the file's, least squares, identified, their errors, and which are told."""
+    names, matrix = base_matrix(arm)
+    inertial = slice(0, unknowns.of_drives.stop)
+    file, plain, found = (matrix @ x[inertial] for x in (estimate.start, estimate.values, values))
+    rows = estimate.deviations[:, inertial], estimate.open[:, inertial]
+    known, unknown = (np.square(some @ matrix.T).sum(axis=0) for some in rows)
+    size = np.sqrt(np.square(matrix * estimate.sizes[inertial]).sum(axis=1))
+    told = SIGMAS * np.sqrt(unknown) <= size
+    errors = np.sqrt(np.where(told, known, known + unknown))
+    return tuple(
+        IdentifiedParameter(
+            *name, float(file[k]), float(plain[k]), float(found[k]), float(errors[k]), bool(told[k])
+        )
+        for k, name in enumerate(names)
+    )
+
+
+def spread_of(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> FloatArray:
+    """Rows whose squares add up to the covariance of links and drives, (k, n, 11).
+
+    Along what no torque depends on nothing is uncertain: how a sum splits into links stays as in the file.
+    """
+    matrix = base_matrix(arm)[1]
+    sizes = estimate.sizes[: matrix.shape[1]]
+    acting = np.linalg.svd(matrix * sizes, full_matrices=False)[2]
+    rows = np.vstack([estimate.deviations, estimate.open])[:, : matrix.shape[1]] / sizes
+    strength, directions = np.linalg.svd(rows @ acting.T, full_matrices=False)[1:]
+    found = strength[:, None] * (directions @ acting) * sizes
+    n = arm.n_joints
+    return np.concatenate([found[:, : 10 * n].reshape(-1, n, 10), found[:, 10 * n :, None]], axis=2)
+
+
+def identified_arm(
+    arm: RobotArm, values: FloatArray, spread: FloatArray, unknowns: Unknowns, sources: str
+) -> RobotArm:
+    """The arm with what was found."""
+    links, drives = [], []
+    bodies, inertias = values[unknowns.of_links].reshape(-1, 10), values[unknowns.of_drives]
+    for link, (mass, *rest) in zip(arm.links, bodies, strict=True):
+        com = np.array(rest[:3]) / (mass or 1.0)
+        xx, xy, yy, xz, yz, zz = rest[3:]
+        about_com = symmetric_tensor(xx, yy, zz, xy, xz, yz) - of_point_mass(mass, com)
+        links.append(
+            replace(
+                link,
+                mass=float(mass),
+                com=com,
+                inertia_com=about_com,
+                uncertainty=None,
+                as_measured=False,
+                axial_only=False,
+                bare=None,
+            )
+        )
+    friction = values[unknowns.of_friction].reshape(-1, 3)
+    for drive, inertia, (coulomb, viscous, offset) in zip(
+        arm.drives or (Drive(),) * arm.n_joints, inertias, friction, strict=True
+    ):
+        ratio = abs(drive.gear_ratio)
+        levels = max(coulomb + offset, 0.0) / ratio, min(offset - coulomb, 0.0) / ratio
+        drives.append(
+            replace(
+                drive,
+                inertia=float(inertia),
+                inertia_uncertainty=None,
+                viscous=max(float(viscous), 0.0) / ratio**2,
+                coulomb=levels,
+            )
+        )
+    return replace(
+        arm,
+        links=tuple(links),
+        drives=tuple(drives),
+        spread=spread,
+        sources=(*arm.sources, sources),
+        assumptions=(*arm.assumptions, _ASSUMED),
+    )
+
+
+_ASSUMED = (
+    "Only the base parameters follow from torque: how they split into masses, centres of mass and inertias, "
+    "and what no torque depends on, is as near to the file's as physical bodies can be."
+)
+
+
+def sources_of(
+    arm: RobotArm,
+    fitted: Sequence[Trajectory],
+    loaded: Sequence[Trajectory],
+    apart: Sequence[Trajectory],
+    parameters: Sequence[IdentifiedParameter],
+) -> str:
+    """State the day, the logs with their fingerprints, standard errors, and what the logs do not tell."""
+    kinds = (("", fitted), (", with a payload", loaded), (", held out", apart))
+    logs = [f"{log.name}{how} (SHA-256 {log.fingerprint[:16]})" for how, kind in kinds for log in kind]
+    untold = [one.symbol for one in parameters if not one.told]
+    kept = f" The logs do not tell {', '.join(untold)}: nearest to the file's." if untold else ""
+    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in parameters if x.told)
+    day = datetime.date.today().isoformat()
+    return f"Identified by gd-analyze on {day} from {'; '.join(logs)}. Standard errors: {errors}.{kept}"
+
+
+def payload_of(arm: RobotArm, body: FloatArray, deviations: FloatArray) -> FloatArray:
+    """Mass and centre of mass in the frame of the tip, and their standard errors, (2, 4)."""
+    mass, com = body[0], body[1:4] / body[0]
+    turn, shift = arm.tip_frame.rotation, arm.tip_frame.translation
+    moved = (deviations[:, 1:4] - deviations[:, :1] * com) / mass @ turn
+    errors = np.sqrt(np.square(np.hstack([deviations[:, :1], moved])).sum(axis=0))
+    return np.array([[mass, *(turn.T @ (com - shift))], errors])

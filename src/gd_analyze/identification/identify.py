@@ -1,0 +1,216 @@
+"""The model that a log supports: links, drives and friction from measured motion and torque."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
+from gd_analyze.identification.consistent import bounded, consistent
+from gd_analyze.identification.estimate import described, least_squares, plausible_sizes
+from gd_analyze.identification.identification import Identification, Residuals
+from gd_analyze.identification.identified_arm import (
+    base_of,
+    identified_arm,
+    payload_of,
+    sources_of,
+    spread_of,
+)
+from gd_analyze.identification.rows import JointRows, Unknowns, rows_of
+from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.pool import GivenMotions, motions_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.text import named_joints, percent
+
+# Share at the end of every log that is predicted, not fitted, where no log is held out.
+HELD_OUT = 1.0 / 3.0
+# A torque that varies by less than this share of its size is constant.
+_CONSTANT = 1e-6
+# Between two logs in figures, as a share of the first.
+_PAUSE = 0.05
+# A model that leaves more than this share of the variance of what it has not seen describes nothing.
+_NOTHING = 0.5
+
+
+def identify(
+    arm: RobotArm | str | Path,
+    logs: GivenMotions,
+    *,
+    held_out: GivenMotions | None = None,
+    loaded: GivenMotions | None = None,
+    physical: bool = True,
+) -> Identification:
+    """Fit links, drives and friction to measured motions and torques, in one weighted least squares.
+
+    Torque of every joint is linear in ten parameters of every link, the drives' inertia, Coulomb and viscous
+    friction and an offset. Rows are means over short windows of time, on both sides alike, and weighed by the
+    noise of their joint's residuals. What the logs do not tell keeps the file's values.
+
+    Parameters
+    ----------
+    arm
+        The arm; or a shipped name, or the path of a file.
+    logs
+        Recordings with torques; or paths of files.
+    held_out
+        Recordings that are predicted instead of fitted; by default the last third of every one of `logs`.
+    loaded
+        Recordings in which the arm carries an unknown payload at its tip, whose mass and centre of mass are
+        unknowns, too.
+    physical
+        Take the physically consistent parameters nearest to the least squares, and along what the logs do not
+        tell nearest to the file, by a semidefinite program; otherwise only the signs of masses, of drives'
+        inertia and of friction are kept.
+
+    Returns
+    -------
+    Identification
+        The arm, its parameters with standard errors, and what is left of the torques held out.
+
+    Raises
+    ------
+    UsageError
+        If a log has no torques or they are constant, no joint moves, the logs tell nothing of the links, or
+        no model of this arm explains them.
+    TrajectoryError
+        If a log is of another number of joints.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of joints that do not move, and of those that the identified model does not explain.
+    """
+    arm = arm_of(arm)
+    n = arm.n_joints
+    fitted, carrying, apart = (
+        [] if given is None else motions_of(given, arm) for given in (logs, loaded, held_out)
+    )
+    every = [*fitted, *carrying, *apart]
+    for motion in every:
+        require_joints(motion, arm)
+        require_torques(motion)
+    unknowns = Unknowns(n, payload=bool(carrying))
+    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in every], axis=0)
+    parts: list[list[JointRows]] = [[] for _ in range(n)]
+    flags: list[list[Array]] = [[] for _ in range(n)]
+    begin = 0.0
+    for k, motion in enumerate(every):
+        is_loaded, is_apart = any(motion is one for one in carrying), k >= len(every) - len(apart)
+        end = begin + float(motion.time[-1] - motion.time[0])
+        from_here = -np.inf if is_apart else np.inf if apart else end - HELD_OUT * (end - begin)
+        for i, each in enumerate(rows_of(arm, motion, unknowns, fastest, loaded=is_loaded)):
+            clock = each.time - motion.time[0] + begin
+            parts[i].append(replace(each, time=clock))
+            flags[i].append(clock > from_here)
+        begin = end + _PAUSE * (end - begin)
+    rows, predicted = [JointRows.joined(each) for each in parts], [np.concatenate(each) for each in flags]
+    training = [each.at(~flag) for each, flag in zip(rows, predicted, strict=True)]
+    _require_torque_that_tells(arm, training)
+    start = np.zeros(unknowns.count)
+    links = described(arm)
+    start[unknowns.of_links] = links.ravel()
+    if arm.drives:
+        start[unknowns.of_drives] = arm.drive_inertia
+    estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
+    values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
+    parameters = base_of(arm, estimate, values, unknowns)
+    if not any(one.told for one in parameters):
+        raise UsageError(
+            "the logs tell nothing of the links",
+            where=f"arm {arm.name}",
+            expected="motions that excite them: `gd-analyze plan ROBOT --exciting` makes one",
+            found="parameters whose standard errors are as large as they are themselves",
+        )
+    residuals = tuple(
+        _residuals(each, flag, start, values, unknowns, i)
+        for i, (each, flag) in enumerate(zip(rows, predicted, strict=True))
+    )
+    _require_a_model(arm, residuals)
+    deviations, opened = estimate.deviations, estimate.open
+    errors = np.sqrt(np.square(deviations).sum(axis=0))
+    is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
+    friction, drives = unknowns.of_friction, unknowns.of_drives
+    of_log = sources_of(arm, fitted, carrying, apart, parameters)
+    return Identification(
+        given=arm,
+        arm=identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log),
+        logs=tuple(motion.name for motion in fitted),
+        held_out=tuple(motion.name for motion in apart),
+        loaded=tuple(motion.name for motion in carrying),
+        physical=physical,
+        parameters=parameters,
+        friction=values[friction].reshape(n, 3),
+        friction_error=np.where(is_open, np.nan, errors)[friction].reshape(n, 3),
+        drive_inertia=values[drives],
+        drive_error=np.where(is_open, np.nan, errors)[drives],
+        residuals=residuals,
+        estimate=estimate,
+        payload=payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
+        if carrying
+        else None,
+    )
+
+
+def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None:
+    """Refuse logs of an arm that stands still or of torques that are constant; warn of joints at rest."""
+    still = [i + 1 for i, each in enumerate(rows) if not len(each.time)]
+    if len(still) == arm.n_joints:
+        raise UsageError(
+            "no joint moves, so that nothing can be identified",
+            where=f"arm {arm.name}",
+            expected="joints that turn one way for a while, faster than they creep",
+            next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` makes one",
+        )
+    flat = [
+        i + 1
+        for i, each in enumerate(rows)
+        if len(each.time) and np.ptp(each.torque) <= _CONSTANT * np.abs(each.torque).max()
+    ]
+    if flat:
+        raise UsageError(
+            f"the measured torque of {named_joints(flat, arm.n_joints)} is constant while it moves",
+            where=f"arm {arm.name}",
+            expected="measured torques, or currents with --torque-constant",
+            next_step="`gd-analyze columns` shows which column was taken for the torque",
+        )
+    if still:
+        message = f"{named_joints(still, arm.n_joints)} does not move: its torque tells nothing"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+
+
+def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
+    """Refuse logs that no parameters explain; warn of joints of which that is so."""
+    explained = [each.explained for each in residuals]
+    poor = [i + 1 for i, share in enumerate(explained) if share < 1.0 - _NOTHING]
+    if not poor:
+        return
+    known = [share for share in explained if np.isfinite(share)]
+    shares = ", ".join(percent(max(explained[i - 1], 0.0)) for i in poor)
+    joints = named_joints(poor, arm.n_joints)
+    what = f"of the torque held out at {joints} the identified model explains {shares}"
+    if 2 * len(poor) > len(known):
+        raise UsageError(
+            f"no model of this arm explains the logs: {what}",
+            where=f"arm {arm.name}",
+            next_step="check the arm, the order of its joints and the units (`gd-analyze columns`); a log "
+            "that is short, or ends unlike it begins, predicts nothing",
+        )
+    warnings.warn(f"{what} of its variance", GdAnalyzeWarning, stacklevel=3)
+
+
+def _residuals(
+    rows: JointRows, held_out: Array, start: FloatArray, values: FloatArray, unknowns: Unknowns, joint: int
+) -> Residuals:
+    file = rows.columns @ start
+    first = unknowns.of_friction.start + 3 * joint
+    columns, apart = rows.columns[:, first : first + 3], rows.torque - file
+    friction = np.linalg.lstsq(columns[~held_out], apart[~held_out], rcond=None)[0]
+    identified = rows.columns @ values
+    return Residuals(rows.time, rows.torque, file, file + columns @ friction, identified, held_out)

@@ -1,0 +1,141 @@
+"""A log as linear equations: torque of a joint, a row per window of time, by what it is linear in.
+
+Torque is linear in ten parameters of every link, the inertia of drives, Coulomb and viscous friction and an
+offset. Both sides of an equation are means over the same window, which filters and decimates both alike: what
+the motion's own filter does to a torque that jumps is then of no consequence (M. Gautier, Dynamic
+identification of robots with power model, ICRA 1997, calls it parallel filtering).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import CHUNK, Array, FloatArray
+from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
+from gd_analyze.dynamics.measured_torque import direction
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+
+# Windows in a period of the fastest cut-off, beyond which the motion holds next to nothing; readings in a
+# window of a log that was not filtered.
+_PER_PERIOD, _READINGS = 4.0, 5
+_OF_LINK = len(PARAMETERS)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Where the numbers that torque is linear in stand: links, drives, friction by joint, a payload."""
+
+    n_joints: int
+    payload: bool = False
+
+    @property
+    def of_links(self) -> slice:
+        """Ten of every link, as `parameters_of` gives them."""
+        return slice(0, _OF_LINK * self.n_joints)
+
+    @property
+    def of_drives(self) -> slice:
+        """Inertia of every drive, at the joint."""
+        return slice(self.of_links.stop, (_OF_LINK + 1) * self.n_joints)
+
+    @property
+    def of_friction(self) -> slice:
+        """Coulomb and viscous friction and an offset of every joint."""
+        return slice(self.of_drives.stop, self.of_drives.stop + 3 * self.n_joints)
+
+    @property
+    def of_payload(self) -> slice:
+        """Ten of a payload, in the frame of the last link; none without one."""
+        return slice(self.of_friction.stop, self.of_friction.stop + _OF_LINK * self.payload)
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return self.of_payload.stop
+
+
+@dataclass(frozen=True, eq=False)
+class JointRows:
+    """Equations of one joint: torque = columns @ unknowns, N m (N)."""
+
+    columns: FloatArray  # (rows, unknowns)
+    torque: FloatArray  # measured, (rows,)
+    time: FloatArray  # middle of each window, s, (rows,)
+
+    def at(self, chosen: Array | slice) -> JointRows:
+        """Some of them."""
+        return JointRows(self.columns[chosen], self.torque[chosen], self.time[chosen])
+
+    @classmethod
+    def joined(cls, several: list[JointRows]) -> JointRows:
+        """One after the other."""
+        return cls(*(np.concatenate([getattr(one, name) for one in several]) for name in cls.__annotations__))
+
+
+def rows_of(
+    arm: RobotArm, motion: Trajectory, unknowns: Unknowns, fastest: FloatArray, *, loaded: bool = False
+) -> list[JointRows]:
+    """Equations of every joint along a recorded motion.
+
+    Parameters
+    ----------
+    arm, motion
+        The arm, and a recording of it with torques.
+    unknowns
+        Their order.
+    fastest
+        Largest velocity of every joint over all logs, (n,): a joint much slower than this creeps.
+    loaded
+        Whether the payload was carried.
+    """
+    recording, n = motion.recording, arm.n_joints
+    assert recording is not None  # who calls has asked for it
+    assert recording.torque is not None
+    ways = np.array([direction(motion, i, float(fastest[i])) for i in range(n)])
+    found: list[list[JointRows]] = [[] for _ in range(n)]
+    for at, starts in _windows(motion):
+        per_unit = regressor(arm, motion.q[at].T, motion.qd[at].T, motion.qdd[at].T)
+        counts = np.diff(starts, append=at.stop - at.start)
+        time = np.add.reduceat(motion.time[at], starts) / counts
+        for i in range(n):
+            way, torque = ways[i, at], recording.torque[at, i]
+            columns = np.zeros((unknowns.count, len(way)))
+            columns[unknowns.of_links] = per_unit[i].reshape(-1, len(way))
+            columns[unknowns.of_drives.start + i] = motion.qdd[at, i]
+            of_friction = unknowns.of_friction.start + 3 * i
+            columns[of_friction] = way
+            columns[of_friction + 1] = motion.qd[at, i]
+            columns[of_friction + 2] = 1.0
+            if loaded:
+                columns[unknowns.of_payload] = per_unit[i, -1]
+            means = np.add.reduceat(columns, starts, axis=1) / counts
+            torque = np.add.reduceat(torque, starts) / counts
+            # Where the joint creeps or turns round, its friction has no sign.
+            moves = np.abs(np.add.reduceat(way, starts)) == counts
+            found[i].append(JointRows(means.T, torque, time).at(moves & np.isfinite(torque)))
+    return [JointRows.joined(each) for each in found]
+
+
+def _windows(motion: Trajectory) -> Iterator[tuple[slice, Array]]:
+    """Set points by the `CHUNK`, and where in each the windows start; none is cut or spans a gap."""
+    recording = motion.recording
+    step = float(np.median(np.diff(motion.time)))
+    cutoff = None if recording is None or recording.cutoff is None else float(recording.cutoff.max())
+    width = _READINGS * step if not cutoff else max(1.0 / (_PER_PERIOD * cutoff), step)
+    for stretch in motion.stretches:
+        time = motion.time[stretch] - motion.time[stretch.start]
+        number = np.floor(time / width + 1e-9).astype(int)
+        starts = stretch.start + np.flatnonzero(np.diff(number, prepend=-1))
+        ends = np.append(starts[1:], stretch.stop)
+        # The last window of a stretch may hold a reading or two.
+        if len(starts) > 1 and 2 * (ends[-1] - starts[-1]) < ends[0] - starts[0]:
+            starts, ends = starts[:-1], ends[:-1]
+        first = 0
+        while first < len(starts):
+            last = max(int(np.searchsorted(ends, starts[first] + CHUNK, "right")), first + 1)
+            yield slice(int(starts[first]), int(ends[last - 1])), starts[first:last] - starts[first]
+            first = last

@@ -1,0 +1,325 @@
+"""What logs support, as a Result: residuals, parameters, friction, and the operations of a model as exact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, evenly
+from gd_analyze.figures.figure import (
+    Area,
+    Figure,
+    Item,
+    Key,
+    Panel,
+    in_columns,
+    joint_label,
+    over_time,
+    time_axis,
+    value_axis,
+)
+from gd_analyze.identification.identification import Identification, IdentifiedParameter, Residuals
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.text import named_joints, number, percent, with_error
+
+# The budget that is as large as what the log leaves unknown.
+SUPPORTED = "uncertainty"
+# States of a log at which that model is looked for; base parameters named as those that changed most.
+_STATES, _MOST_CHANGED = 300, 5
+# Readings a row apart of which this many steps are missing belong to two stretches.
+_GAP = 3.0
+_MODELS = {
+    "file": "file as given",
+    "friction": "file, friction fitted",
+    "identified": "identified",
+}
+
+
+class Supported(NamedTuple):
+    """The simplified model whose torque error is the identified arm's own uncertainty, along the log."""
+
+    operations: int
+    operations_exact: int
+    share: FloatArray  # that uncertainty over each joint's peak torque, (n,)
+
+
+def supported(found: Identification, motion: Trajectory) -> Supported:
+    """Simplify the identified arm along a log, as far as the uncertainty of its torque allows.
+
+    Parameters
+    ----------
+    found
+        What logs told.
+    motion
+        One of them; of a long one some set points stand for all.
+
+    Returns
+    -------
+    Supported
+        Operations of the model and of the exact torque.
+    """
+    taken = evenly(motion.n_set_points, _STATES)
+    few = Trajectory(motion.time[taken], motion.q[taken], motion.qd[taken], motion.qdd[taken], motion.name)
+    exact = ExactDynamics.of(found.arm, few, drives=True)
+    model = simplify_exact(exact, Budget.of(SUPPORTED), SearchOptions(thorough=False))
+    assert exact.uncertainty is not None  # of an identified arm
+    count = model.operations.total, model.operations_full.total
+    return Supported(*count, exact.uncertainty / np.maximum(exact.peak_torque, 1e-300))
+
+
+def identification_result(
+    found: Identification, answer: Supported | None, provenance: Mapping[str, str]
+) -> Result:
+    """Facts, tables and drawings."""
+    arm, told = found.given, [one for one in found.parameters if one.told]
+    held = f"held out: {', '.join(found.held_out) or 'the last third of each'}"
+    loaded = f", with a payload {', '.join(found.loaded)}" if found.loaded else ""
+    facts = [
+        Fact("", "Base parameters told", f"{len(told)} of {len(found.parameters)}", shown="text"),
+        Fact("condition", "Condition number of what is told", found.estimate.condition),
+        Fact("physical", "Physically consistent", found.physical, shown="flag"),
+        *(Fact(key, "", list(getattr(found, key))) for key in ("logs", "held_out", "loaded")),
+    ]
+    if answer is not None:
+        share = float(answer.share.max())
+        note = f"joint {int(answer.share.argmax()) + 1}"
+        facts[:0] = [
+            Fact("supported_operations", "Operations supported", answer.operations, text=_operations(answer)),
+            Fact("torque_uncertainty", "Torque uncertainty", share, "of peak torque", "percent", note=note),
+        ]
+    if found.payload is not None:
+        facts += _payload(found)
+    return Result(
+        title=arm.title or arm.name,
+        subtitle=f"identified from {', '.join(found.logs)}{loaded}; {held}",
+        headline=_headline(found, answer),
+        facts=tuple(facts),
+        parts=(
+            _residual_table(found),
+            Section(
+                "",
+                "Torque over time",
+                (
+                    Drawing(
+                        "torque",
+                        "Torque measured, of the file and identified.",
+                        torque_figure(found),
+                        _SHADED,
+                    ),
+                    Drawing(
+                        "residuals",
+                        "What each model leaves of the measured torque.",
+                        residual_figure(found),
+                        _SHADED,
+                    ),
+                ),
+            ),
+            _friction_table(found),
+            _changed_table(found),
+            _parameter_table(found),
+        ),
+        notices=tuple(_notices(found)),
+        provenance=dict(provenance),
+    )
+
+
+_SHADED = "Grey: rows that were predicted, not fitted."
+
+
+def _operations(answer: Supported) -> str:
+    return f"{answer.operations} of {answer.operations_exact}"
+
+
+def _headline(found: Identification, answer: Supported | None) -> str:
+    judged = [(i, each) for i, each in enumerate(found.residuals) if len(each.time) and each.rms("measured")]
+    shares = {i: each.rms("identified") / each.rms("measured") for i, each in judged}
+    worst = max(shares, key=lambda i: shares[i])
+    each = found.residuals[worst]
+    left = f"{percent(shares[worst])} of the torque held out (joint {worst + 1}, RMS)"
+    file = percent(each.rms("file") / each.rms("measured"))
+    beside = percent(each.rms("friction") / each.rms("measured"))
+    text = (
+        f"The identified model leaves at most {left}, where the file leaves {file}, with friction {beside}."
+    )
+    return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
+
+
+def _notices(found: Identification) -> Iterator[str]:
+    if found.silent:
+        yield f"{named_joints(found.silent, found.given.n_joints)} does not move: its friction is not told."
+    untold = [one.symbol for one in found.parameters if not one.told]
+    if untold:
+        yield (
+            f"The logs do not tell {', '.join(untold)}: they stay nearest to the file. "
+            "`gd-analyze plan ROBOT --exciting` makes a motion that tells more."
+        )
+    worse = [
+        i + 1
+        for i, each in enumerate(found.residuals)
+        if len(each.time) and each.rms("identified") > _CLEARLY * each.rms("friction")
+    ]
+    if worse:
+        yield (
+            f"At {named_joints(worse, found.given.n_joints)} the file with friction predicts better: "
+            "the logs tell less there than it seems."
+        )
+    rough = [i + 1 for i, share in enumerate(found.estimate.correlated) if share > _CORRELATED]
+    if rough:
+        yield (
+            f"What is left at {named_joints(rough, found.given.n_joints)} resembles itself over more than "
+            f"{_CORRELATED:.0f} rows: it is no noise but something that the model lacks."
+        )
+
+
+# Rows that count as one, from which on residuals are no noise; ratio of two RMS that clearly differ.
+_CORRELATED, _CLEARLY = 5.0, 1.1
+
+
+def _payload(found: Identification) -> Iterator[Fact]:
+    assert found.payload is not None
+    values, errors = found.payload
+    frame = f"in the frame of {found.given.tip}" if found.given.tip else "in the last link's frame"
+    yield Fact("payload_mass", "Payload", float(values[0]), text=f"{with_error(values[0], errors[0], 1)} kg")
+    com = ", ".join(with_error(float(x), float(e), 1) for x, e in zip(values[1:], errors[1:], strict=True))
+    yield Fact("payload_com", "Its centre of mass", values[1:], text=f"{com} m", note=frame)
+    yield Fact("payload_errors", "", errors)
+
+
+def _residual_table(found: Identification) -> Table:
+    units, rows = [joint.effort_unit for joint in found.given.joints], found.residuals
+    measured = np.array([each.rms("measured") for each in rows])
+    columns = [*joint_columns(found.given.joints), Column("measured", "measured", measured, units)]
+    left = {model: np.array([each.rms(model) for each in rows]) for model in _MODELS}
+    columns += [Column(model, _MODELS[model], values, units) for model, values in left.items()]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = left["identified"] / measured
+    columns += [
+        Column("share", "of measured", share, shown="percent"),
+        Column("explained", "", [each.explained for each in rows]),
+        Column("", "unexplained", [1.0 - each.explained for each in rows], shown="percent"),
+        Column("noise", "", found.estimate.noise),
+        Column("correlated_rows", "", found.estimate.correlated),
+    ]
+    note = "RMS of the torque and of what each model leaves of it; unexplained: share of the variance."
+    return Table("joints", "Torque held out, by joint", tuple(columns), note)
+
+
+def _friction_table(found: Identification) -> Table:
+    columns = [*joint_columns(found.given.joints)]
+    terms = {
+        "coulomb": ("Coulomb", "N m", "N"),
+        "viscous": ("viscous", "N m s", "N s/m"),
+        "offset": ("offset", "N m", "N"),
+        "drive_inertia": ("drive inertia", "kg m^2", "kg"),
+    }
+    numbers = np.column_stack([found.friction, found.drive_inertia])
+    deviations = np.column_stack([found.friction_error, found.drive_error])
+    turning = found.given.is_revolute
+    for (key, (label, *units)), values, errors in zip(terms.items(), numbers.T, deviations.T, strict=True):
+        # A unit that all rows share stands in the heading.
+        of_rows = [""] * len(turning) if all(turning) else [f" {units[not turns]}" for turns in turning]
+        cells = [
+            f"{with_error(float(value), float(error), 1)}{unit}" if np.isfinite(error) else "–"
+            for value, error, unit in zip(values, errors, of_rows, strict=True)
+        ]
+        columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
+        columns.append(Column("", f"{label}, {units[0]}" if all(turning) else label, cells, shown="text"))
+    note = "With standard errors; –: not told. Only part of a drive's inertia can be told from the links'."
+    return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
+
+
+def _with_errors(parameters: Sequence[IdentifiedParameter]) -> list[str]:
+    return [f"{with_error(one.value, one.error, 1)} {one.unit}" for one in parameters]
+
+
+def _changed_table(found: Identification) -> Table:
+    told = [one for one in found.parameters if one.told]
+    order = sorted(told, key=lambda one: -abs(one.value - one.file) / one.error)[:_MOST_CHANGED]
+    columns = (
+        Column("symbol", "parameter", [one.symbol for one in order], shown="text"),
+        Column("", "link", [found.given.links[one.link - 1].name for one in order], shown="name"),
+        Column("", "file", [f"{number(one.file)} {one.unit}" for one in order], shown="text"),
+        Column(
+            "",
+            "identified",
+            [f"{with_error(one.value, one.error, 1)} {one.unit}" for one in order],
+            shown="text",
+        ),
+        Column("change", "change, standard errors", [(one.value - one.file) / one.error for one in order]),
+    )
+    return Table("changed_most", "What changed most", columns)
+
+
+def _parameter_table(found: Identification) -> Table:
+    rows = found.parameters
+    columns = (
+        Column("symbol", "parameter", [one.symbol for one in rows], shown="text"),
+        Column("link", "", [one.link for one in rows]),
+        Column("unit", "unit", [one.unit for one in rows], shown="text"),
+        Column("file", "file", [one.file for one in rows]),
+        Column("least_squares", "least squares", [one.least_squares for one in rows]),
+        Column("value", "identified", [one.value for one in rows]),
+        Column("error", "standard error", [one.error for one in rows]),
+        Column("told", "told", [one.told for one in rows], shown="flag"),
+    )
+    note = (
+        "As `gd-analyze equations ROBOT --parameters` defines them. The error of what is not told is what is "
+        "plausible."
+    )
+    return Table("parameters", "Base parameters", columns, note)
+
+
+def torque_figure(found: Identification) -> Figure:
+    """Measured torque of every joint with those of the file and of the identified model."""
+    looks = {"measured": ("combined", 2.2), "file": ("series-1", 0.7), "identified": ("accent", 0.9)}
+    return _figure(found, "Torque", looks, {"measured": "measured", **_MODELS})
+
+
+def residual_figure(found: Identification) -> Figure:
+    """What the file, with friction, and the identified model leave of every joint's measured torque."""
+    looks = {"file": ("series-1", 0.7), "friction": ("series-2", 0.7), "identified": ("accent", 0.9)}
+    return _figure(found, "Measured less model", looks, _MODELS, residual=True)
+
+
+def _held_out(each: Residuals, low: float, high: float) -> Iterator[Area]:
+    """Shade the rows that were predicted."""
+    edges = np.flatnonzero(np.diff(each.held_out.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    for first, end in edges:
+        time = each.time[[first, end - 1]]
+        yield Area(time, np.full(2, low), np.full(2, high), "grid")
+
+
+def _figure(
+    found: Identification,
+    label: str,
+    looks: Mapping[str, tuple[str, float]],
+    names: Mapping[str, str],
+    *,
+    residual: bool = False,
+) -> Figure:
+    panels = []
+    for i, (joint, each) in enumerate(zip(found.given.joints, found.residuals, strict=True)):
+        if not len(each.time):
+            continue
+        curves = {name: getattr(each, name) for name in looks}
+        if residual:
+            curves = {name: each.measured - values for name, values in curves.items()}
+        gaps = np.flatnonzero(np.diff(each.time) > _GAP * float(np.median(np.diff(each.time)))) + 1
+        x, y = time_axis(each.time), value_axis(joint.effort_unit, *curves.values(), most=3)
+        items: list[Item] = [
+            *_held_out(each, y.low, y.high),
+            *(
+                over_time(each.time, values, gaps, *looks[name], label=names[name])
+                for name, values in curves.items()
+            ),
+        ]
+        panels.append(Panel(f"{label}{i + 1}", joint_label(found.given.joints, i, 150.0), x, y, tuple(items)))
+    legend = tuple(Key(names[name], colour) for name, (colour, _) in looks.items())
+    return in_columns(label, panels, 2, 100.0, legend)

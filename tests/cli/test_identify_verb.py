@@ -1,0 +1,92 @@
+"""`gd-analyze identify`: a log becomes an arm's file and a report, and what cannot be is told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from logs_of_arms import TrueArm, fourier
+
+
+def csv(true: TrueArm, seed: int, seconds: float = 8.0, name: str = "log.csv") -> None:
+    """Write a log of a moving arm into the folder at hand."""
+    time, states = fourier(true.arm, seconds, 100.0, seed)
+    log = true.log(time, states, seed=seed)
+    names = [f"{role}{i}" for role in ("q", "torque") for i in range(1, true.arm.n_joints + 1)]
+    table = np.column_stack([time, log.recording.q, log.recording.torque])
+    np.savetxt(name, table, delimiter=",", header=",".join(["time", *names]), comments="", fmt="%.10g")
+
+
+@pytest.fixture
+def true(two_link) -> TrueArm:
+    return TrueArm.near(two_link, 3)
+
+
+def test_from_a_log_to_an_arm_that_every_verb_takes(run, here, true):
+    csv(true, 1)
+    csv(true, 2, name="other.csv")
+    result = run("identify two_link log.csv --held-out other.csv -o found.toml --report r --json")
+    assert (result.code, result.err) == (0, "")
+    answer = result.json
+    assert answer["logs"] == ["log"]
+    assert answer["held_out"] == ["other"]
+    assert answer["files"] == [
+        "found.toml",
+        "r/identification.html",
+        "r/identification.pdf",
+        "r/identification.json",
+    ]
+    assert all(row["identified"] < 0.05 * row["file"] for row in answer["joints"])
+    off = [
+        (row["value"] - one) / row["error"] for row, one in zip(answer["parameters"], true.base, strict=True)
+    ]
+    # Six numbers within five standard errors, bias of noisy positions included.
+    assert np.abs(off).max() < 5.0
+    assert 0 < answer["supported_operations"] <= 30
+    assert json.loads((here / "r/identification.json").read_text())["headline"] == answer["headline"]
+    arm = gd.load_arm("found.toml")
+    assert any("Identified by gd-analyze" in text for text in arm.sources)
+    assert run("simplify found.toml log.csv --budget uncertainty --at-set-points").code == 0
+    assert "Identified by gd-analyze" in run("arms found.toml").out
+    # Drives and friction are in it: the log's torque follows with friction alone.
+    again = run("rank found.toml log.csv --json")
+    assert again.code == 0
+
+
+def test_terminal_tells_the_answer_first(run, here, true):
+    csv(true, 1)
+    result = run("identify two_link log.csv")
+    assert result.code == 0
+    assert "Your log supports" in " ".join(result.out.splitlines()[:3])
+    assert "What changed most" in result.out
+    assert max(map(len, result.out.splitlines())) <= 90
+    assert "Your log supports" not in run("identify two_link log.csv --no-model --plain").out
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("identify two_link plan.csv", "no measured torques"),
+        ("identify two_link still.csv", "no joint moves"),
+        ("identify two_link log.csv --held-out none.csv", "none.csv"),
+        ("identify puma560 log.csv", "joint"),
+        ("identify two_link", "LOG"),
+    ],
+)
+def test_what_is_refused(run, here, true, line, says):
+    csv(true, 1)
+    time, states = fourier(true.arm, 4.0, 100.0, 1)
+    np.savetxt("plan.csv", np.column_stack([time, states.q]), delimiter=",", header="time,q1,q2", comments="")
+    rng = np.random.default_rng(0)
+    still = np.column_stack(
+        [time, 0.3 + 1e-4 * rng.normal(size=(len(time), 2)), rng.normal(size=(len(time), 2))]
+    )
+    np.savetxt("still.csv", still, delimiter=",", header="time,q1,q2,torque1,torque2", comments="")
+    result = run(line)
+    assert (result.code, result.out) == (2, "")
+    assert says in result.err
+    assert "Traceback" not in result.err
+    assert len(result.err.strip().splitlines()) <= 8

@@ -1,0 +1,314 @@
+"""What logs of known arms tell: the numbers, their errors, what is not told, and what is refused."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gd_analyze as gd
+from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.base_parameters import parameters_of, regressor
+from gd_analyze.errors import GdAnalyzeWarning, UsageError
+from gd_analyze.identification.consistent import pseudo_inertias
+from gd_analyze.identification.identification import Identification
+from gd_analyze.identification.identified_arm import base_matrix
+from gd_analyze.identification.rows import Unknowns, rows_of
+from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.parts import pseudo_inertia
+from gd_analyze.robots.payload import with_payload
+from logs_of_arms import TrueArm, fourier
+
+EPS = float(np.finfo(float).eps)
+
+
+@pytest.fixture(scope="module")
+def motion(puma):
+    return fourier(puma, 12.0, 100.0, 0)
+
+
+@pytest.fixture(scope="module")
+def true(puma):
+    return TrueArm.near(puma, 1)
+
+
+@pytest.fixture(scope="module")
+def found(puma, true, motion) -> Identification:
+    return gd.identify(puma, true.log(*motion))
+
+
+def values(found: Identification, name: str = "value") -> FloatArray:
+    return np.array([getattr(one, name) for one in found.parameters])
+
+
+def told(found: Identification) -> np.ndarray:
+    return np.array([one.told for one in found.parameters])
+
+
+def test_rows_are_torque_by_what_it_is_linear_in(true, motion):
+    """Columns times the true numbers are the measured torque, window by window."""
+    unknowns = Unknowns(6)
+    time, states = motion
+    rows = rows_of(true.arm, true.exact_log(time, states), unknowns, np.abs(states.qd).max(axis=0))
+    numbers = np.concatenate([parameters_of(true.arm).ravel(), true.drives, true.friction.ravel()])
+    for each in rows:
+        assert len(each.time) > 0.5 * len(time) / 5  # windows of five readings, but for those of reversals
+        sizes = np.abs(each.columns) @ np.abs(numbers)
+        # Some hundred roundings of what a row adds up.
+        assert (np.abs(each.columns @ numbers - each.torque) <= 500 * EPS * sizes).all()
+
+
+def test_columns_of_links_are_pinocchios(puma, motion):
+    """An independent regressor: Pinocchio's, about the same frames."""
+    pin = pytest.importorskip("pinocchio", reason="needs Pinocchio")
+    from gd_analyze.dynamics.pinocchio_check import pinocchio_model
+
+    model = pinocchio_model(puma)
+    data, states = model.createData(), motion[1]
+    # Pinocchio's order is m, mc, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about the joint's own frame.
+    for row in range(0, len(states.q), 400):
+        q, qd, qdd = (x[row] for x in states.arrays)
+        theirs = pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
+        parameters = np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
+        ours = regressor(puma, q[:, None], qd[:, None], qdd[:, None])[..., 0].reshape(6, -1)
+        torque = ours @ parameters_of(puma).ravel()
+        # Both sum the same torques in another order: a thousand roundings of the largest.
+        np.testing.assert_allclose(torque, theirs @ parameters, rtol=0, atol=1e3 * EPS * np.abs(torque).max())
+
+
+@pytest.mark.parametrize("physical", [False, True])
+def test_an_exact_log_tells_the_exact_numbers(puma, true, motion, physical):
+    exact = gd.identify(puma, true.exact_log(*motion), physical=physical)
+    assert told(exact).all()
+    # The semidefinite program weighs by 1e5 at most, and so leaves some 1e-5 of plausible sizes; signs cost
+    # nothing here, and round-off grows with the condition number.
+    close = 1e-5 if physical else 1e-9
+    sizes = np.abs(base_matrix(puma)[1]) @ exact.estimate.sizes[:66]
+    assert (np.abs(values(exact) - true.base) <= close * sizes).all()
+    np.testing.assert_allclose(exact.friction, true.friction, rtol=0, atol=1e-4 * np.abs(true.friction).max())
+
+
+def test_noise_is_stated_by_standard_errors(puma, true, motion, found):
+    assert told(found).sum() >= 35
+    for which in ("value", "least_squares"):
+        off = ((values(found, which) - true.base) / values(found, "error"))[told(found)]
+        # Normal, but for some thirty-six draws of it: 1 with a standard deviation of 0.12, and the bias of
+        # noise in positions, which the errors do not hold.
+        assert 0.5 < np.sqrt((off**2).mean()) < 1.5
+        assert np.abs(off).max() < 4.0
+    assert (np.abs((found.friction - true.friction) / found.friction_error) < 4.0).all()
+
+
+def test_torques_of_another_motion_are_met_to_the_noise(puma, true, found, motion):
+    """Within 1.2 times what noise of 1 % alone leaves."""
+    _, fresh = fourier(puma, 12.0, 50.0, 7)
+    noise = 0.01 * np.sqrt((true.torque(motion[1]) ** 2).mean(axis=0))
+    coulomb, viscous, offset = found.friction.T
+    ours = gd.ExactDynamics.of(found.arm, fresh, drives=True).torque
+    ours = ours + coulomb * np.sign(fresh.qd) + viscous * fresh.qd + offset
+    off = np.sqrt(((ours - true.torque(fresh)) ** 2).mean(axis=0))
+    assert (np.hypot(off, noise) <= 1.2 * noise).all()
+
+
+def test_the_arm_is_the_parameters_stated(puma, found):
+    """Base parameters of the arm written are those identified: to round-off."""
+    stated = np.array([one.number for one in gd.base_parameters(found.arm, drives=True)])
+    sizes = np.abs(base_matrix(puma)[1]) @ found.estimate.sizes[:66]
+    assert (np.abs(stated - values(found)) <= 1e3 * EPS * sizes).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bodies_are_possible_where_least_squares_are_not(puma, seed):
+    """A short, noisy log: plain least squares keep signs, but give bodies that cannot be."""
+    true = TrueArm.near(puma, seed)
+    log = true.log(*fourier(puma, 4.0, 100.0, seed), noise=(3e-4, 0.1), seed=seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        physical = gd.identify(puma, log)
+        plain = gd.identify(puma, log, physical=False)
+    assert min(_least(link) for link in physical.arm.links) > 0.0
+    assert min(_least(link) for link in plain.arm.links) < 0.0
+    assert (plain.arm.mass >= 0.0).all()
+    assert (physical.drive_inertia >= 0.0).all()
+    assert (physical.friction[:, :2] >= 0.0).all()
+
+
+def _least(link) -> float:
+    return float(np.linalg.eigvalsh(pseudo_inertia(link.mass, link.com, link.inertia_com))[0])
+
+
+def test_pseudo_inertias_are_linear_in_the_parameters(puma):
+    for link, row in zip(puma.links, parameters_of(puma), strict=True):
+        matrix = pseudo_inertia(link.mass, link.com, link.inertia_com)
+        # A few roundings.
+        np.testing.assert_allclose(np.tensordot(row, pseudo_inertias(), 1), matrix, rtol=0, atol=1e-14)
+
+
+def test_what_one_moving_joint_does_not_tell_keeps_the_files_values(puma, true, motion):
+    time, states = motion
+    moves = np.arange(6) == 2
+    states = States(
+        *(np.where(moves, x, 0.0 * x + k) for x, k in zip(states.arrays, (0.3, 0, 0), strict=True))
+    )
+    with pytest.warns(GdAnalyzeWarning, match=r"joints 1, 2, 4, 5 and 6 do"):
+        found = gd.identify(puma, true.exact_log(time, states), physical=False)
+    assert found.silent == (1, 2, 4, 5, 6)
+    # Inertia about the third axis with its drive, and the first moments that gravity acts on.
+    assert 1 <= told(found).sum() <= 6
+    names = {one.symbol for one in found.parameters if one.told}
+    assert not {name for name in names if name.endswith(("1", "2"))}
+    # Directions of which the log has nothing: exactly the file's values, but for round-off.
+    file, plain, sizes = values(found, "file"), values(found, "least_squares"), found.estimate.sizes
+    untouched = np.abs(
+        base_matrix(puma)[1] @ (found.estimate.directions[: found.estimate.told, :66] * sizes[:66]).T
+    )
+    silent = untouched.max(axis=1) <= 1e-9 * (np.abs(base_matrix(puma)[1]) @ sizes[:66])
+    assert silent.sum() >= 10
+    np.testing.assert_allclose(plain[silent], file[silent], rtol=1e-6, atol=1e-9)
+    assert not told(found)[silent].any()
+    assert np.isnan(found.friction_error[~moves]).all()
+
+
+def test_the_last_third_is_predicted(found, motion):
+    for each in found.residuals:
+        begin = each.time[~each.held_out].max()
+        assert begin < 8.0 - 1e-9 <= each.time[each.held_out].min()
+        assert 0.99 < each.explained <= 1.0
+        assert each.rms("identified") < 0.2 * each.rms("friction") < each.rms("file")
+
+
+def test_a_log_held_out_is_not_fitted(puma, true, motion, found):
+    other = true.log(*fourier(puma, 12.0, 100.0, 3), seed=3)
+    log = true.log(*motion)
+    apart = gd.identify(puma, log, held_out=other)
+    assert apart.held_out == (other.name,) or apart.held_out[0].startswith(other.name)
+    everything = gd.identify(puma, [log, other], held_out=log)
+    # More rows tell more.
+    assert np.median(values(everything, "error")) < np.median(values(apart, "error"))
+    assert np.median(values(apart, "error")) < np.median(values(found, "error"))
+
+
+def test_an_unknown_payload_is_found(puma, true, motion):
+    payload = (2.0, np.array([0.05, -0.02, 0.12]))
+    loaded = replace(true, arm=with_payload(true.arm, *payload))
+    log, other = true.log(*motion), loaded.log(*fourier(puma, 12.0, 100.0, 5), seed=5)
+    found = gd.identify(puma, log, loaded=other)
+    assert found.payload is not None
+    off = (found.payload[0] - np.concatenate([[payload[0]], payload[1]])) / found.payload[1]
+    # Four numbers within four standard errors of them: one in four thousand draws is beyond.
+    assert (np.abs(off) < 4.0).all()
+    assert found.payload[1][0] < 0.1
+    # Known to be bare, the arm's own last link stays what it is.
+    assert np.abs((values(found) - true.base) / values(found, "error"))[told(found)].max() < 4.5
+
+
+def test_links_that_a_file_states_nothing_of_begin_as_rods(puma, true, motion):
+    nothing = [replace(link, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))) for link in puma.links]
+    bare = replace(puma, links=tuple(nothing), drives=())
+    found = gd.identify(bare, true.exact_log(*motion))
+    assert told(found).sum() >= 36
+    assert (found.arm.mass > 0.0).all()
+    _, fresh = fourier(puma, 6.0, 20.0, 8)
+    ours = gd.ExactDynamics.of(found.arm, fresh, drives=True).torque
+    coulomb, viscous, offset = found.friction.T
+    off = ours + coulomb * np.sign(fresh.qd) + viscous * fresh.qd + offset - true.torque(fresh)
+    # What the log does not tell is as the rods have it, and makes up to a thousandth.
+    assert np.abs(off).max() <= 1e-3 * np.abs(true.torque(fresh)).max()
+
+
+def test_uncertainty_is_that_of_the_base_parameters(puma, found, motion):
+    """The torque's standard uncertainty from the arm's spread is that from the covariance, row by row."""
+    _, fresh = fourier(puma, 6.0, 5.0, 2)
+    stated = gd.torque_uncertainty(found.arm, fresh, drives=True)
+    rows = regressor(puma, *fresh.last).reshape(6, 60, -1)
+    drives = np.einsum("ij,jn->ijn", np.eye(6), fresh.qdd.T)
+    per_unit = np.concatenate([rows, drives], axis=1)
+    estimate = found.estimate
+    parts = np.concatenate([estimate.deviations, estimate.open])[:, :66]
+    square = np.einsum("kp,ipN->ikN", parts, per_unit)
+    wanted = np.sqrt((square**2).sum(axis=1)).T
+    # Directions on which no torque depends drop out of both but for round-off.
+    np.testing.assert_allclose(stated, wanted, rtol=1e-6, atol=1e-9 * wanted.max())
+
+
+def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
+    from gd_analyze.robots.arm_toml import toml_of
+    from gd_analyze.robots.description import arm_from_description, describe
+
+    (tmp_path / "arm.toml").write_text(toml_of(found.arm))
+    states = states_in_box(found.arm, 20)
+    stated = gd.torque_uncertainty(found.arm, states)
+    for again in (gd.load_arm(tmp_path / "arm.toml"), arm_from_description(describe(found.arm))):
+        np.testing.assert_array_equal(again.spread, found.arm.spread)
+        np.testing.assert_array_equal(gd.torque_uncertainty(again, states), stated)
+    broken = toml_of(found.arm).replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)
+    (tmp_path / "arm.toml").write_text(broken)
+    with pytest.raises(gd.GdAnalyzeError, match="does not fit the arm"):
+        gd.load_arm(tmp_path / "arm.toml")
+
+
+def test_a_model_as_exact_as_the_log(two_link, tmp_path):
+    time, states = fourier(two_link, 6.0, 100.0, 4)
+    true = TrueArm.near(two_link, 5)
+    arm = gd.identify(two_link, true.log(time, states, noise=(1e-3, 0.2))).arm
+    few = States(*(x[::10] for x in states.arrays))
+    model = gd.simplify(arm, few, "uncertainty")
+    assert model.operations.total < gd.simplify(arm, few, "0.01%").operations.total
+    allowed = gd.torque_uncertainty(arm, few).max(axis=0)
+    # The budget is stated with six digits.
+    np.testing.assert_allclose(model.accuracy.allowed, allowed, rtol=1e-5)
+    gd.save_model(model, tmp_path / "model.json")
+    np.testing.assert_array_equal(gd.load_model(tmp_path / "model.json").arm.spread, arm.spread)
+
+
+def test_verdicts_are_as_sure_as_the_log(found, pick_and_place):
+    sure = gd.robustness(found.arm, pick_and_place, samples=500)
+    assert sure.attrs["exactly_known"] == ""
+    # Drawn from the covariance: elements that it knows are sure, and no probability is lost.
+    np.testing.assert_allclose(sure.probability.sum("verdict"), 1.0)
+    best = sure.over_motion.max("verdict")
+    assert float(best.sel(element="D11")) > 0.99
+
+
+def refused(arm, log: Trajectory, **more) -> UsageError:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
+        with pytest.raises(UsageError) as caught:
+            gd.identify(arm, log, **more)
+    return caught.value
+
+
+def test_what_cannot_be_identified(puma, true, motion):
+    time, states = motion
+    log = true.exact_log(time, states)
+    resting = States(states.q[:1] + 0.0 * states.q, 0.0 * states.qd, 0.0 * states.qdd)
+    assert "no joint moves" in refused(puma, true.exact_log(time, resting)).what
+    constant = replace(log.recording, torque=np.full_like(log.recording.torque, 3.0))
+    assert "constant" in refused(puma, replace(log, recording=constant)).what
+    assert "no measured torques" in refused(puma, replace(log, recording=None)).what
+    noise = np.random.default_rng(0).normal(size=log.q.shape)
+    assert refused(puma, replace(log, recording=replace(log.recording, torque=noise))).what
+
+
+def test_the_log_of_another_robot_is_no_models(puma, true, motion):
+    """The torques of the same joints in another order: nothing explains them."""
+    time, states = motion
+    log = true.exact_log(time, states)
+    torque = log.recording.torque[:, ::-1]
+    error = refused(puma, replace(log, recording=replace(log.recording, torque=torque)))
+    assert "no model of this arm explains the logs" in error.what or "tell nothing" in error.what
+
+
+def test_readings_that_are_missing_and_gaps(puma, true, motion, found):
+    time, states = motion
+    log = true.log(time, states)
+    torque = log.recording.torque.copy()
+    torque[::7, 2] = np.nan
+    gappy = replace(log, recording=replace(log.recording, torque=torque), gaps=(400,))
+    again = gd.identify(puma, gappy)
+    # Fewer rows of joint 3: its numbers are less well known, and right all the same.
+    off = ((values(again) - true.base) / values(again, "error"))[told(again)]
+    assert np.abs(off).max() < 4.0
