@@ -11,7 +11,7 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.simplification.exact import ExactForm
 from made_models import exact_model, model_of
@@ -26,11 +26,12 @@ CASES = (
     "stanford element",
     "stanford energy",
     *(f"{name} decomposition" for name in LINKS),
+    *(f"{name} further" for name in LINKS),
 )
-TORQUES = tuple(case for case in CASES if not case.endswith("decomposition"))
+TORQUES = tuple(case for case in CASES if not case.endswith(("decomposition", "further")))
 MODELS = tuple(case for case in TORQUES if case not in LINKS)
 # For languages that take long to load a text.
-FEW = ("two_link element", "two_link recursive", "stanford", "two_link decomposition")
+FEW = ("two_link element", "two_link recursive", "stanford further", "two_link decomposition")
 # Arms of which hardly anything is left.
 ODD = {
     "weightless": (0.0, "revolute", "prismatic"),
@@ -55,8 +56,9 @@ def subject(case: str) -> ExportInput:
     arm = _odd(name) if name in ODD else gd.load_arm(name)
     if what == "decomposition":
         return ExportInput.of_decomposition(arm)
-    if not what:
-        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
+    if what in ("", "further"):
+        exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
+        return exact.with_functions(FURTHER) if what else exact
     return proven(exact_model(arm, arm.counts_drives(None), gd.LEVELS[what]))
 
 

@@ -15,6 +15,12 @@ from gd_analyze.simplification.effort import inputs_of
 _SINE = 4.0
 
 
+def given_of(states: States) -> dict[str, FloatArray]:
+    """Inputs by name; torques are taken for accelerations, which makes no difference to a program."""
+    inputs = inputs_of(states)
+    return inputs | {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
+
+
 def evaluated(
     program: Program, states: States, eps: float = float(np.finfo(float).eps)
 ) -> tuple[FloatArray, FloatArray]:
@@ -23,7 +29,7 @@ def evaluated(
     An operation is off by eps / 2 of its result; with eps, products of errors are paid for. Either evaluation
     may be off by as much.
     """
-    inputs = inputs_of(states)
+    inputs = given_of(states)
     zero = np.zeros(len(states.q))
 
     def given(name: str) -> Any:
@@ -35,6 +41,8 @@ def evaluated(
         value = UFUNCS[operation](*values)
         if operation == "multiply":
             error = abs(values[0]) * errors[1] + abs(values[1]) * errors[0] + eps * abs(value)
+        elif operation == "divide":
+            error = errors[0] / abs(values[1]) + abs(value / values[1]) * errors[1] + eps * abs(value)
         elif operation in ("sin", "cos"):
             error = errors[0] + _SINE * eps
         else:
@@ -59,7 +67,7 @@ def assert_same(found: FloatArray, program: Program, states: States, eps: float 
 def slope(program: Program, states: States, along: str) -> FloatArray:
     """Derivative of the outputs by an input (outputs, states): the complex step, which cancels nothing."""
     step = 1e-30
-    inputs: dict[str, Any] = {name: row.astype(complex) for name, row in inputs_of(states).items()}
+    inputs: dict[str, Any] = {name: row.astype(complex) for name, row in given_of(states).items()}
     inputs[along] = inputs[along] + 1j * step
     of = program.carried_out(inputs.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
     zero = np.zeros(len(states.q))

@@ -80,8 +80,9 @@ ONE = """
             qd[i] = states[({n} + i) * count + s];
             qdd[i] = states[(2 * {n} + i) * count + s];
         }}
+        const number *tau = qdd;
         NAME({name})({arguments});
-        (void)q; (void)qd; (void)qdd;
+        (void)q; (void)qd; (void)qdd; (void)tau;
         fwrite(results, sizeof(number), {size}, stdout);
     }}"""
 # Memory of just the right size, so that a step too far is seen.
@@ -152,7 +153,7 @@ def run_imported(what: ExportInput, language: str, states: gd.States, folder: Pa
     module, count, found = imported(what, language, folder), len(states), {}
     for function in what.functions:
         call = getattr(module, function.name)
-        given = states.arrays[: len(function.arguments)]
+        given = [getattr(states, "qdd" if name == "tau" else name) for name in function.arguments]
         if language == "casadi":
             results = call.map(count)(*(x.T for x in given))
         else:

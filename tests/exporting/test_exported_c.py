@@ -6,13 +6,14 @@ import ctypes
 import math
 import platform
 import re
+import shutil
 import subprocess
 
 import numpy as np
 import pytest
 from exported_cases import states, subject
 from rounded_programs import evaluated
-from running import STRICT, called, needs, needs_gcc, needs_gpp, run_compiled
+from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_compiled
 
 import gd_analyze as gd
 from gd_analyze.exporting.export import written
@@ -174,6 +175,20 @@ def test_compilers_vectorise_what_is_for_many_states(case, tmp_path):
     # Of the sines and cosines, and of the torque: the last loop before its first result.
     result = next(k for k, line in enumerate(lines, start=1) if line.strip().startswith("out[0][l] = "))
     assert {loops[0], max(k for k in loops if k < result)} <= vectorised
+
+
+@pytest.mark.parametrize("language", ["c", "cpp"])
+def test_fast_math_is_refused_where_it_is_not_asked_for(language, tmp_path):
+    """It makes the torque of angles that are no numbers look sound, and breaks the reduction of angles."""
+    compiler, standard, _ = COMPILERS[language]
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed")
+    *_, path = written(subject("two_link"), language).save(tmp_path)
+    command = [compiler, standard, "-ffast-math", "-fsyntax-only", "-x", {"c": "c", "cpp": "c++"}[language]]
+    refused = subprocess.run([*command, str(path)], capture_output=True, text=True, check=False)
+    assert refused.returncode != 0
+    assert "GD_ANALYZE_ALLOW_FAST_MATH" in refused.stderr
+    called(*command, "-DGD_ANALYZE_ALLOW_FAST_MATH", path)
 
 
 @needs_gpp

@@ -22,20 +22,27 @@ def statements(case: str) -> str:
     """Lines that read a case's states, call it, and write what it gives, of all states and of the first."""
     what = subject(case)
     n, place = what.n, case.replace(" ", "_")
-    shapes = {x.name: x.shape for function in what.functions for x in function.outputs}
-    listed = ", ".join([*shapes, *(["stated"] if what.torque else [])])
-    arguments = "q, qd, qdd" if what.torque else "q, qd"
+    shapes = {f"of_{x.name}": x.shape for function in what.functions for x in function.outputs}
+    main, further = what.functions[:4], what.functions[4:]
+    listed = [f"of_{x.name}" for function in main for x in function.outputs]
+    listed += ["stated"] * bool(what.torque) + ["further"] * bool(further)
+    calls = [f"[{', '.join(listed)}] = {what.name}({'q, qd, qdd' if what.torque else 'q, qd'});"]
+    for function in further:
+        names = ", ".join(f"of_{x.name}" for x in function.outputs)
+        given = ", ".join("qdd" if word == "tau" else word for word in function.arguments)
+        calls.append(f"[{names}] = further.{function.name}({given});")
     # Rows of matrices follow each other, as in every other language.
     flat = (f"reshape(permute({x}, [2 1 3]), {n * n}, [])" if shapes[x][1:] else x for x in shapes)
     first = (f"reshape({x}(:, :, 1)', [], 1)" if shapes[x][1:] else f"{x}(:, 1)" for x in shapes)
+    called_all = "\n".join(calls)
     return f"""
 addpath('{place}');
 file = fopen('{place}/states.bin'); all = fread(file, [{3 * n}, Inf], 'double'); fclose(file);
 q = all(1:{n}, :); qd = all({n + 1}:{2 * n}, :); qdd = all({2 * n + 1}:{3 * n}, :);
-[{listed}] = {what.name}({arguments});
+{called_all}
 file = fopen('{place}/results.bin', 'w'); fwrite(file, [{"; ".join(flat)}], 'double');
 q = q(:, 1); qd = qd(:, 1); qdd = qdd(:, 1);
-[{listed}] = {what.name}({arguments});
+{called_all}
 fwrite(file, [{"; ".join(first)}], 'double');
 fclose(file);
 {f"if stated.joints ~= {n}; error('stated'); end" if what.torque else ""}

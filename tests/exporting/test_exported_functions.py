@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio
 import pytest
 from exported_cases import LINKS, MODELS, states, subject
+from rounded_programs import given_of, slope
 
 import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.c import in_strides
 from gd_analyze.exporting.export import CLASSES
-from gd_analyze.exporting.export_input import ExportInput, Function, Output
+from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Output
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.exact import ExactForm
 from made_models import ROUND_OFF
 
 
@@ -23,7 +27,7 @@ def values(what, drawn):
     """Outputs of all functions by name, (states, ...)."""
     found = {}
     for function in what.functions:
-        rows = function.program.run(inputs_of(drawn)).T
+        rows = function.program.run(given_of(drawn)).T
         ends = np.cumsum([output.size for output in function.outputs])
         for output, part in zip(function.outputs, np.split(rows, ends[:-1], axis=1), strict=True):
             found[output.name] = part.reshape(-1, *output.shape)
@@ -61,6 +65,63 @@ def test_functions_of_an_arm_are_its_exact_dynamics_and_parts_sum_to_the_whole(n
         assert_close(parts[f"D_{effect}"], numeric["inertia"][:, k])
         assert_close(parts[f"h_{effect}"], numeric["coriolis_centrifugal"][:, k])
     assert_close(parts["c"], numeric["gravity_loading"])
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_derivatives_are_pinocchios_and_forward_dynamics_undo_the_torque(name):
+    """Of the exact dynamics, drives left out: Pinocchio's derivatives, Coriolis matrix and aba."""
+    arm = gd.load_arm(name)
+    what = ExportInput.of_exact(ExactForm(arm, False)).with_functions(FURTHER)
+    drawn, n = gd.states_in_box(arm, 50, seed=3), arm.n_joints
+    found, model = values(what, drawn), pinocchio_model(arm)
+    data = model.createData()
+    for k, (q, qd, qdd) in enumerate(zip(*drawn.arrays, strict=True)):
+        by_q, by_qd, _ = pinocchio.computeRNEADerivatives(model, data, q, qd, qdd)
+        assert_close(found["dtau_dq"][k], by_q)
+        assert_close(found["dtau_dqd"][k], by_qd)
+        assert_close(found["C"][k], pinocchio.computeCoriolisMatrix(model, data, q, qd))
+        # Twice half the condition number of D is lost on the way to the accelerations and back.
+        lost = ROUND_OFF * np.linalg.cond(found["D"][k]) * max(1.0, np.abs(qdd).max())
+        assert np.abs(found["qdd"][k] - pinocchio.aba(model, data, q, qd, drawn.qdd[k])).max() <= lost
+    there = what.functions[-1].program.run(
+        inputs_of(drawn) | {f"tau{i + 1}": found["tau"][:, i] for i in range(n)}
+    )
+    back = np.abs(there.T - drawn.qdd).max(axis=1)
+    assert (back <= ROUND_OFF * np.linalg.cond(found["D"]) * np.abs(drawn.qdd).max()).all()
+
+
+@pytest.mark.parametrize("case", MODELS)
+def test_further_functions_of_a_model_are_of_its_own_torque(case):
+    plain = subject(case)
+    what, drawn = plain.with_functions(FURTHER), states(case, 60)
+    found, torque, n = values(what, drawn), plain.torque.program, plain.n
+    for name, output in (("q", "dtau_dq"), ("qd", "dtau_dqd"), ("qdd", "D")):
+        for j in range(n):
+            wanted = slope(torque, drawn, f"{name}{j + 1}").T
+            if name == "qdd":
+                wanted = plain.model.inertia(drawn.q)[:, :, j]
+            assert_close(found[output][:, :, j], wanted)
+    assert_close(np.einsum("nij,nj->ni", found["C"], drawn.qd), found["h"])
+    # The rigid torque that the accelerations found need is the torque given: the qdd of the states.
+    needed = np.einsum("nij,nj->ni", found["D"], found["qdd"]) + found["h"] + found["c"]
+    size = np.linalg.cond(found["D"]) * np.maximum(np.abs(needed).max(axis=1), 1.0)
+    assert (np.abs(needed - drawn.qdd).max(axis=1) <= ROUND_OFF * size).all()
+    if plain.model.level.is_mechanical:
+        step = 1e-6
+        moved = [gd.States(drawn.q + sign * step * drawn.qd, drawn.qd, drawn.qdd) for sign in (1, -1)]
+        later, before = (values(plain, each)["D"] for each in moved)
+        skew = (later - before) / (2.0 * step) - 2.0 * found["C"]
+        # Central differences err by the third derivative times the step squared, and by eps over the step.
+        assert np.abs(skew + skew.swapaxes(1, 2)).max() <= 1e-7 * max(1.0, np.abs(later).max())
+
+
+def test_functions_beside_the_torque_are_asked_for_by_name(two_link):
+    text = gd.export(two_link, "c", what=["forward"]).files["two_link.h"]
+    assert "two_link_forward_dynamics" in text
+    assert "coriolis_matrix" not in text
+    with pytest.raises(UsageError) as caught:
+        gd.export(two_link, "c", what=["inverse"])
+    assert caught.value.details["where"] == "what"
 
 
 def test_an_arm_is_named_or_given(two_link):

@@ -146,7 +146,7 @@ def test_operations_that_stand_there_are_those_that_are_stated(case, language):
         *_, body = re.findall(BODIES[language].format(function.name), text, re.DOTALL | re.MULTILINE)
         code = re.sub(r'""".*?"""|^%.*?$', "", body, flags=re.DOTALL | re.MULTILINE)
         sines = r" = (?:co)?sine\[" if language == "c" else r"\b(?:sin|cos)\("
-        counts = (len(re.findall(pattern, code)) for pattern in (r" \.?\* ", r" [+-] ", sines))
+        counts = (len(re.findall(pattern, code)) for pattern in (r" \.?[*/] ", r" [+-] ", sines))
         written_out = function.with_sums() if language == "cpp" else function  # C where that saves a stride
         assert OperationCount(*counts) == written_out.count, function.name
 

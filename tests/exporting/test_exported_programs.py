@@ -69,7 +69,7 @@ def test_c_gives_what_the_model_gives(case, tmp_path):
         *(pytest.param("cpp", case, marks=needs_gpp) for case in (*FEW, "puma560 term", *ODD)),
         *(("python", case) for case in ALL),
         *(("casadi", case) for case in ALL),
-        *(("jax", case) for case in ("two_link element", "two_link recursive", "two_link decomposition")),
+        *(("jax", f"two_link {what}") for what in ("element", "recursive", "decomposition", "further")),
     ],
 )
 def test_other_languages_do_too(language, case, tmp_path):

@@ -40,9 +40,9 @@ _AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.6, 0.8), 0.5, 0.9, 10.
 # Where terms left take less than this share of the exact torque's operations, the recursion is not tried: it
 # takes seconds, and half to four fifths of them.
 _FEW = 0.5
-# Of programs of more operations, those of nine joints, a search takes over a minute: so few rounds, a budget
-# that holds soon, and the first model that does.
-_LONG, _FEW_ROUNDS, _CAUTIOUS = 950, 3, 0.5
+# Of programs of more operations, those of nine joints, a search takes over a minute: so few rounds, and the
+# first model that holds.
+_LONG, _FEW_ROUNDS = 950, 3
 # Share of a usual search in each round.
 _EFFORT = 0.25
 # States drawn at first, beside those given.
@@ -227,7 +227,7 @@ class _Rounds:
         allowed, n = self.exact.allowed(self.budget), self.exact.arm.n_joints
         refits = level.always_refits
         is_long = self.exact.form.operations.total > _LONG
-        share = np.full(n, _CAUTIOUS if is_long else _AT_FIRST[how.thorough] if refits else 1.0)
+        share = np.full(n, _AT_FIRST[how.thorough] if refits else 1.0)
         lower, upper = self.region.pieces(_DRAWN, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if refits and isinstance(self.region, Tube):
@@ -274,7 +274,7 @@ class _Rounds:
             beyond = found > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
             if refits or turn >= _PATIENT:
-                share = share * (needed if is_long else needed**_SHRINKING)
+                share = share * needed**_SHRINKING
             else:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:

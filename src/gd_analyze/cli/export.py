@@ -33,9 +33,12 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--what",
-    type=click.Choice(["torque", "decomposition"]),
+    type=NameList(("torque", "derivatives", "coriolis_matrix", "forward", "decomposition"), "function"),
     default="torque",
-    help="torque, D, h and c; or the exact D and h by effect, translation and rotation, and c, of the links.",
+    metavar="LIST",
+    help="torque, with D, h and c, always; derivatives of the torque by q and qd; coriolis_matrix, C with "
+    "C qd = h; forward: accelerations that torques cause. Or decomposition: the exact D and h by effect, and "
+    "c, of the links.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names; by default made of the arm's name.")
 @click.option("--float", "single", is_flag=True, help="In C: numbers of single precision.")
@@ -51,7 +54,7 @@ if TYPE_CHECKING:
 def export(
     robot: GivenRobot,
     languages: tuple[str, ...],
-    what: str,
+    what: tuple[str, ...],
     name: str | None,
     single: bool,
     bound: bool,
@@ -71,6 +74,7 @@ def export(
       gd-analyze export model.json --to c
       gd-analyze export model.json --to python,matlab --out controller
       gd-analyze export puma560 --to casadi
+      gd-analyze export model.json --to c,cpp --what derivatives,coriolis_matrix,forward
       gd-analyze export puma560 --to c --what decomposition
     """
     if single and set(languages) != {"c"}:
@@ -104,7 +108,7 @@ def export(
     output.give(exported.result(), *exported.paths(out))
 
 
-def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None) -> ExportInput:
+def _subject(robot: GivenRobot, what: tuple[str, ...], name: str | None, drives: bool | None) -> ExportInput:
     """What is exported: a model where a JSON file is named, an arm otherwise."""
     from gd_analyze.exporting.export_input import ExportInput
     from gd_analyze.simplification.exact import ExactForm
@@ -112,12 +116,14 @@ def _subject(robot: GivenRobot, what: str, name: str | None, drives: bool | None
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):
             raise click.UsageError("--drives, --tip, --gravity and the like are of arms: a model has its own")
-        if what == "decomposition":
+        if "decomposition" in what:
             raise click.UsageError("--what decomposition is of an arm: give the arm in place of the model")
-        return ExportInput.of_model(gd.load_model(robot.name), name)
+        return ExportInput.of_model(gd.load_model(robot.name), name).with_functions(what)
     arm = robot.load()
-    if what == "torque":
-        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
+    if "decomposition" not in what:
+        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name).with_functions(what)
+    if len(what) > 1:
+        raise click.UsageError("--what decomposition goes without other functions")
     if drives:
         raise click.UsageError("--what decomposition is of the links: it goes without --drives")
     return ExportInput.of_decomposition(arm, name)

@@ -9,7 +9,7 @@ from pathlib import Path
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.c import C
-from gd_analyze.exporting.export_input import ExportInput
+from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.exporting.language import Casadi, Cpp, Jax, Language, Matlab, Python
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
@@ -93,6 +93,7 @@ def export(
     scalar: str = "double",
     drives: bool | None = None,
     certificate: Certificate | None = None,
+    what: Sequence[str] = (),
 ) -> Exported:
     """Write a simplified model, or an arm's exact dynamics, in other languages.
 
@@ -111,16 +112,26 @@ def export(
         Of an arm: whether its drives' inertia counts; by default where there is any.
     certificate
         What is proven of the model's error, from `certify`, for the text to state.
+    what
+        Functions beside the torque, D, h and c, of `FURTHER`: "derivatives" of the torque, the
+        "coriolis_matrix", and "forward" dynamics.
 
     Raises
     ------
     UsageError
-        If there is no such language or scalar, the name is no identifier, or the certificate does not fit.
+        If there is no such language, scalar or function, the name is no identifier, or the certificate does
+        not fit.
     """
+    for word in what:
+        if word not in FURTHER:
+            expected = ", ".join(FURTHER)
+            raise UsageError("there is no such function", where="what", expected=expected, found=word)
     if isinstance(given, SimplifiedModel):
-        return written(ExportInput.of_model(given, name, certificate), languages, scalar)
-    arm = arm_of(given)
-    return written(ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name), languages, scalar)
+        subject = ExportInput.of_model(given, name, certificate)
+    else:
+        arm = arm_of(given)
+        subject = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
+    return written(subject.with_functions(what), languages, scalar)
 
 
 def export_decomposition(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -16,18 +17,22 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers
 from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import (
     SimplifiedModel,
     coriolis_centrifugal_program,
+    coriolis_matrix_program,
+    forward_dynamics_program,
     gravity_loading_program,
     inertia_program,
+    torque_derivatives_program,
 )
 from gd_analyze.text import rounded_up
 
-_KINDS = ("q", "qd", "qdd", "sin", "cos")
+_KINDS = ("q", "qd", "qdd", "tau", "sin", "cos")
 
 
 class Output(NamedTuple):
@@ -52,11 +57,11 @@ class Input(NamedTuple):
 
 @dataclass(frozen=True)
 class Function:
-    """One function of positions, velocities and accelerations."""
+    """One function of positions, velocities and accelerations, or torques."""
 
     name: str
     meaning: str
-    arguments: tuple[str, ...]  # of q, qd and qdd those that it takes
+    arguments: tuple[str, ...]  # of q, qd, qdd and tau those that it takes
     outputs: tuple[Output, ...]  # in the order of the program's outputs
     program: Program
 
@@ -141,6 +146,13 @@ class ExportInput:
         default = f"{identifier(arm.name)[: LONGEST - len(suffix)].rstrip('_')}{suffix}"
         return cls(_prefix(name, default), arm, False, (_decomposition_function(arm),))
 
+    def with_functions(self, what: Sequence[str]) -> ExportInput:
+        """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
+        assert self.torque is not None  # who calls has asked for it
+        symmetric = self.model is None or self.model.level.is_mechanical
+        more = _further_functions(self.torque.program, self.n, symmetric)
+        return replace(self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in what)))
+
     @property
     def n(self) -> int:
         """Number of joints."""
@@ -192,6 +204,33 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
     return tuple(
         Function(name, says, given[:k], (output,), program) for name, says, k, output, program in rows
     )
+
+
+# What may be written beside the torque, D, h and c.
+FURTHER = ("derivatives", "coriolis_matrix", "forward")
+
+
+def _further_functions(torque: Program, n: int, symmetric: bool) -> dict[str, Callable[[], Function]]:
+    square = (n, n)
+
+    def derivatives() -> Function:
+        says = "derivatives of the torque by q and by qd, rows one after another; that by qdd is D"
+        outputs = Output("dtau_dq", square), Output("dtau_dqd", square)
+        program = rewritten(torque_derivatives_program(torque, n))
+        return Function("torque_derivatives", says, ("q", "qd", "qdd"), outputs, program)
+
+    def coriolis_matrix() -> Function:
+        skew = "; dD/dt - 2 C is skew-symmetric" if symmetric else ""
+        says = f"Coriolis matrix C(q, qd) with C qd = h{skew}, its rows one after another"
+        program = rewritten(coriolis_matrix_program(torque, n))
+        return Function("coriolis_matrix", says, ("q", "qd"), (Output("C", square),), program)
+
+    def forward() -> Function:
+        says = "accelerations qdd that torques tau cause"
+        program = forward_dynamics_program(torque, n, symmetric)
+        return Function("forward_dynamics", says, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
+
+    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward), strict=True))
 
 
 def _decomposition_function(arm: RobotArm) -> Function:

@@ -39,7 +39,7 @@ class Language:
     # Signs that do not stand as they are in a comment: one could end it, continue its line or be expanded.
     unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'
     scalars: ClassVar[tuple[str, ...]] = ("double",)
-    operators: ClassVar[Mapping[str, str]] = {"add": "+", "subtract": "-", "multiply": "*"}
+    operators: ClassVar[Mapping[str, str]] = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
     separator: ClassVar[str] = ", "
 
     def number(self, value: float) -> str:
@@ -150,7 +150,7 @@ class Matlab(Language):
 
     files: ClassVar = {".m": "matlab.m.jinja"}
     comment = ("", "%", "")
-    operators: ClassVar = {"add": "+", "subtract": "-", "multiply": ".*"}
+    operators: ClassVar = {"add": "+", "subtract": "-", "multiply": ".*", "divide": "./"}
     separator = "; "
 
 

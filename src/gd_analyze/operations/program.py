@@ -17,11 +17,15 @@ UFUNCS: dict[Operation, Any] = {
     "add": np.add,
     "subtract": np.subtract,
     "multiply": np.multiply,
+    "divide": np.divide,
     "negative": np.negative,
     "cos": np.cos,
     "sin": np.sin,
 }
-_ARGUMENTS: dict[str, int] = {"input": 1} | {name: ufunc.nin for name, ufunc in UFUNCS.items()}
+# Of the programs of torques that files hold: none divides.
+_ARGUMENTS: dict[str, int] = {"input": 1} | {
+    name: ufunc.nin for name, ufunc in UFUNCS.items() if name != "divide"
+}
 
 # Set points per pass: a program of a thousand intermediates then stays within a few megabytes.
 _CHUNK = 1024
@@ -29,7 +33,10 @@ _CHUNK = 1024
 
 @dataclass(frozen=True)
 class OperationCount:
-    """Arithmetic of one evaluation; a subtraction counts as an addition, a change of sign is free."""
+    """Arithmetic of one evaluation.
+
+    A subtraction counts as an addition, a division as a multiplication, a change of sign is free.
+    """
 
     multiplications: int
     additions: int
@@ -67,7 +74,7 @@ class Program:
         """Operations of one evaluation."""
         kinds = Counter(step.operation for step in self.steps)
         additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
-        return OperationCount(kinds["multiply"], additions, functions)
+        return OperationCount(kinds["multiply"] + kinds["divide"], additions, functions)
 
     def with_values(self, values: Mapping[str, float]) -> Program:
         """Set some inputs to numbers and fold the constants that follow."""

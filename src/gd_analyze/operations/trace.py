@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array
 
-Operation = Literal["input", "add", "subtract", "multiply", "negative", "cos", "sin"]
+Operation = Literal["input", "add", "subtract", "multiply", "divide", "negative", "cos", "sin"]
 
 
 class Expression:
@@ -106,6 +106,12 @@ class Trace:
             elif _is_negative(x):
                 return self.negative(self.multiply(x.arguments[0], y))
         return self.record("multiply", *_sorted(a, b))
+
+    def divide(self, a: Any, b: Any) -> Any:
+        """Quotient; no program of a torque has one, only those that solve for accelerations."""
+        if isinstance(b, Expression):
+            return 0.0 if is_constant(a, 0.0) else self.record("divide", a, b)
+        return self.multiply(1.0 / float(b), a)
 
     def negative(self, a: Any) -> Any:
         """Change of sign; two cancel."""

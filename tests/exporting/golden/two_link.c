@@ -3,6 +3,10 @@
 
 #include <math.h>
 
+#if defined(__FAST_MATH__) && !defined(GD_ANALYZE_ALLOW_FAST_MATH)
+#error "-ffast-math hides numbers that are none and breaks the reduction of angles: leave it out, or define GD_ANALYZE_ALLOW_FAST_MATH"
+#endif
+
 const double two_link_sampled_error[2] = {
     0.0, 0.0
 };
