@@ -47,6 +47,12 @@ if TYPE_CHECKING:
     default=True,
     help="Of a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
 )
+@click.option(
+    "--tests",
+    is_flag=True,
+    help="Also write tests that compare the text, where it lands, with what is computed here: C and C++ with "
+    "CMakeLists.txt, pytest, MATLAB.",
+)
 @options.drives
 @click.option("-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.")
 @click.option("--overwrite", is_flag=True, help="Replace files that are there already.")
@@ -58,6 +64,7 @@ def export(
     name: str | None,
     single: bool,
     bound: bool,
+    tests: bool,
     drives: bool | None,
     out: Path,
     overwrite: bool,
@@ -81,10 +88,13 @@ def export(
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
         from gd_analyze.exporting.export import CLASSES, written
+        from gd_analyze.exporting.vectors import names_of_tests
 
         subject = _subject(robot, what, name, drives)
         suffixes = [suffix for word in languages for suffix in CLASSES[word].files]
-        paths = [out / f"{subject.name}{suffix}" for suffix in suffixes]
+        names = [f"{subject.name}{suffix}" for suffix in suffixes]
+        names += names_of_tests(subject.name, languages) if tests else []
+        paths = [out / name for name in names]
         require_outputs(*paths)
         there = [path for path in paths if path.exists()]
         if there and not overwrite:
@@ -103,7 +113,7 @@ def export(
                 told = f"no bound is written: {error.what}; --no-bound writes none"
                 warnings.warn(told, GdAnalyzeWarning, stacklevel=2)
         stage("writing")
-        exported = written(subject, languages, "float" if single else "double")
+        exported = written(subject, languages, "float" if single else "double", tests=tests)
         exported.save(out)
     output.give(exported.result(), *exported.paths(out))
 

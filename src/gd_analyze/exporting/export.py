@@ -13,6 +13,7 @@ from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.exporting.language import Casadi, Cpp, Jax, Language, Matlab, Python
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
+from gd_analyze.exporting.vectors import tests_of
 from gd_analyze.files import replacing_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
@@ -94,6 +95,7 @@ def export(
     drives: bool | None = None,
     certificate: Certificate | None = None,
     what: Sequence[str] = (),
+    tests: bool = False,
 ) -> Exported:
     """Write a simplified model, or an arm's exact dynamics, in other languages.
 
@@ -115,6 +117,9 @@ def export(
     what
         Functions beside the torque, D, h and c, of `FURTHER`: "derivatives" of the torque, the
         "coriolis_matrix", and "forward" dynamics.
+    tests
+        Also write programs that compare the text, where it lands, with what is computed here: in C and C++
+        with a CMakeLists.txt, in Python for pytest, in MATLAB.
 
     Raises
     ------
@@ -131,7 +136,7 @@ def export(
     else:
         arm = arm_of(given)
         subject = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
-    return written(subject.with_functions(what), languages, scalar)
+    return written(subject.with_functions(what), languages, scalar, tests=tests)
 
 
 def export_decomposition(
@@ -148,9 +153,12 @@ def export_decomposition(
     return written(ExportInput.of_decomposition(arm_of(arm), name), languages, scalar)
 
 
-def written(given: ExportInput, languages: str | Sequence[str], scalar: str = "double") -> Exported:
+def written(
+    given: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
+) -> Exported:
     """Write the functions in languages, see `export`."""
     files: dict[str, str] = {}
+    chosen: dict[str, Language] = {}
     for name in (languages,) if isinstance(languages, str) else languages:
         if name not in LANGUAGES:
             expected = f"some of {', '.join(LANGUAGES)}"
@@ -159,6 +167,7 @@ def written(given: ExportInput, languages: str | Sequence[str], scalar: str = "d
         if scalar not in language.scalars:
             what, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
             raise UsageError(what, where="scalar", expected=expected, found=scalar)
-        texts = language(scalar).texts(given)
+        chosen[name] = language(scalar)
+        texts = chosen[name].texts(given)
         files |= {f"{given.name}{suffix}": text for suffix, text in texts.items()}
-    return Exported(given, files)
+    return Exported(given, files | (tests_of(given, chosen) if tests else {}))

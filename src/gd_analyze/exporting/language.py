@@ -111,12 +111,12 @@ class Language:
             "constants": given.constants,
             "header": "\n".join([*header(given, self.foreign), *self.notes(given)]),
         } | self.values(given)
-        templates = _environment(self).get_template
+        templates = environment(self).get_template
         return {suffix: templates(template).render(values) for suffix, template in self.files.items()}
 
 
 @cache
-def _environment(language: Language) -> Environment:
+def environment(language: Language) -> Environment:
     """Read templates. Nothing is escaped: what they are given is safe already."""
     environment = Environment(
         loader=PackageLoader("gd_analyze.exporting"),

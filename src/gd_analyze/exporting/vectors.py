@@ -1,0 +1,88 @@
+"""Tests written beside an export: states, what every function gives there, and programs that compare."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.exporting.export_input import ExportInput, Function
+from gd_analyze.exporting.language import Language, environment
+from gd_analyze.motions.states import states_in_box
+from gd_analyze.simplification.effort import inputs_of
+
+# States, drawn within the arm's limits; how far a number may be off, as a share of the function's largest:
+# libraries round otherwise, and a change of any coefficient by a thousandth shows.
+_STATES = 12
+_ALLOWED = {"double": 1e-9, "float": 3e-4}
+# Template and file of the test of each language that has one, and what builds those of C and C++.
+_TESTS = {
+    "c": ("test.c.jinja", "{}_test.c"),
+    "cpp": ("test.c.jinja", "{}_test.cpp"),
+    "matlab": ("test.m.jinja", "{}_test.m"),
+    "python": ("test.py.jinja", "test_{}.py"),
+}
+_CMAKE, _COMPILED = "CMakeLists.txt", {"c", "cpp"}
+
+
+def names_of_tests(name: str, languages: Collection[str]) -> list[str]:
+    """Files that `tests_of` gives."""
+    tests = [_TESTS[word][1].format(name) for word in languages if word in _TESTS]
+    return tests + [_CMAKE] * bool(_COMPILED & {*languages})
+
+
+def tests_of(given: ExportInput, languages: Mapping[str, Language]) -> dict[str, str]:
+    """Texts by file name: a test for each language that has one, and how CMake builds those of C and C++."""
+    values = _values(given)
+    files = {}
+    for word, language in languages.items():
+        if word not in _TESTS:
+            continue
+        template, file = _TESTS[word]
+        share, number = _ALLOWED[language.scalar], language.number if word == "c" else repr
+        largest = {f.name: max(1e-3, *(max(map(abs, v[f.name])) for v in values)) for f in given.functions}
+        files[file.format(given.name)] = (
+            environment(language)
+            .get_template(template)
+            .render(
+                given=given,
+                name=given.name,
+                vectors=values,
+                scalar=language.scalar,
+                cpp=word == "cpp",
+                number=number,
+                row=partial(_row, number),
+                allowed={name: share * size for name, size in largest.items()},
+                size=_size,
+                begins=lambda f: np.cumsum([0, *(x.size for x in f.outputs)])[:-1].tolist(),
+            )
+        )
+    compiled = [word for word in languages if word in _COMPILED]
+    if compiled:
+        text = environment(languages[compiled[0]]).get_template("CMakeLists.txt.jinja")
+        files[_CMAKE] = text.render(name=given.name, c="c" in compiled, cpp="cpp" in compiled)
+    return files
+
+
+def _row(number: Callable[[float], str], values: Sequence[float]) -> str:
+    return ", ".join(map(number, values))
+
+
+def _size(function: Function) -> int:
+    return sum(output.size for output in function.outputs)
+
+
+def _values(given: ExportInput) -> list[dict[str, Any]]:
+    """States and outputs by name, state by state; torques that a function takes are the accelerations."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
+        states = states_in_box(given.arm, _STATES, seed=1)
+    inputs = inputs_of(states)
+    inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
+    outputs = {function.name: function.program.run(inputs).T.tolist() for function in given.functions}
+    named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()} | outputs
+    return [{name: rows[s] for name, rows in named.items()} for s in range(_STATES)]
