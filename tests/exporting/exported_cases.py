@@ -58,7 +58,8 @@ def subject(case: str) -> ExportInput:
         return ExportInput.of_decomposition(arm)
     if what in ("", "further"):
         exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
-        return exact.with_functions(FURTHER) if what else exact
+        further = FURTHER if arm.drives else FURTHER[:-1]  # friction is the drives'
+        return exact.with_functions(further) if what else exact
     return proven(exact_model(arm, arm.counts_drives(None), gd.LEVELS[what]))
 
 

@@ -10,8 +10,9 @@ from rounded_programs import given_of, slope
 
 import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.exporting.c import in_strides
 from gd_analyze.exporting.export import CLASSES
 from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Output
@@ -71,7 +72,7 @@ def test_functions_of_an_arm_are_its_exact_dynamics_and_parts_sum_to_the_whole(n
 def test_derivatives_are_pinocchios_and_forward_dynamics_undo_the_torque(name):
     """Of the exact dynamics, drives left out: Pinocchio's derivatives, Coriolis matrix and aba."""
     arm = gd.load_arm(name)
-    what = ExportInput.of_exact(ExactForm(arm, False)).with_functions(FURTHER)
+    what = ExportInput.of_exact(ExactForm(arm, False)).with_functions(FURTHER[:3])
     drawn, n = gd.states_in_box(arm, 50, seed=3), arm.n_joints
     found, model = values(what, drawn), pinocchio_model(arm)
     data = model.createData()
@@ -93,7 +94,7 @@ def test_derivatives_are_pinocchios_and_forward_dynamics_undo_the_torque(name):
 @pytest.mark.parametrize("case", MODELS)
 def test_further_functions_of_a_model_are_of_its_own_torque(case):
     plain = subject(case)
-    what, drawn = plain.with_functions(FURTHER), states(case, 60)
+    what, drawn = plain.with_functions(FURTHER[:3]), states(case, 60)
     found, torque, n = values(what, drawn), plain.torque.program, plain.n
     for name, output in (("q", "dtau_dq"), ("qd", "dtau_dqd"), ("qdd", "D")):
         for j in range(n):
@@ -113,6 +114,16 @@ def test_further_functions_of_a_model_are_of_its_own_torque(case):
         skew = (later - before) / (2.0 * step) - 2.0 * found["C"]
         # Central differences err by the third derivative times the step squared, and by eps over the step.
         assert np.abs(skew + skew.swapaxes(1, 2)).max() <= 1e-7 * max(1.0, np.abs(later).max())
+
+
+def test_friction_is_that_of_the_drives(puma, two_link):
+    what = ExportInput.of_exact(ExactForm(puma)).with_functions(["friction"])
+    drawn = gd.states_in_box(puma, 100)
+    still = gd.States(drawn.q, np.where(drawn.q > 0.0, drawn.qd, 0.0), drawn.qdd)
+    wanted = viscous_coefficients(puma) * still.qd + coulomb_friction(puma, still.qd)
+    assert_close(values(what, still)["tau_friction"], wanted)
+    with pytest.raises(ArmError, match="describes no drives"):
+        gd.export(two_link, "c", what=["friction"])
 
 
 def test_functions_beside_the_torque_are_asked_for_by_name(two_link):

@@ -93,6 +93,10 @@ class C(Language):
         """What sin or cos is called."""
         return f"{name}f" if self.single else name
 
+    def sign(self, value: str) -> str:
+        """Write comparisons."""
+        return f"({self.scalar})({value} > {self.number(0.0)} ? 1 : {value} < {self.number(0.0)} ? -1 : 0)"
+
     def number(self, value: float) -> str:
         """Write a number, one of single precision in as many digits as it needs; `UsageError` beyond it."""
         if not self.single:

@@ -12,6 +12,7 @@ import numpy as np
 
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.dynamics import composite_moments
+from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers
@@ -150,7 +151,7 @@ class ExportInput:
         """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
         assert self.torque is not None  # who calls has asked for it
         symmetric = self.model is None or self.model.level.is_mechanical
-        more = _further_functions(self.torque.program, self.n, symmetric)
+        more = _further_functions(self.arm, self.torque.program, symmetric)
         return replace(self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in what)))
 
     @property
@@ -207,10 +208,11 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
 
 
 # What may be written beside the torque, D, h and c.
-FURTHER = ("derivatives", "coriolis_matrix", "forward")
+FURTHER = ("derivatives", "coriolis_matrix", "forward", "friction")
 
 
-def _further_functions(torque: Program, n: int, symmetric: bool) -> dict[str, Callable[[], Function]]:
+def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[str, Callable[[], Function]]:
+    n = arm.n_joints
     square = (n, n)
 
     def derivatives() -> Function:
@@ -230,7 +232,22 @@ def _further_functions(torque: Program, n: int, symmetric: bool) -> dict[str, Ca
         program = forward_dynamics_program(torque, n, symmetric)
         return Function("forward_dynamics", says, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
 
-    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward), strict=True))
+    def friction() -> Function:
+        says = (
+            "Coulomb and viscous friction of the drives at the joints, to be added to the torque; 0 at rest"
+        )
+        ways, trace = coulomb_friction(arm, np.array([np.ones(n), -np.ones(n)])), Trace()
+        found = []
+        for i, (forward, backward, slope) in enumerate(zip(*ways, viscous_coefficients(arm), strict=True)):
+            qd = trace.record("input", f"qd{i + 1}")
+            way = trace.sign(qd)
+            mean = trace.multiply(trace.multiply(way, way), 0.5 * float(forward + backward))
+            level = trace.add(trace.multiply(way, 0.5 * float(forward - backward)), mean)
+            found.append(trace.add(trace.multiply(qd, float(slope)), level))
+        program = Program.of(trace, found)
+        return Function("friction", says, ("qd",), (Output("tau_friction", (n,)),), program)
+
+    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, friction), strict=True))
 
 
 def _decomposition_function(arm: RobotArm) -> Function:

@@ -38,7 +38,8 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
         yield f"The exact torque takes {model.operations_full}."
     if given.torque is not None:
         yield f"Inertia of the drives: {'included' if given.drives else 'left out'}."
-    yield "Units: rad and m, s, N m and N. Friction is not included."
+    apart = any(function.name == "friction" for function in given.functions)
+    yield f"Units: rad and m, s, N m and N. Friction is {'a function apart' if apart else 'not included'}."
     yield f"Arm {foreign(arm.name)}, SHA-256 of all that affects its torque:"
     yield f"  {fingerprint(arm, given.drives)}"
     if model is not None:

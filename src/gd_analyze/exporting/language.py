@@ -54,6 +54,10 @@ class Language:
         """What sin or cos is called."""
         return name
 
+    def sign(self, value: str) -> str:
+        """Write 1, 0 or -1 of a value."""
+        return f"{self.function('sign')}({value})"
+
     def foreign(self, text: str) -> str:
         """Write a text from outside, such as an arm's title, for a comment."""
         return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
@@ -85,6 +89,8 @@ class Language:
                 value = f"{first} {self.operators[step.operation]} {others[0]}"
             elif step.operation == "negative":
                 value = f"-{first}"
+            elif step.operation == "sign":
+                value = self.sign(first)
             else:
                 value = f"{self.function(step.operation)}({first})"
                 if first.isidentifier():
@@ -139,6 +145,10 @@ class Cpp(Language):
     def number(self, value: float) -> str:
         """Write a number of the scalar's type."""
         return f"T({value!r})"
+
+    def sign(self, value: str) -> str:
+        """Write comparisons."""
+        return f"T({value} > T(0) ? 1 : {value} < T(0) ? -1 : 0)"
 
     def values(self, given: ExportInput) -> dict[str, Any]:
         """Functions with few sines and cosines."""

@@ -19,12 +19,13 @@ UFUNCS: dict[Operation, Any] = {
     "multiply": np.multiply,
     "divide": np.divide,
     "negative": np.negative,
+    "sign": np.sign,
     "cos": np.cos,
     "sin": np.sin,
 }
-# Of the programs of torques that files hold: none divides.
+# Of the programs of torques that files hold: none divides, or asks for a sign.
 _ARGUMENTS: dict[str, int] = {"input": 1} | {
-    name: ufunc.nin for name, ufunc in UFUNCS.items() if name != "divide"
+    name: ufunc.nin for name, ufunc in UFUNCS.items() if name not in ("divide", "sign")
 }
 
 # Set points per pass: a program of a thousand intermediates then stays within a few megabytes.

@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array
 
-Operation = Literal["input", "add", "subtract", "multiply", "divide", "negative", "cos", "sin"]
+Operation = Literal["input", "add", "subtract", "multiply", "divide", "negative", "sign", "cos", "sin"]
 
 
 class Expression:
@@ -112,6 +112,10 @@ class Trace:
         if isinstance(b, Expression):
             return 0.0 if is_constant(a, 0.0) else self.record("divide", a, b)
         return self.multiply(1.0 / float(b), a)
+
+    def sign(self, a: Any) -> Any:
+        """1, 0 or -1, as friction has it; no program of a torque has one."""
+        return self.record("sign", a)
 
     def negative(self, a: Any) -> Any:
         """Change of sign; two cancel."""
