@@ -36,7 +36,7 @@ _MUCH = 0.5  # of inertia, of feedback
 
 @dataclass(frozen=True, eq=False)
 class CertifiedTracking:
-    """What is proven of a continuous loop begun on the motion, within its torque limits."""
+    """Bound of a continuous loop begun on the motion, within its torque limits: torque proven, D sampled."""
 
     torque_error: FloatArray  # of the model at any state within the margins, at most, N m (N), (n,)
     error: FloatArray  # of tracking, at most, rad (m), (n,)

@@ -172,7 +172,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     first_order = study.expected[judged, settings.usual_speed]
     if found := _certified(study, judged):
         text = f"at most {_worst_text(study, found.error, bound=True)}"
-        yield Fact("", f"{label}, proven", text, shown="text")
+        yield Fact("", f"{label}, bound, D sampled", text, shown="text")
     elif judged != FIXED_GAINS or max(settings.rates) not in study.too_slow_for_fixed_gains:
         text = "unbounded: the model's D is nearly singular"
         if (first_order < _FARTHEST).all():
@@ -311,7 +311,11 @@ def _bounds_table(study: ControlStudy) -> Table:
     speed, controller, joints = study.settings.usual_speed, _judged(study), range(study.arm.n_joints)
     loops = [study.loop(controller, rate, speed) for rate in study.settings.rates]
     found = _certified(study, controller)
-    proven = [] if found is None else [replace(_errors(study, "proven", found.error, joints), shown="bound")]
+    proven = (
+        []
+        if found is None
+        else [replace(_errors(study, "bound, D sampled", found.error, joints), shown="bound")]
+    )
     columns = (
         joint_columns(study.arm.joints)[-1],
         *proven,
@@ -320,7 +324,10 @@ def _bounds_table(study: ControlStudy) -> Table:
     )
     law = " with fixed gains" * (controller == FIXED_GAINS)
     title = f"Tracking error caused by the simplified model's torque error{law}, at most, and simulated"
-    note = "Expected: to first order. Proven: in continuous time, within the torque limits."
+    note = (
+        "Expected: to first order. Bound: torque error proven, D sampled along the motion; in continuous "
+        "time, within the torque limits."
+    )
     return Table("bounds", title, columns, note)
 
 
