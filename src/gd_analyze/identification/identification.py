@@ -23,6 +23,7 @@ class IdentifiedParameter:
     least_squares: float
     value: float  # identified: physically consistent, if that was asked for
     error: float  # standard error; of what the log does not tell, its plausible size
+    size: float  # plausible one
     told: bool  # whether a change of a third of its plausible size would show in the log
 
 
@@ -36,23 +37,23 @@ class Residuals:
     friction: FloatArray  # of that with friction fitted to it
     identified: FloatArray
     held_out: Array  # whether a row was predicted, not fitted
+    loaded: Array  # whether the unknown payload was carried
 
     @property
     def judged(self) -> Array:
-        """Rows by which models are judged: those held out, or all where none are."""
-        return self.held_out if self.held_out.any() else np.ones_like(self.held_out)
+        """Rows by which models are judged: those held out, without a payload that the file does not know."""
+        return self.held_out & ~self.loaded
 
     def rms(self, model: str) -> float:
-        """RMS of what a model leaves of the rows judged; `measured` for the measurement itself."""
+        """RMS of what a model leaves of the rows judged; `measured` for the measurement; nan without rows."""
         values = getattr(self, model)[self.judged]
         left = values if model == "measured" else self.measured[self.judged] - values
         return float(np.sqrt(np.mean(left**2))) if len(left) else np.nan
 
-    @property
-    def explained(self) -> float:
-        """Share of the variance of the rows judged that the identified model explains."""
-        measured, left = self.measured[self.judged], (self.measured - self.identified)[self.judged]
-        return float(1.0 - np.var(left) / np.var(measured)) if len(left) > 1 else np.nan
+    def share(self, model: str) -> float:
+        """That RMS over the measurement's."""
+        measured = self.rms("measured")
+        return self.rms(model) / measured if measured else np.nan
 
 
 @dataclass(frozen=True, eq=False)

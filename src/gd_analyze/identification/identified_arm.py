@@ -48,7 +48,13 @@ def base_of(
     errors = np.sqrt(np.where(told, known, known + unknown))
     return tuple(
         IdentifiedParameter(
-            *name, float(file[k]), float(plain[k]), float(found[k]), float(errors[k]), bool(told[k])
+            *name,
+            float(file[k]),
+            float(plain[k]),
+            float(found[k]),
+            float(errors[k]),
+            float(size[k]),
+            bool(told[k]),
         )
         for k, name in enumerate(names)
     )
@@ -113,6 +119,8 @@ def identified_arm(
         spread=spread,
         sources=(*arm.sources, sources),
         assumptions=(*arm.assumptions, _ASSUMED),
+        # What looked wrong of the links is gone with them.
+        doubts=tuple(text for text in arm.doubts if "mass" not in text and "inertia" not in text),
     )
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
+from gd_analyze.dynamics.measured_torque import SIGMAS, compare_torque, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
-from gd_analyze.identification.estimate import described, least_squares, plausible_sizes
-from gd_analyze.identification.identification import Identification, Residuals
+from gd_analyze.identification.estimate import Estimate, described, least_squares, plausible_sizes
+from gd_analyze.identification.identification import Identification, IdentifiedParameter, Residuals
 from gd_analyze.identification.identified_arm import (
     base_of,
     identified_arm,
@@ -25,9 +25,10 @@ from gd_analyze.identification.identified_arm import (
 from gd_analyze.identification.rows import JointRows, Unknowns, rows_of
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.text import named_joints, percent
+from gd_analyze.text import named_joints, number, percent
 
 # Share at the end of every log that is predicted, not fitted, where no log is held out.
 HELD_OUT = 1.0 / 3.0
@@ -35,8 +36,11 @@ HELD_OUT = 1.0 / 3.0
 _CONSTANT = 1e-6
 # Between two logs in figures, as a share of the first.
 _PAUSE = 0.05
-# A model that leaves more than this share of the variance of what it has not seen describes nothing.
-_NOTHING = 0.5
+# A model that leaves more than this share of the square of what it has not seen describes nothing; ratio of
+# two RMS that clearly differ.
+_NOTHING, _CLEARLY = 0.5, 1.1
+# First moments over the file's, or one over it, beyond which a unit is wrong rather than the file.
+_HEAVY = 3.0
 
 
 def identify(
@@ -77,15 +81,16 @@ def identify(
     Raises
     ------
     UsageError
-        If a log has no torques or they are constant, no joint moves, the logs tell nothing of the links, or
-        no model of this arm explains them.
+        If a log has no torques or constant ones, is given twice, or has a sign or column wrong; if no joint
+        moves, the logs tell nothing of the links, or no model of this arm predicts what is held out.
     TrajectoryError
         If a log is of another number of joints.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of joints that do not move, and of those that the identified model does not explain.
+        Of joints that do not move, of those that the identified model does not predict, and of first
+        moments far from the file's.
     """
     arm = arm_of(arm)
     n = arm.n_joints
@@ -96,10 +101,14 @@ def identify(
     for motion in every:
         require_joints(motion, arm)
         require_torques(motion)
+    _require_different(every)
+    for motion in [*fitted, *apart]:
+        _require_the_files_columns(arm, motion)
     unknowns = Unknowns(n, payload=bool(carrying))
     fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in every], axis=0)
     parts: list[list[JointRows]] = [[] for _ in range(n)]
     flags: list[list[Array]] = [[] for _ in range(n)]
+    loads: list[list[Array]] = [[] for _ in range(n)]
     begin = 0.0
     for k, motion in enumerate(every):
         is_loaded, is_apart = any(motion is one for one in carrying), k >= len(every) - len(apart)
@@ -109,6 +118,7 @@ def identify(
             clock = each.time - motion.time[0] + begin
             parts[i].append(replace(each, time=clock))
             flags[i].append(clock > from_here)
+            loads[i].append(np.full(len(clock), is_loaded))
         begin = end + _PAUSE * (end - begin)
     rows, predicted = [JointRows.joined(each) for each in parts], [np.concatenate(each) for each in flags]
     training = [each.at(~flag) for each, flag in zip(rows, predicted, strict=True)]
@@ -129,18 +139,21 @@ def identify(
             found="parameters whose standard errors are as large as they are themselves",
         )
     residuals = tuple(
-        _residuals(each, flag, start, values, unknowns, i)
-        for i, (each, flag) in enumerate(zip(rows, predicted, strict=True))
+        _residuals(each, flag, np.concatenate(load), start, values, unknowns, i)
+        for i, (each, flag, load) in enumerate(zip(rows, predicted, loads, strict=True))
     )
     _require_a_model(arm, residuals)
+    _require_friction_that_brakes(arm, estimate, unknowns)
     deviations, opened = estimate.deviations, estimate.open
     errors = np.sqrt(np.square(deviations).sum(axis=0))
     is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
     friction, drives = unknowns.of_friction, unknowns.of_drives
     of_log = sources_of(arm, fitted, carrying, apart, parameters)
+    made = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
+    _warn_of_unit(parameters)
     return Identification(
         given=arm,
-        arm=identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log),
+        arm=made,
         logs=tuple(motion.name for motion in fitted),
         held_out=tuple(motion.name for motion in apart),
         loaded=tuple(motion.name for motion in carrying),
@@ -185,32 +198,118 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
-def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
-    """Refuse logs that no parameters explain; warn of joints of which that is so."""
-    explained = [each.explained for each in residuals]
-    poor = [i + 1 for i, share in enumerate(explained) if share < 1.0 - _NOTHING]
-    if not poor:
+def _require_friction_that_brakes(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> None:
+    """Refuse torques of the other sign: only there friction drives its joint."""
+    of, n = unknowns.of_friction, arm.n_joints
+    values = estimate.values[of].reshape(n, 3)[:, :2]
+    errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
+    driven = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
+    if not driven.any():
         return
-    known = [share for share in explained if np.isfinite(share)]
-    shares = ", ".join(percent(max(explained[i - 1], 0.0)) for i in poor)
-    joints = named_joints(poor, arm.n_joints)
-    what = f"of the torque held out at {joints} the identified model explains {shares}"
-    if 2 * len(poor) > len(known):
+    signs = ",".join("-1" if one else "1" for one in driven)
+    raise UsageError(
+        f"friction would drive {named_joints(list(np.flatnonzero(driven) + 1), n)} instead of braking",
+        where=f"arm {arm.name}",
+        expected="torques positive towards growing positions",
+        next_step=f"--torque-constant {signs} turns the sign; --map names another column",
+    )
+
+
+def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
+    """Refuse logs whose rows held out no parameters predict; warn of joints of which that is so."""
+    n, shares = arm.n_joints, [each.share("identified") for each in residuals]
+    known = [i for i, share in enumerate(shares) if np.isfinite(share)]
+    unseen = [i + 1 for i in range(n) if i not in known and len(residuals[i].time)]
+    if not known:
         raise UsageError(
-            f"no model of this arm explains the logs: {what}",
+            "no joint moves in what is held out, so that nothing can be stated of the result",
             where=f"arm {arm.name}",
-            next_step="check the arm, the order of its joints and the units (`gd-analyze columns`); a log "
-            "that is short, or ends unlike it begins, predicts nothing",
+            next_step="hold out a log of moving joints, or none: then the last third of every log is",
         )
-    warnings.warn(f"{what} of its variance", GdAnalyzeWarning, stacklevel=3)
+    if unseen:
+        what = f"{named_joints(unseen, n)} does not move in what is held out: nothing is stated of its torque"
+        warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
+    poor = [i for i in known if shares[i] ** 2 > _NOTHING]
+    worse = [i for i in known if residuals[i].rms("identified") > _CLEARLY * residuals[i].rms("friction")]
+    if not poor and len(worse) < len(known):
+        return
+    left = ", ".join(percent(shares[i]) for i in poor or worse)
+    joints = named_joints([i + 1 for i in poor or worse], n)
+    what = f"the identified model leaves {left} of the RMS of the torque held out at {joints}"
+    if 2 * len(poor) > len(known) or len(worse) == len(known):
+        better = "; the file with friction leaves less at every joint" if len(worse) == len(known) else ""
+        raise UsageError(
+            f"no model of this arm predicts the logs: {what}{better}",
+            where=f"arm {arm.name}",
+            next_step="check the arm, and order, signs and units of its torques (`gd-analyze columns`); "
+            "a log that is short, or ends unlike it begins, predicts nothing",
+        )
+    what += ": check the columns, signs and units of its torque"
+    warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
+
+
+def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
+    """Warn of first moments, on which gravity acts, that are far larger or smaller than the file's."""
+    told = [one for one in parameters if one.told and one.unit == "kg m"]
+    found, file = (float(np.linalg.norm([getattr(one, x) for one in told])) for x in ("value", "file"))
+    if file > 0.0 and not 1.0 / _HEAVY < found / file < _HEAVY:
+        what = f"the identified first moments, m r, are {number(found / file)} times the file's"
+        message = f"{what}: is the torque in N m, or are these currents (--torque-constant)?"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+
+
+def _require_different(motions: Sequence[Trajectory]) -> None:
+    """Refuse a log that is given twice: it would count twice, or be predicted from itself."""
+    seen: dict[str, str] = {}
+    for motion in motions:
+        if motion.fingerprint in seen:
+            raise UsageError(
+                "a log is given twice",
+                where=f"{seen[motion.fingerprint]} and {motion.name}",
+                expected="every log once: fitted, held out or loaded",
+                next_step="leave one of them out",
+            )
+        seen[motion.fingerprint] = motion.name
+
+
+def _require_the_files_columns(arm: RobotArm, motion: Trajectory) -> None:
+    """Refuse torques that are the file's with the other sign, or those of another joint."""
+    if not arm.mass.any():
+        return
+    found = compare_torque(arm, motion)
+    for i, verdict in enumerate(found.verdicts):
+        if verdict not in ("other sign", "another joint's"):
+            continue
+        other = found.resembles[i]
+        signs = ",".join("-1" if k == i else "1" for k in range(arm.n_joints))
+        is_sign = verdict == "other sign"
+        raise UsageError(
+            f"the measured torque of joint {i + 1} "
+            + (
+                "has the other sign than the file's model"
+                if is_sign
+                else f"follows the model of joint {other}"
+            ),
+            where=f"log {motion.name}",
+            next_step=f"--torque-constant {signs} turns its sign"
+            if is_sign
+            else "name its column with --map",
+        )
 
 
 def _residuals(
-    rows: JointRows, held_out: Array, start: FloatArray, values: FloatArray, unknowns: Unknowns, joint: int
+    rows: JointRows,
+    held_out: Array,
+    loaded: Array,
+    start: FloatArray,
+    values: FloatArray,
+    unknowns: Unknowns,
+    joint: int,
 ) -> Residuals:
     file = rows.columns @ start
     first = unknowns.of_friction.start + 3 * joint
     columns, apart = rows.columns[:, first : first + 3], rows.torque - file
-    friction = np.linalg.lstsq(columns[~held_out], apart[~held_out], rcond=None)[0]
+    fitted = ~held_out & ~loaded
+    friction = np.linalg.lstsq(columns[fitted], apart[fitted], rcond=None)[0]
     identified = rows.columns @ values
-    return Residuals(rows.time, rows.torque, file, file + columns @ friction, identified, held_out)
+    return Residuals(rows.time, rows.torque, file, file + columns @ friction, identified, held_out, loaded)

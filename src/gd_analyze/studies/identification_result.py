@@ -92,10 +92,8 @@ def identification_result(
         note = f"joint {int(answer.share.argmax()) + 1}"
         facts[:0] = [
             Fact("supported_operations", "Operations supported", answer.operations, text=_operations(answer)),
-            Fact("torque_uncertainty", "Torque uncertainty", share, "of peak torque", "percent", note=note),
+            Fact("torque_uncertainty", "Uncertainty of torque, of its peak", share, "", "percent", note=note),
         ]
-    if found.payload is not None:
-        facts += _payload(found)
     return Result(
         title=arm.title or arm.name,
         subtitle=f"identified from {', '.join(found.logs)}{loaded}; {held}",
@@ -103,6 +101,7 @@ def identification_result(
         facts=tuple(facts),
         parts=(
             _residual_table(found),
+            *_payload_table(found),
             Section(
                 "",
                 "Torque over time",
@@ -138,15 +137,13 @@ def _operations(answer: Supported) -> str:
 
 
 def _headline(found: Identification, answer: Supported | None) -> str:
-    judged = [(i, each) for i, each in enumerate(found.residuals) if len(each.time) and each.rms("measured")]
-    shares = {i: each.rms("identified") / each.rms("measured") for i, each in judged}
-    worst = max(shares, key=lambda i: shares[i])
+    shares = [each.share("identified") for each in found.residuals]
+    worst = int(np.nanargmax(shares))
     each = found.residuals[worst]
-    left = f"{percent(shares[worst])} of the torque held out (joint {worst + 1}, RMS)"
-    file = percent(each.rms("file") / each.rms("measured"))
-    beside = percent(each.rms("friction") / each.rms("measured"))
     text = (
-        f"The identified model leaves at most {left}, where the file leaves {file}, with friction {beside}."
+        f"The identified model leaves at most {percent(shares[worst])} of the torque held out "
+        f"(joint {worst + 1}, RMS), where the file leaves {percent(each.share('file'))}, "
+        f"with friction {percent(each.share('friction'))}."
     )
     return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
 
@@ -157,19 +154,24 @@ def _notices(found: Identification) -> Iterator[str]:
     untold = [one.symbol for one in found.parameters if not one.told]
     if untold:
         yield (
-            f"The logs do not tell {', '.join(untold)}: they stay nearest to the file. "
+            f"Not told by the logs, and nearest to the file: {', '.join(untold)}. "
             "`gd-analyze plan ROBOT --exciting` makes a motion that tells more."
         )
-    worse = [
-        i + 1
+    if not found.given.mass.any():
+        yield "The file states no masses: its column is of uniform rods without friction."
+    ratio = {
+        i + 1: each.rms("identified") / each.rms("friction")
         for i, each in enumerate(found.residuals)
-        if len(each.time) and each.rms("identified") > _CLEARLY * each.rms("friction")
-    ]
+        if each.rms("friction") > 0.0
+    }
+    worse = [joint for joint, value in ratio.items() if value > _CLEARLY]
     if worse:
         yield (
             f"At {named_joints(worse, found.given.n_joints)} the file with friction predicts better: "
             "the logs tell less there than it seems."
         )
+    elif ratio and min(ratio.values()) > 1.0 / _CLEARLY:
+        yield "The file with friction predicts as well at every joint: keep its links."
     rough = [i + 1 for i, share in enumerate(found.estimate.correlated) if share > _CORRELATED]
     if rough:
         yield (
@@ -182,14 +184,22 @@ def _notices(found: Identification) -> Iterator[str]:
 _CORRELATED, _CLEARLY = 5.0, 1.1
 
 
-def _payload(found: Identification) -> Iterator[Fact]:
-    assert found.payload is not None
+def _payload_table(found: Identification) -> Iterator[Table]:
+    if found.payload is None:
+        return
     values, errors = found.payload
-    frame = f"in the frame of {found.given.tip}" if found.given.tip else "in the last link's frame"
-    yield Fact("payload_mass", "Payload", float(values[0]), text=f"{with_error(values[0], errors[0], 1)} kg")
-    com = ", ".join(with_error(float(x), float(e), 1) for x, e in zip(values[1:], errors[1:], strict=True))
-    yield Fact("payload_com", "Its centre of mass", values[1:], text=f"{com} m", note=frame)
-    yield Fact("payload_errors", "", errors)
+    cells = [with_error(float(x), float(error), 1) for x, error in zip(values, errors, strict=True)]
+    units = ["kg", "m", "m", "m"]
+    columns = (
+        Column("quantity", "quantity", ["mass", "x", "y", "z"], shown="name"),
+        Column("value", "", values),
+        Column("error", "", errors),
+        Column(
+            "", "value", [f"{cell} {unit}" for cell, unit in zip(cells, units, strict=True)], shown="text"
+        ),
+    )
+    frame = found.given.tip or f"link {found.given.n_joints}"
+    yield Table("payload", "Payload", columns, f"Centre of mass in the frame of {frame}; standard errors.")
 
 
 def _residual_table(found: Identification) -> Table:
@@ -198,16 +208,12 @@ def _residual_table(found: Identification) -> Table:
     columns = [*joint_columns(found.given.joints), Column("measured", "measured", measured, units)]
     left = {model: np.array([each.rms(model) for each in rows]) for model in _MODELS}
     columns += [Column(model, _MODELS[model], values, units) for model, values in left.items()]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = left["identified"] / measured
     columns += [
-        Column("share", "of measured", share, shown="percent"),
-        Column("explained", "", [each.explained for each in rows]),
-        Column("", "unexplained", [1.0 - each.explained for each in rows], shown="percent"),
+        Column("share", "of measured", [each.share("identified") for each in rows], shown="percent"),
         Column("noise", "", found.estimate.noise),
         Column("correlated_rows", "", found.estimate.correlated),
     ]
-    note = "RMS of the torque and of what each model leaves of it; unexplained: share of the variance."
+    note = "RMS of the torque and of what each model leaves of it."
     return Table("joints", "Torque held out, by joint", tuple(columns), note)
 
 
