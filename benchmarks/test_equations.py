@@ -1,6 +1,6 @@
 """Exact equations of motion: seconds by arm and number of joints, and against SymPy's Lagrangian mechanics.
 
-Run with `python -m pytest benchmarks/test_identification.py -s`.
+Run with `python -m pytest benchmarks/test_equations.py -s`.
 """
 
 from __future__ import annotations
