@@ -146,3 +146,9 @@ def test_no_positive_energy_is_claimed_of_an_arm_with_physically_inconsistent_in
     said = " ".join(run("certify r/model.json").out.split())
     assert "not positive definite" in said
     assert said.count("positive definite") == said.count("not positive definite")
+
+
+def test_a_plan_that_the_drives_cannot_follow(run):
+    line = "plan puma560 --from 0,0,0,0,0,0 --to 90,-90,0,0,0,0 --duration 0.3 --allow-violations"
+    assert "joint 1 (waist) needs 459.3 N m, 4.71 times its limit of 97.6 N m" in run(line).err
+    assert "times its limit" not in run(line.replace("0.3", "4")).err

@@ -155,6 +155,7 @@ def plan(
     require_outputs(out)
     with output.working() as stage:
         stage("planning")
+        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.planning import plan_result
         from gd_analyze.motions.trajectory import trajectory_csv
 
@@ -179,6 +180,7 @@ def plan(
                     allow_violations=allow_violations,
                     name=name,
                 )
+                warn_of_torque_limits(arm, gd.states_of(made.trajectory))
         except TrajectoryError as error:
             raise _with_options(error) from None
         if out is not None:

@@ -14,12 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import FloatArray, array_of
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import INSTANTS, FourierSeries
 from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.planning import Plan, Schedule
+from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -86,8 +89,9 @@ def exciting_motion(
     """Plan a motion, from rest to rest, that tells much of links, drives and friction.
 
     It maximises the determinant of the equations that `identify` would have of it, within the arm's ranges
-    and limits of velocity and acceleration, by descents from the best of some random series. It ends where
-    it begins; a long one repeats a shorter one.
+    and limits of velocity and acceleration, by descents from the best of some random series. Where its
+    drives could not give the torque, it becomes smaller. It ends where it begins; a long one repeats a
+    shorter one.
 
     Parameters
     ----------
@@ -120,7 +124,8 @@ def exciting_motion(
     Warns
     -----
     GdAnalyzeWarning
-        Of limits that the arm does not state, and ordinary ones in their place.
+        Of limits that the arm does not state, and ordinary ones in their place; of drives that are too weak
+        for even a small motion.
 
     Examples
     --------
@@ -146,6 +151,7 @@ def exciting_motion(
     q[-1], qd[[0, -1]], qdd[[0, -1]] = q[0], 0.0, 0.0
     trajectory = Trajectory(time, q, qd, qdd, name=name or f"{arm.name}-exciting", origin=origin)
     between = Trajectory(search.fine, *(each.T for each in family.motion(series, search.fine)))
+    warn_of_torque_limits(arm, states_of(between))
     return Plan(trajectory, limit_report(arm, between), time[[0, -1]], None)
 
 
@@ -157,6 +163,8 @@ class _Search:
         self.reach = arm.reach or 1.0
         self.fine = np.linspace(0.0, family.period, 10 * INSTANTS * family.harmonics + 1)
         self.equations = ExpectedEquations(arm, family.limits)
+        stated = [drive.torque_limit or np.inf for drive in arm.drives]
+        self.torques = np.array(stated or [np.inf] * arm.n_joints)
 
     def outside(self, q: FloatArray, clearance: float) -> FloatArray:
         """How far the end effector is outside its box along x, y and z, m, (3, N)."""
@@ -194,16 +202,23 @@ class _Search:
         return x.reshape(_STARTS, -1)
 
     def best(self, rng: np.random.Generator) -> FloatArray:
-        """Series of the best descent, smaller where that is needed to keep within the box."""
+        """Series of the best descent, smaller where that keeps it within the box and its drives' torques."""
         ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
         descents = [self.descent(x, _TRIES) for x in ranked[:_DESCENTS]]
         x, _ = self.descent(min(descents, key=lambda found: found[1])[0], _MORE)
         series = self.family.within_limits(x)
+        within = None
         for size in np.linspace(1.0, 0.1, 91):
             smaller = np.hstack([size * series[:, :-1], series[:, -1:]])
-            far = self.outside(self.family.motion(smaller, self.fine)[0], _LEAST_CLEARANCE).max()
-            if far == 0.0:
-                return smaller
+            motion = self.family.motion(smaller, self.fine)
+            far = self.outside(motion[0], _LEAST_CLEARANCE).max()
+            if far > 0.0:
+                continue
+            within = smaller
+            if (np.abs(torque_of(self.arm, States(*(x.T for x in motion)))) <= self.torques).all():
+                break
+        if within is not None:
+            return within
         raise UsageError(
             "no exciting motion was found that keeps the end effector in its box",
             where="--within",
