@@ -92,7 +92,7 @@ def of_pinocchio(arm: RobotArm, states: States) -> Way:
     return Way("Pinocchio from Python", run, out)
 
 
-@pytest.mark.parametrize("name", ["PUMA 560 with drives", "KR6", "LBR7"])
+@pytest.mark.parametrize("name", ["PUMA 560 with drives", "LBR7"])
 def test_derivatives_against_casadi_and_pinocchio(benchmark, tmp_path, name) -> None:
     arm = arm_named(name)
     assert arm is not None

@@ -17,7 +17,7 @@ from gd_analyze.report.html import page_of
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, SIMPLIFIED, WITHOUT_H, Reference
-from gd_analyze.studies.control_result import control_result, good_enough
+from gd_analyze.studies.control_result import budget_for_tolerance, control_result, good_enough
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -45,6 +45,22 @@ def test_what_is_expected_is_what_is_simulated_and_who_knows_more_tracks_better(
             assert (expected <= 1.4 * peak).all(), controller.title
     order = [peaks[c].max() for c in (EXACT, SIMPLIFIED, WITHOUT_H, laws.GRAVITY_ONLY, laws.NOTHING)]
     assert sorted(order) == order
+
+
+@pytest.mark.parametrize("degrees", [0.01, 0.1, 1.0])
+def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, degrees):
+    """A model as rough as the tolerance allows: found by the budget, it tracks within it, and costs less."""
+    settings = replace(puma_study.settings, tolerance=gd.Tolerance(np.radians(degrees)))
+    asked = gd.control(puma_study.model, pick_and_place, settings)
+    model = gd.simplify(puma, pick_and_place, budget_for_tolerance(asked))
+    found = gd.control(model, pick_and_place, settings)
+    peak = found.loop(laws.FIXED_GAINS, CONTINUOUS, 1.0).peak_error
+    assert (peak <= found.tolerance).all()
+    # The budget takes the errors of all joints for the largest at once, and searches leave some of it.
+    assert peak.max() > 0.2 * found.tolerance.max()
+    assert good_enough(found) is not None
+    if degrees >= 0.1:
+        assert model.operations.total < puma_study.model.operations.total / 2
 
 
 def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):

@@ -56,6 +56,9 @@ class ControlStudy:
         By speed, what is proven of the simplified model; empty where nothing is.
     feedback
         What computed torque with the simplified model leaves of the feedback along the motion.
+    torque_for_tolerance
+        Torque errors that leave a model with fixed gains within the tolerance, to first order, N m (N),
+        shape (n,).
     fixed_excess
         How many times what they should be fixed gains are in some direction of the motion.
     at_rest
@@ -76,6 +79,7 @@ class ControlStudy:
     expected: Mapping[tuple[Controller, float], FloatArray]
     certified: Mapping[float, CertifiedTracking]
     feedback: FeedbackLeft
+    torque_for_tolerance: FloatArray
     fixed_excess: float
     at_rest: Mapping[Controller, FloatArray]
     warnings: tuple[str, ...] = ()
@@ -209,6 +213,7 @@ def control(
         expected={(c, s): bounds.expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
         certified={} if proven is None else {settings.usual_speed: proven},
         feedback=bounds.feedback_left(model, world.reference),
+        torque_for_tolerance=bounds.torque_for(world, settings.tolerance.of(moved)),
         fixed_excess=bounds.fixed_excess(world),
         at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),

@@ -107,6 +107,18 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
     return np.asarray(np.abs(unexpected).max(axis=0) * world.gains.error_per_acceleration)
 
 
+def torque_for(world: World, tolerance: FloatArray) -> FloatArray:
+    """Torque errors, as D's diagonal, that leave fixed gains within a tracking error, N m (N), (n,).
+
+    To first order: by the largest acceleration that errors of any signs cause along the motion at once.
+    """
+    q, _, _ = world.reference.sampled()
+    causes = np.abs(np.linalg.inv(_inertia(world.plant.program, q)))
+    unexpected = np.max(causes @ world.diagonal, axis=0)
+    share = tolerance / (world.gains.error_per_acceleration * unexpected)
+    return np.asarray(share.min() * world.diagonal)
+
+
 def at_rest(world: World, controller: Controller) -> FloatArray:
     """Largest error of PD at rest, rad (m), (n,): gravity not made up for, over the stiffness K_p M."""
     q, _, _ = world.reference.sampled()

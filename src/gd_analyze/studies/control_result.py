@@ -239,6 +239,7 @@ def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
                 "unit": joint.unit,
                 "effort_unit": joint.effort_unit,
                 "tolerance": study.tolerance[i],
+                "torque_for_tolerance": study.torque_for_tolerance[i],
                 "inertia": study.diagonal[i],
                 "stiffness": settings.gains.stiffness * study.diagonal[i],
                 "torque_limit": study.limits[i],
@@ -311,6 +312,7 @@ def _bounds_table(study: ControlStudy) -> Table:
     speed, controller, joints = study.settings.usual_speed, _judged(study), range(study.arm.n_joints)
     loops = [study.loop(controller, rate, speed) for rate in study.settings.rates]
     found = _certified(study, controller)
+    units = [joint.effort_unit for joint in study.arm.joints]
     proven = (
         []
         if found is None
@@ -321,14 +323,21 @@ def _bounds_table(study: ControlStudy) -> Table:
         *proven,
         _errors(study, "expected", study.expected[controller, speed], joints),
         *(_errors(study, _rate_label(loop.rate), loop.peak_error, joints) for loop in loops),
+        Column("", "torque allowed", study.torque_for_tolerance, units),
     )
     law = " with fixed gains" * (controller == FIXED_GAINS)
     title = f"Tracking error caused by the simplified model's torque error{law}, at most, and simulated"
+    bound = "Bound: torque error proven, D sampled along the motion; continuous, within the torque limits. "
     note = (
-        "Expected: to first order. Bound: torque error proven, D sampled along the motion; in continuous "
-        "time, within the torque limits."
+        f"Expected: to first order. {bound if proven else ''}For the tolerance: `gd-analyze simplify "
+        f'--budget "{budget_for_tolerance(study)}"`, to first order, with fixed gains.'
     )
     return Table("bounds", title, columns, note)
+
+
+def budget_for_tolerance(study: ControlStudy) -> str:
+    """Budget of a model that keeps the tolerance with fixed gains: N m (N) by joint, rounded down."""
+    return ",".join(f"{-rounded_up(-value):g}" for value in study.torque_for_tolerance)
 
 
 def _rest_table(study: ControlStudy) -> Table:
