@@ -319,7 +319,7 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     signs = np.array([1, 1, 1, -1, 1, 1])
     error = refused(bare, with_torque(log, signs * log.recording.torque))
     assert "friction would drive joint 4" in error.what
-    assert "--torque-constant 1,1,1,-1,1,1 turns the sign" in error.details["next"]
+    assert "--torque-constant 1,1,1,-1,1,1 turns its sign" in error.details["next"]
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
     error = refused(puma, with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]]))

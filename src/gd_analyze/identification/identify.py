@@ -203,16 +203,14 @@ def _require_friction_that_brakes(arm: RobotArm, estimate: Estimate, unknowns: U
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
-    driven = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
-    if not driven.any():
-        return
-    signs = ",".join("-1" if one else "1" for one in driven)
-    raise UsageError(
-        f"friction would drive {named_joints(list(np.flatnonzero(driven) + 1), n)} instead of braking",
-        where=f"arm {arm.name}",
-        expected="torques positive towards growing positions",
-        next_step=f"--torque-constant {signs} turns the sign; --map names another column",
-    )
+    driven = np.flatnonzero((values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)).tolist()
+    if driven:
+        raise UsageError(
+            f"friction would drive {named_joints([i + 1 for i in driven], n)} instead of braking",
+            where=f"arm {arm.name}",
+            expected="torques positive towards growing positions",
+            next_step=f"{_to_turn(driven, n)}; --map names another column",
+        )
 
 
 def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
@@ -277,24 +275,22 @@ def _require_the_files_columns(arm: RobotArm, motion: Trajectory) -> None:
     if not arm.mass.any():
         return
     found = compare_torque(arm, motion)
-    for i, verdict in enumerate(found.verdicts):
-        if verdict not in ("other sign", "another joint's"):
+    for i, (verdict, other) in enumerate(zip(found.verdicts, found.resembles, strict=True)):
+        if verdict == "other sign":
+            what, next_step = "has the other sign than the file's model", _to_turn([i], arm.n_joints)
+        elif verdict == "another joint's":
+            what, next_step = f"follows the model of joint {other}", "name its column with --map"
+        else:
             continue
-        other = found.resembles[i]
-        signs = ",".join("-1" if k == i else "1" for k in range(arm.n_joints))
-        is_sign = verdict == "other sign"
         raise UsageError(
-            f"the measured torque of joint {i + 1} "
-            + (
-                "has the other sign than the file's model"
-                if is_sign
-                else f"follows the model of joint {other}"
-            ),
-            where=f"log {motion.name}",
-            next_step=f"--torque-constant {signs} turns its sign"
-            if is_sign
-            else "name its column with --map",
+            f"the measured torque of joint {i + 1} {what}", where=f"log {motion.name}", next_step=next_step
         )
+
+
+def _to_turn(joints: Sequence[int], n: int) -> str:
+    """What turns the torques' sign at these joints, from 0."""
+    signs = ",".join("-1" if i in joints else "1" for i in range(n))
+    return f"--torque-constant {signs} turns its sign"
 
 
 def _residuals(
