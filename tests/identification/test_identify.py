@@ -308,6 +308,20 @@ def test_the_log_of_another_robot_is_no_models(puma, true, motion):
     assert "no model of this arm predicts the logs" in error.what
 
 
+@pytest.mark.parametrize("pair", [(0, 1), (0, 3), (1, 4), (2, 3), (3, 5), (4, 5)])
+def test_two_columns_that_are_swapped_are_told(puma, true, motion, pair):
+    """By what the identified model leaves, or as what it would take of friction."""
+    log, order = true.exact_log(*motion), np.arange(6)
+    order[list(pair)] = pair[::-1]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GdAnalyzeWarning)
+        gd.identify(puma, with_torque(log, log.recording.torque[:, order]), physical=False)
+    told = [str(each.message) for each in caught if "check the columns" in str(each.message)]
+    # At one of the two, or at both.
+    named = told[0].split("at joint")[1]
+    assert str(pair[0] + 1) in named or str(pair[1] + 1) in named
+
+
 def test_what_is_plausible_but_wrong(puma, true, motion):
     """The sign of one joint, another's column, another unit, and a log that is predicted from itself."""
     log, bare = true.exact_log(*motion), massless(puma)

@@ -36,9 +36,9 @@ HELD_OUT = 1.0 / 3.0
 _CONSTANT = 1e-6
 # Between two logs in figures, as a share of the first.
 _PAUSE = 0.05
-# A model that leaves more than this share of the square of what it has not seen describes nothing; ratio of
-# two RMS that clearly differ.
-_NOTHING, _CLEARLY = 0.5, 1.1
+# A model that leaves more than this share of the square of what it has not seen describes nothing; share of
+# the RMS beyond which something is wrong with it or the log; ratio of two RMS that clearly differ.
+_NOTHING, _ROUGHLY, _CLEARLY = 0.5, 0.25, 1.1
 # First moments over the file's, or one over it, beyond which a unit is wrong rather than the file.
 _HEAVY = 3.0
 
@@ -227,14 +227,15 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     if unseen:
         what = f"{named_joints(unseen, n)} does not move in what is held out: nothing is stated of its torque"
         warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
-    poor = [i for i in known if shares[i] ** 2 > _NOTHING]
+    poor = [i for i in known if shares[i] > _ROUGHLY]
+    nothing = [i for i in poor if shares[i] ** 2 > _NOTHING]
     worse = [i for i in known if residuals[i].rms("identified") > _CLEARLY * residuals[i].rms("friction")]
     if not poor and len(worse) < len(known):
         return
     left = ", ".join(percent(shares[i]) for i in poor or worse)
     joints = named_joints([i + 1 for i in poor or worse], n)
     what = f"the identified model leaves {left} of the RMS of the torque held out at {joints}"
-    if 2 * len(poor) > len(known) or len(worse) == len(known):
+    if 2 * len(nothing) > len(known) or len(worse) == len(known):
         better = "; the file with friction leaves less at every joint" if len(worse) == len(known) else ""
         raise UsageError(
             f"no model of this arm predicts the logs: {what}{better}",

@@ -227,16 +227,17 @@ def _friction_table(found: Identification) -> Table:
     }
     numbers = np.column_stack([found.friction, found.drive_inertia])
     deviations = np.column_stack([found.friction_error, found.drive_error])
-    turning = found.given.is_revolute
-    for (key, (label, *units)), values, errors in zip(terms.items(), numbers.T, deviations.T, strict=True):
-        # A unit that all rows share stands in the heading.
-        of_rows = [""] * len(turning) if all(turning) else [f" {units[not turns]}" for turns in turning]
+    slides = not all(found.given.is_revolute)
+    for (key, (label, turning, sliding)), values, errors in zip(
+        terms.items(), numbers.T, deviations.T, strict=True
+    ):
         cells = [
-            f"{with_error(float(value), float(error), 1)}{unit}" if np.isfinite(error) else "–"
-            for value, error, unit in zip(values, errors, of_rows, strict=True)
+            with_error(float(value), float(error), 1) if np.isfinite(error) else "–"
+            for value, error in zip(values, errors, strict=True)
         ]
+        unit = f"{turning} ({sliding})" if slides else turning
         columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
-        columns.append(Column("", f"{label}, {units[0]}" if all(turning) else label, cells, shown="text"))
+        columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
     note = "With standard errors; –: not told. Only part of a drive's inertia can be told from the links'."
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
 
