@@ -11,6 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import parameters_of, regressor
+from gd_analyze.dynamics.measured_torque import compare_torque
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import pseudo_inertias
 from gd_analyze.identification.identification import Identification
@@ -320,6 +321,20 @@ def test_two_columns_that_are_swapped_are_told(puma, true, motion, pair):
     # At one of the two, or at both.
     named = told[0].split("at joint")[1]
     assert str(pair[0] + 1) in named or str(pair[1] + 1) in named
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_mistake_of_the_file_is_no_wrong_sign_of_the_log(puma, true, motion, sign):
+    """The file's last centre of mass lies on the other side, or not: the log is right, and is explained."""
+    *others, last = puma.links
+    at = np.array([0.2, 0.15, 0.0])
+    given, is_so = (
+        replace(puma, links=(*others, replace(last, mass=2.0, com=com))) for com in (sign * at, -at)
+    )
+    log = replace(true, arm=is_so, drives=0.1 * true.drives, friction=0.1 * true.friction).exact_log(*motion)
+    assert (compare_torque(given, log).verdicts[5] == "other sign") == (sign > 0.0)
+    found = gd.identify(given, log, physical=False)
+    assert max(each.share("identified") for each in found.residuals) < 1e-6
 
 
 def test_what_is_plausible_but_wrong(puma, true, motion):

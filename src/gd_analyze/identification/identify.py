@@ -102,8 +102,6 @@ def identify(
         require_joints(motion, arm)
         require_torques(motion)
     _require_different(every)
-    for motion in [*fitted, *apart]:
-        _require_the_files_columns(arm, motion)
     unknowns = Unknowns(n, payload=bool(carrying))
     fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in every], axis=0)
     parts: list[list[JointRows]] = [[] for _ in range(n)]
@@ -142,8 +140,10 @@ def identify(
         _residuals(each, flag, np.concatenate(load), start, values, unknowns, i)
         for i, (each, flag, load) in enumerate(zip(rows, predicted, loads, strict=True))
     )
+    for motion in [*fitted, *apart]:
+        _require_the_files_columns(arm, motion, residuals)
     _require_a_model(arm, residuals)
-    _require_friction_that_brakes(arm, estimate, unknowns)
+    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
     deviations, opened = estimate.deviations, estimate.open
     errors = np.sqrt(np.square(deviations).sum(axis=0))
     is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
@@ -198,12 +198,16 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
-def _require_friction_that_brakes(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> None:
-    """Refuse torques of the other sign: only there friction drives its joint."""
+def _require_friction_that_brakes(
+    arm: RobotArm, estimate: Estimate, unknowns: Unknowns, residuals: Sequence[Residuals]
+) -> None:
+    """Refuse torques that nothing predicts if friction would drive the joint: they are of the other sign."""
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
-    driven = np.flatnonzero((values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)).tolist()
+    poor = np.array([each.share("identified") > _ROUGHLY for each in residuals])
+    clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
+    driven = np.flatnonzero(poor & clear).tolist()
     if driven:
         raise UsageError(
             f"friction would drive {named_joints([i + 1 for i in driven], n)} instead of braking",
@@ -271,12 +275,14 @@ def _require_different(motions: Sequence[Trajectory]) -> None:
         seen[motion.fingerprint] = motion.name
 
 
-def _require_the_files_columns(arm: RobotArm, motion: Trajectory) -> None:
-    """Refuse torques that are the file's with the other sign, or those of another joint."""
+def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Sequence[Residuals]) -> None:
+    """Refuse torques that nothing predicts if they are the file's with the other sign, or another joint's."""
     if not arm.mass.any():
         return
     found = compare_torque(arm, motion)
     for i, (verdict, other) in enumerate(zip(found.verdicts, found.resembles, strict=True)):
+        if not residuals[i].share("identified") > _ROUGHLY:
+            continue
         if verdict == "other sign":
             what, next_step = "has the other sign than the file's model", _to_turn([i], arm.n_joints)
         elif verdict == "another joint's":
