@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rounded_programs import PAYLOAD
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
@@ -81,8 +82,9 @@ ONE = """
             qdd[i] = states[(2 * {n} + i) * count + s];
         }}
         const number *tau = qdd;
+        const number payload[] = {{{payload}}};
         NAME({name})({arguments});
-        (void)q; (void)qd; (void)qdd; (void)tau;
+        (void)q; (void)qd; (void)qdd; (void)tau; (void)payload;
         fwrite(results, sizeof(number), {size}, stdout);
     }}"""
 # Memory of just the right size, so that a step too far is seen.
@@ -90,14 +92,14 @@ MANY = """
     {{
         const size_t many = {many};
         number *given = (number *)malloc(3 * {n} * many * sizeof(number) + 1);
-        number *tau = (number *)malloc({n} * many * sizeof(number) + 1);
+        number *results = (number *)malloc({size} * many * sizeof(number) + 1);
         for (i = 0; i < 3 * {n}; i++)
             for (s = 0; s < many; s++)
                 given[i * many + s] = states[i * count + s];
-        NAME(torque_many)(many, given, given + {n} * many, given + 2 * {n} * many, tau);
-        fwrite(tau, sizeof(number), {n} * many, stdout);
+        NAME({name}_many)(many, {arguments});
+        fwrite(results, sizeof(number), {size} * many, stdout);
         free(given);
-        free(tau);
+        free(results);
     }}"""
 
 
@@ -113,28 +115,39 @@ def run_compiled(
     scalar: str = "double",
     counts: Sequence[int] = (),
 ) -> tuple[dict[str, FloatArray], list[FloatArray]]:
-    """Every function's outputs (outputs, states), and of so many states the torque from all at once."""
+    """Every function's outputs (outputs, states), and of so many states the first's from all at once."""
     n, calls = what.n, []
     for function in what.functions:
         begins = np.cumsum([0, *(output.size for output in function.outputs)])[:-1]
         arguments = ", ".join([*function.arguments, *(f"results + {begin}" for begin in begins)])
-        calls.append(ONE.format(n=n, size=size_of(function), name=function.name, arguments=arguments))
-    calls += [MANY.format(n=n, many=many) for many in counts]
+        given = ", ".join(f"(number){x!r}" for x in PAYLOAD)
+        words = {"size": size_of(function), "name": function.name, "arguments": arguments, "payload": given}
+        calls.append(ONE.format(n=n, **words))
+    main = what.functions[0]
+    begins = np.cumsum([0, *(output.size for output in main.outputs)])[:-1]
+    places = [f"given + {n * k} * many" for k in range(len(main.arguments))]
+    arguments = ", ".join([*places, *(f"results + {begin} * many" for begin in begins)])
+    calls += [
+        MANY.format(n=n, many=many, size=size_of(main), name=main.name, arguments=arguments)
+        for many in counts
+    ]
     header, prefix = (".h", f"{what.name}_##") if language == "c" else (".hpp", f"{what.name}::")
     text = MAIN.format(header=what.name + header, prefix=prefix, scalar=scalar, n=n, calls="".join(calls))
     written(what, language, scalar if language == "c" else "double").save(folder)
-    main = folder / COMPILERS[language][2]
-    main.write_text(text, encoding="ascii")
-    program = compiled(language, [main, *folder.glob(f"{what.name}.c")], folder / "run")
+    source = folder / COMPILERS[language][2]
+    source.write_text(text, encoding="ascii")
+    program = compiled(language, [source, *folder.glob(f"{what.name}.c")], folder / "run")
     kind = np.float64 if scalar == "double" else np.float32
     rows = np.concatenate([x.T for x in states.arrays]).astype(kind)
     printed = np.frombuffer(called(program, str(len(states)), given=rows.tobytes()), dtype=kind).astype(float)
-    sizes = [size_of(function) * len(states) for function in what.functions] + [n * many for many in counts]
+    sizes = [size_of(function) * len(states) for function in what.functions] + [
+        size_of(main) * many for many in counts
+    ]
     assert len(printed) == sum(sizes)
     parts = np.split(printed, np.cumsum(sizes)[:-1])
     pairs = zip(what.functions, parts, strict=False)
     results = {function.name: part.reshape(len(states), -1).T for function, part in pairs}
-    bulk = [part.reshape(n, -1) for part in parts[len(what.functions) :]]
+    bulk = [part.reshape(size_of(main), -1) for part in parts[len(what.functions) :]]
     return results, bulk
 
 
@@ -153,7 +166,9 @@ def run_imported(what: ExportInput, language: str, states: gd.States, folder: Pa
     module, count, found = imported(what, language, folder), len(states), {}
     for function in what.functions:
         call = getattr(module, function.name)
-        given = [getattr(states, "qdd" if name == "tau" else name) for name in function.arguments]
+        loads = np.broadcast_to(PAYLOAD, (count, len(PAYLOAD)))
+        every = {"q": states.q, "qd": states.qd, "qdd": states.qdd, "tau": states.qdd, "payload": loads}
+        given = [every[name] for name in function.arguments]
         if language == "casadi":
             results = call.map(count)(*(x.T for x in given))
         else:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from exported_cases import CASES, HOSTILE, TORQUES, hostile, states, subject
-from rounded_programs import assert_same
+from rounded_programs import PAYLOAD, assert_same
 from running import called, needs, size_of
 
 from gd_analyze.exporting.export import written
@@ -39,6 +39,7 @@ def statements(case: str) -> str:
 addpath('{place}');
 file = fopen('{place}/states.bin'); all = fread(file, [{3 * n}, Inf], 'double'); fclose(file);
 q = all(1:{n}, :); qd = all({n + 1}:{2 * n}, :); qdd = all({2 * n + 1}:{3 * n}, :);
+payload = [{"; ".join(map(str, PAYLOAD))}];
 {called_all}
 file = fopen('{place}/results.bin', 'w'); fwrite(file, [{"; ".join(flat)}], 'double');
 q = q(:, 1); qd = qd(:, 1); qdd = qdd(:, 1);

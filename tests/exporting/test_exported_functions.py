@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio
 import pytest
 from exported_cases import LINKS, MODELS, states, subject
-from rounded_programs import given_of, slope
+from rounded_programs import PAYLOAD, given_of, slope
 
 import gd_analyze as gd
 from gd_analyze.dynamics.decomposition import torque_of
@@ -19,6 +21,8 @@ from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Ou
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.parts import Placement
+from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactForm
 from made_models import ROUND_OFF
@@ -114,6 +118,19 @@ def test_further_functions_of_a_model_are_of_its_own_torque(case):
         skew = (later - before) / (2.0 * step) - 2.0 * found["C"]
         # Central differences err by the third derivative times the step squared, and by eps over the step.
         assert np.abs(skew + skew.swapaxes(1, 2)).max() <= 1e-7 * max(1.0, np.abs(later).max())
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_a_payload_adds_what_an_arm_that_carries_it_needs_more(name):
+    """In the frame of the tip, where the arm has one, else in that of the last link."""
+    plain = gd.load_arm(name)
+    turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    for arm in (plain, replace(plain, tip="hand", tip_frame=Placement(turn, np.array([0.1, 0.02, -0.3])))):
+        drawn, (mass, *rest) = gd.states_in_box(arm, 50, seed=4), PAYLOAD
+        carrying = with_payload(arm, mass, rest[:3], rest[3:])
+        more = torque_of(carrying, drawn, drives=False) - torque_of(arm, drawn, drives=False)
+        what = ExportInput.of_exact(ExactForm(arm, False)).with_functions(["payload"])
+        assert_close(values(what, drawn)["tau_payload"], more)
 
 
 def test_friction_is_that_of_the_drives(puma, two_link):

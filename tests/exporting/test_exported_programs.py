@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from strategies import arms, examples, random_states
 
 ALL = (*CASES, *ODD, "weightless decomposition", "spins decomposition")
 # Of many states at once: none, one, a block less one, a block, a block and one, all.
-COUNTS = (0, 1, 7, 8, 9, 1000)
+COUNTS = (0, 1, 7, 8, 9, 200)
 NONE = [0.0, 0.0]
 EDGES = [([-0.7, 1.1], [2.3, -2.3], [-3.3, 3.3]), (NONE, NONE, NONE)]
 BEYOND = [
@@ -53,14 +54,19 @@ def jax():
 @pytest.mark.parametrize("case", ALL)
 def test_c_gives_what_the_model_gives(case, tmp_path):
     what, drawn = subject(case), states(case)
-    counts = COUNTS if what.torque else ()
-    results, bulk = run_compiled(what, "c", drawn, tmp_path, counts=counts)
+    results, bulk = run_compiled(what, "c", drawn, tmp_path, counts=COUNTS)
     for function in what.functions:
         assert_same(results[function.name], function.program, drawn)
-    for count, torque in zip(counts, bulk, strict=True):
-        assert torque.shape == (what.n, count)
+    assert_same_at_once(what, drawn, bulk)
+
+
+def assert_same_at_once(what, drawn, bulk):
+    """Of many states at once, the torque or the parts."""
+    program = what.functions[0].program
+    for count, outputs in zip(COUNTS, bulk, strict=True):
+        assert outputs.shape == (len(program.outputs), count)
         if count:
-            assert_same(torque, what.torque.program, drawn.at(slice(count)))
+            assert_same(outputs, program, drawn.at(slice(count)))
 
 
 @pytest.mark.parametrize(
@@ -75,7 +81,8 @@ def test_c_gives_what_the_model_gives(case, tmp_path):
 def test_other_languages_do_too(language, case, tmp_path):
     what, drawn = subject(case), states(case, 200)
     if language == "cpp":
-        found, _ = run_compiled(what, language, drawn, tmp_path)
+        found, bulk = run_compiled(what, language, drawn, tmp_path, counts=COUNTS)
+        assert_same_at_once(what, drawn, bulk)
     else:
         found = run_imported(what, language, drawn, tmp_path)
     for function in what.functions:
@@ -142,11 +149,50 @@ int main()
 {
     double x[6];
     while (std::fread(x, 8, 6, stdin) == 6) {
-        const Eigen::Matrix<double, 2, 1> q(x[0], x[1]), qd(x[2], x[3]), qdd(x[4], x[5]);
-        const Eigen::Matrix<double, 2, 1> apart = two_link::inertia(q) * qdd
-            + two_link::coriolis_centrifugal(q, qd) + two_link::gravity_loading(q)
-            - two_link::torque(q, qd, qdd);
+        // A map, a dynamic vector, an expression.
+        const Eigen::Map<const Eigen::VectorXd> q(x, 2);
+        const Eigen::VectorXd qd = Eigen::Map<const Eigen::Vector2d>(x + 2);
+        const Eigen::Matrix<double, 2, 1> qdd(x[4], x[5]);
+        const Eigen::Vector2d apart = two_link::inertia(q) * qdd
+            + two_link::coriolis_centrifugal(q, 2.0 * qd / 2.0) + two_link::gravity_loading(q)
+            - two_link::torque(q, qd, qdd + 0.0 * qd);
         std::fwrite(apart.data(), 8, 2, stdout);
+    }
+}
+"""
+EIGEN_PARTS = """
+#include <Eigen/Core>
+#include "parts.hpp"
+#include <cstdio>
+int main()
+{
+    double x[4];
+    while (std::fread(x, 8, 4, stdin) == 4) {
+        Eigen::Matrix2d tran, rot;
+        Eigen::Vector2d h_tran, h_rot, c;
+        const Eigen::Map<const Eigen::Vector2d> q(x), qd(x + 2);
+        std::tie(tran, rot, h_tran, h_rot, c) = parts::decomposition(q, qd);
+        for (const Eigen::Matrix2d &each : {tran, rot})
+            for (int i = 0; i < 4; i++)
+                std::fwrite(&each(i / 2, i % 2), 8, 1, stdout);
+        for (const Eigen::Vector2d &each : {h_tran, h_rot, c})
+            std::fwrite(each.data(), 8, 2, stdout);
+    }
+}
+"""
+SPAN = """
+#include "two_link.hpp"
+#include <array>
+#include <cstdio>
+#include <vector>
+int main()
+{
+    std::vector<double> x(6), tau(2);
+    std::array<double, 2> q;
+    while (std::fread(x.data(), 8, 6, stdin) == 6) {
+        q = {x[0], x[1]};
+        two_link::torque(q, std::span(x).subspan(2, 2), std::span(x).last(2), tau);
+        std::fwrite(tau.data(), 8, 2, stdout);
     }
 }
 """
@@ -197,6 +243,22 @@ def test_vectors_of_eigen(tmp_path):
     # A dozen roundings of sums of the torque's size.
     assert apart.size == 40
     assert np.abs(apart).max() <= 64 * np.finfo(float).eps * largest
+
+
+@needs_gpp
+def test_spans_of_cpp_20(tmp_path):
+    what, drawn = subject("two_link energy"), states("two_link", 20)
+    found = run_cpp(what, SPAN, tmp_path, np.hstack(drawn.arrays), "-std=c++20")
+    assert_same(found.reshape(20, 2).T, what.torque.program, drawn)
+
+
+@needs_gpp
+@pytest.mark.skipif(not Path("/usr/include/eigen3").exists(), reason="Eigen's headers are not installed")
+def test_eigen_takes_several_outputs_as_a_tuple(tmp_path):
+    what, drawn = replace(subject("two_link decomposition"), name="parts"), states("two_link", 20)
+    flags = ("-isystem", "/usr/include/eigen3", "-Wno-unused-parameter")
+    found = run_cpp(what, EIGEN_PARTS, tmp_path, np.hstack(drawn.arrays[:2]), *flags)
+    assert_same(found.reshape(20, -1).T, what.functions[0].program, drawn)
 
 
 @needs_gpp

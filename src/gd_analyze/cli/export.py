@@ -34,13 +34,14 @@ if TYPE_CHECKING:
 @click.option(
     "--what",
     type=NameList(
-        ("torque", "derivatives", "coriolis_matrix", "forward", "friction", "decomposition"), "function"
+        ("torque", "derivatives", "coriolis_matrix", "forward", "payload", "friction", "decomposition"),
+        "function",
     ),
     default="torque",
     metavar="LIST",
     help="torque, with D, h and c, always; derivatives of the torque by q and qd; coriolis_matrix, C with "
-    "C qd = h; forward: accelerations that torques cause; friction of the drives. Or decomposition: the "
-    "exact D and h by effect, and c, of the links.",
+    "C qd = h; forward: accelerations that torques cause; payload: torque of a load given as an argument; "
+    "friction of the drives. Or decomposition: the exact D and h by effect, and c, of the links.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names; by default made of the arm's name.")
 @click.option("--float", "single", is_flag=True, help="In C: numbers of single precision.")

@@ -1,8 +1,10 @@
-"""C99: a header and a source that need a compiler and its libm, no memory and no system."""
+"""C99, a header and a source that need a compiler and its libm; C++, a header for any scalar, and Eigen."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,8 +19,8 @@ from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.text import number, rounded_up
 
-# Angles, and states of many, that are taken at once: whole vectors of any processor, little memory.
-_LANES = 8
+# Angles, and states of many, that are taken at once: whole vectors of processors, little memory.
+_BLOCK, _LANES = 4, 8
 # States at which single precision is compared with double, and the factor for other compilers.
 _STATES = 1000
 _OTHERS = 2.0
@@ -82,7 +84,7 @@ class C(Language):
 
     files: ClassVar = {".h": "c.h.jinja", ".c": "c.c.jinja"}
     comment = ("/*\n", " *", " */\n")
-    scalars = ("double", "float")
+    scalars: ClassVar[tuple[str, ...]] = ("double", "float")
 
     @property
     def single(self) -> bool:
@@ -129,28 +131,38 @@ class C(Language):
 
     def values(self, given: ExportInput) -> dict[str, Any]:
         """Functions in strides."""
-        inside = [(each, self._one_by_one(each)) for each in given.functions]
-        constants = given.constants
+        inside = [(each, self.one_by_one(each)) for each in given.functions]
+        constants, main = given.constants, given.functions[0]
         if self.single:
             constants = {key: each.in_single for key, each in constants.items()}
+        many = self._inside(main.with_sums(in_pairs=True))
         return {
+            "n": given.n,
             "scalar": self.scalar,
+            "to_scalar": f"({self.scalar})",
+            "to_int": "(int)",
+            "unused": "(void)",
+            "restrict": "restrict",
+            "within": "",
             "number": self.number,
+            "zero": self.number(0.0),
             "constants": constants,
             "functions": inside,
-            "trigonometric": any(each.n_angles for _, each in inside),
+            "trigonometric": many.n_angles or any(each.n_angles for _, each in inside),
+            "block": _BLOCK,
             "lanes": _LANES,
-            "many": given.torque and self._inside(given.torque.with_sums(in_pairs=True)),
-            "declared": lambda function: self._declared(given.name, function),
+            "main": main,
+            "many": many,
+            "declared": partial(self.declared, f"{given.name}_"),
             "read": read,
             "sine_cosine": FLOAT if self.single else DOUBLE,
             "suffix": "f" if self.single else "",
         }
 
-    def _one_by_one(self, function: Function) -> Inside:
-        """Of one state: angles of a stride cost the same, few or many, so sums save where a stride goes."""
+    def one_by_one(self, function: Function) -> Inside:
+        """Of one state: angles of a block cost the same, few or many, so sums save where a block goes."""
         ways = map(self._inside, (function, function.with_sums(in_pairs=True)))
-        return min(ways, key=lambda way: -(-way.n_angles // _LANES))
+        return min(ways, key=lambda way: -(-way.n_angles // _BLOCK))
 
     def _inside(self, function: Function) -> Inside:
         groups, rest = in_strides(function)
@@ -160,11 +172,50 @@ class C(Language):
             count += each.outputs[0].size
         return Inside(angles, rest, self.body(rest), count)
 
-    def _declared(self, name: str, function: Function) -> str:
-        n = function.outputs[0].shape[0]
-        inputs = [f"const {self.scalar} {each}[{n}]" for each in function.arguments]
-        outputs = [f"{self.scalar} {output.name}[{output.size}]" for output in function.outputs]
-        return f"void {name}_{function.name}({', '.join([*inputs, *outputs])})"
+    def declared(self, prefix: str, function: Function, *, many: bool = False) -> str:
+        """Declare a function of one state or, as pointers, of many."""
+        inputs = [(f"const {self.scalar}", each, function.width(each)) for each in function.arguments]
+        outputs = [(self.scalar, output.name, output.size) for output in function.outputs]
+        words = [f"{kind} *{name}" if many else f"{kind} {name}[{n}]" for kind, name, n in inputs + outputs]
+        if many:
+            return f"void {prefix}{function.name}_many({', '.join(['size_t count', *words])})"
+        return f"void {prefix}{function.name}({', '.join(words)})"
+
+
+class Cpp(C):
+    """C++11: templates on the scalar, so that types that differentiate themselves work, and Eigen."""
+
+    files: ClassVar = {".hpp": "cpp.hpp.jinja"}
+    scalars: ClassVar[tuple[str, ...]] = ("double",)
+
+    def number(self, value: float) -> str:
+        """Write a number of the scalar's type."""
+        return f"T({value!r})"
+
+    def sign(self, value: str) -> str:
+        """Write comparisons."""
+        return f"T({value} > T(0) ? 1 : {value} < T(0) ? -1 : 0)"
+
+    def listed(self, values: Sequence[float]) -> str:
+        """Write the numbers of a constant."""
+        return ", ".join(map(repr, values))
+
+    def values(self, given: ExportInput) -> dict[str, Any]:
+        """What C++ calls otherwise."""
+        own = [(kind, C(kind).number, kit) for kind, kit in (("double", DOUBLE), ("float", FLOAT))]
+        words: dict[str, Any] = {
+            "scalar": "T",
+            "to_int": "int",
+            "unused": "static_cast<void>",
+            "restrict": "__restrict",
+        }
+        words |= {"own": own, "within": "inside::", "declared": partial(self.declared, "")}
+        return super().values(given) | words
+
+    def declared(self, prefix: str, function: Function, *, many: bool = False) -> str:
+        """Declare a function of pointers to numbers of the scalar's type."""
+        text = super().declared(prefix, function, many=many).replace(f"{self.scalar} ", "T ")
+        return re.sub(r"(\w+)\[\d+\]", r"*\1", text)
 
 
 def read(function: Function, *, many: bool) -> list[tuple[str, str]]:

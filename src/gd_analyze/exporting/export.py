@@ -8,9 +8,9 @@ from pathlib import Path
 
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError
-from gd_analyze.exporting.c import C
+from gd_analyze.exporting.c import C, Cpp
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
-from gd_analyze.exporting.language import Casadi, Cpp, Jax, Language, Matlab, Python
+from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
@@ -116,7 +116,7 @@ def export(
         What is proven of the model's error, from `certify`, for the text to state.
     what
         Functions beside the torque, D, h and c, of `FURTHER`: "derivatives" of the torque, the
-        "coriolis_matrix", and "forward" dynamics.
+        "coriolis_matrix", "forward" dynamics, the torque of a "payload", and "friction".
     tests
         Also write programs that compare the text, where it lands, with what is computed here: in C and C++
         with a CMakeLists.txt, in Python for pytest, in MATLAB.

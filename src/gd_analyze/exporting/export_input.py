@@ -6,12 +6,13 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.dynamics import composite_moments
+from gd_analyze.dynamics import composite_moments, newton_euler_link
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
@@ -33,7 +34,9 @@ from gd_analyze.simplification.model import (
 )
 from gd_analyze.text import rounded_up
 
-_KINDS = ("q", "qd", "qdd", "tau", "sin", "cos")
+_KINDS = ("q", "qd", "qdd", "tau", "payload", "sin", "cos")
+# Mass, centre of mass, and xx, yy, zz, xy, xz, yz of the inertia about it.
+PAYLOAD_SIZE = 10
 
 
 class Output(NamedTuple):
@@ -62,7 +65,7 @@ class Function:
 
     name: str
     meaning: str
-    arguments: tuple[str, ...]  # of q, qd, qdd and tau those that it takes
+    arguments: tuple[str, ...]  # of q, qd, qdd, tau and payload those that it takes
     outputs: tuple[Output, ...]  # in the order of the program's outputs
     program: Program
 
@@ -82,6 +85,10 @@ class Function:
         split = [re.fullmatch(r"([a-z]+)(\d+)", name) for name in used]
         inputs = [Input(each[0], each[1], int(each[2]) - 1) for each in split if each]
         return sorted(inputs, key=lambda each: (_KINDS.index(each.kind), each.place))
+
+    def width(self, argument: str) -> int:
+        """How many numbers an argument is: one for each joint, but for a payload."""
+        return PAYLOAD_SIZE if argument == "payload" else self.outputs[0].shape[0]
 
     @property
     def unused(self) -> list[str]:
@@ -208,7 +215,7 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
 
 
 # What may be written beside the torque, D, h and c.
-FURTHER = ("derivatives", "coriolis_matrix", "forward", "friction")
+FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction")
 
 
 def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[str, Callable[[], Function]]:
@@ -232,6 +239,15 @@ def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[
         program = forward_dynamics_program(torque, n, symmetric)
         return Function("forward_dynamics", says, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
 
+    def payload() -> Function:
+        says = (
+            "torque of a payload at the end effector, to be added to the torque: mass, x, y, z of its "
+            "centre of mass, and xx, yy, zz, xy, xz, yz of its inertia about that"
+        )
+        program = rewritten(_payload_program(arm))
+        arguments = ("q", "qd", "qdd", "payload")
+        return Function("payload_torque", says, arguments, (Output("tau_payload", (n,)),), program)
+
     def friction() -> Function:
         says = (
             "Coulomb and viscous friction of the drives at the joints, to be added to the torque; 0 at rest"
@@ -247,7 +263,25 @@ def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[
         program = Program.of(trace, found)
         return Function("friction", says, ("qd",), (Output("tau_friction", (n,)),), program)
 
-    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, friction), strict=True))
+    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, payload, friction), strict=True))
+
+
+def _payload_program(arm: RobotArm) -> Program:
+    """Torque of a body at the end effector: Newton-Euler's recursion, of an arm without mass."""
+    n, trace = arm.n_joints, Trace()
+    mass, x, y, z, *moments = trace.inputs("payload", PAYLOAD_SIZE)[:, 0]
+    xx, yy, zz, xy, xz, yz = moments
+    turn = arm.tip_frame.rotation
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    none = (0.0,) * (n - 1)
+    carried = SimpleNamespace(
+        **{name: getattr(arm, name) for name in ("joints", "links", "gravity", "is_revolute")},
+        mass=np.array([*none, mass])[:, None],
+        com=[*np.zeros((n - 1, 3)), turn @ np.array([x, y, z]) + arm.tip_frame.translation],
+        inertia_com=[*np.zeros((n - 1, 3, 3)), turn @ tensor @ turn.T],
+    )
+    inputs = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+    return Program.of(trace, newton_euler_link.torque(cast(RobotArm, carried), *inputs)[:, 0].tolist())
 
 
 def _decomposition_function(arm: RobotArm) -> Function:

@@ -136,25 +136,6 @@ def environment(language: Language) -> Environment:
     return environment
 
 
-class Cpp(Language):
-    """C++11: templates on the scalar, so that types that differentiate themselves work, and Eigen."""
-
-    files: ClassVar = {".hpp": "cpp.hpp.jinja"}
-    comment = ("/*\n", " *", " */\n")
-
-    def number(self, value: float) -> str:
-        """Write a number of the scalar's type."""
-        return f"T({value!r})"
-
-    def sign(self, value: str) -> str:
-        """Write comparisons."""
-        return f"T({value} > T(0) ? 1 : {value} < T(0) ? -1 : 0)"
-
-    def values(self, given: ExportInput) -> dict[str, Any]:
-        """Functions with few sines and cosines."""
-        return {"functions": [(each, self.body(each.with_sums())) for each in given.functions]}
-
-
 class Matlab(Language):
     """A function file of MATLAB, Octave and Simulink; states are columns, and there may be many."""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.exporting.export_input import ExportInput, Function
+from gd_analyze.exporting.export_input import PAYLOAD_SIZE, ExportInput, Function
 from gd_analyze.exporting.language import Language, environment
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.effort import inputs_of
@@ -82,7 +82,10 @@ def _values(given: ExportInput) -> list[dict[str, Any]]:
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
         states = states_in_box(given.arm, _STATES, seed=1)
     inputs = inputs_of(states)
+    payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_STATES, PAYLOAD_SIZE))
     inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
+    inputs |= {f"payload{i + 1}": row for i, row in enumerate(payloads.T)}
     outputs = {function.name: function.program.run(inputs).T.tolist() for function in given.functions}
-    named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()} | outputs
+    named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()}
+    named |= {"payload": payloads.tolist()} | outputs
     return [{name: rows[s] for name, rows in named.items()} for s in range(_STATES)]

@@ -38,15 +38,13 @@ int two_link_is_within(const double q[2], const double qd[2], const double qdd[2
     return 1;
 }
 
-enum { lanes = 8 };
+enum { block = 4, lanes = 8 };
 
-static const double largest = 1000000.0;
-
-/* sine and cosine of an angle up to that */
+/* sine and cosine of an angle of at most 1e+06 rad */
 static inline void polynomials(double x, double *sine, double *cosine)
 {
     const int turns = (int)(x * 0.6366197723675814 + (x < 0.0 ? (-0.5) : 0.5));
-    const double k = (double)turns;
+    const double k = (double)(turns);
     const double r = ((x - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21;
     const double z = r * r;
     const double s = r + r * z * ((-0.16666666666666632) + z * (0.00833333333332249 + z * ((-0.0001984126982985795) + z * (2.7557313707070068e-06 + z * ((-2.5050760253406863e-08) + z * (1.58969099521155e-10))))));
@@ -59,9 +57,36 @@ static inline void polynomials(double x, double *sine, double *cosine)
     *cosine = of_cosine * (even * c + odd * s);
 }
 
-/* sines and cosines of as many angles as there are lanes, those of too large ones by the library */
-static void sines_cosines(const double *restrict x, double *restrict sine, double *restrict cosine)
+/* sines and cosines of some angles of one state, those of too large angles by the library */
+static inline void sines_cosines_of_block(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
+    const double largest = 1000000.0;
+    double y[block];
+    int far = 0, l;
+    for (l = 0; l < block; l++)
+        y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
+    for (l = 0; l < block; l++) {
+        double s, c;
+        polynomials(y[l], &s, &c);
+        sine[l] = s;
+        cosine[l] = c;
+    }
+    for (l = 0; l < block; l++)
+        far |= !(fabs(x[l]) <= largest);
+    if (!far)
+        return;
+    for (l = 0; l < block; l++) {
+        if (!(fabs(x[l]) <= largest)) {
+            sine[l] = sin(x[l]);
+            cosine[l] = cos(x[l]);
+        }
+    }
+}
+
+/* sines and cosines of one angle of some states, those of too large angles by the library */
+static inline void sines_cosines_of_lanes(const double *restrict x, double *restrict sine, double *restrict cosine)
+{
+    const double largest = 1000000.0;
     double y[lanes];
     int far = 0, l;
     for (l = 0; l < lanes; l++)
@@ -84,9 +109,10 @@ static void sines_cosines(const double *restrict x, double *restrict sine, doubl
     }
 }
 
+
 void two_link_torque(const double q[2], const double qd[2], const double qdd[2], double tau[2])
 {
-    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    double angle[4], sine[4], cosine[4];
     {
         const double q1 = q[0];
         const double q2 = q[1];
@@ -94,8 +120,9 @@ void two_link_torque(const double q[2], const double qd[2], const double qdd[2],
         angle[0] = q1;
         angle[1] = q2;
         angle[2] = t1;
+        angle[3] = 0.0;
     }
-    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
     {
         const double qd1 = qd[0];
         const double qd2 = qd[1];
@@ -133,12 +160,15 @@ void two_link_torque(const double q[2], const double qd[2], const double qdd[2],
 
 void two_link_inertia(const double q[2], double D[4])
 {
-    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    double angle[4], sine[4], cosine[4];
     {
         const double q2 = q[1];
         angle[0] = q2;
+        angle[1] = 0.0;
+        angle[2] = 0.0;
+        angle[3] = 0.0;
     }
-    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
     {
         const double cos1 = cosine[0];
         const double t1 = 0.5 * cos1;
@@ -154,12 +184,15 @@ void two_link_inertia(const double q[2], double D[4])
 
 void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double h[2])
 {
-    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    double angle[4], sine[4], cosine[4];
     {
         const double q2 = q[1];
         angle[0] = q2;
+        angle[1] = 0.0;
+        angle[2] = 0.0;
+        angle[3] = 0.0;
     }
-    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
     {
         const double qd1 = qd[0];
         const double qd2 = qd[1];
@@ -182,15 +215,17 @@ void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double
 
 void two_link_gravity_loading(const double q[2], double c[2])
 {
-    double angle[8] = { 0.0 }, sine[8], cosine[8];
+    double angle[4], sine[4], cosine[4];
     {
         const double q1 = q[0];
         const double q2 = q[1];
         const double t1 = q1 + q2;
         angle[0] = q1;
         angle[1] = t1;
+        angle[2] = 0.0;
+        angle[3] = 0.0;
     }
-    sines_cosines(&angle[0], &sine[0], &cosine[0]);
+    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
     {
         const double cos1 = cosine[0];
         const double cos2 = cosine[1];
@@ -202,7 +237,7 @@ void two_link_gravity_loading(const double q[2], double c[2])
     }
 }
 
-/* the torque of as many states as there are lanes; from joint to joint it is a stride */
+/* torque of as many states as there are lanes; from number to number it is a stride */
 static void torque_of_lanes(size_t stride, const double *q, const double *qd, const double *qdd, double *tau)
 {
     double angle[2][lanes], sine[2][lanes], cosine[2][lanes];
@@ -214,8 +249,8 @@ static void torque_of_lanes(size_t stride, const double *q, const double *qd, co
         angle[0][l] = q1;
         angle[1][l] = q2;
     }
-    for (j = 0; j < 2; j++)
-        sines_cosines(angle[j], sine[j], cosine[j]);
+    sines_cosines_of_lanes(angle[0], sine[0], cosine[0]);
+    sines_cosines_of_lanes(angle[1], sine[1], cosine[1]);
     for (l = 0; l < lanes; l++) {
         const double qd1 = qd[0 * stride + l];
         const double qd2 = qd[1 * stride + l];
@@ -259,7 +294,7 @@ static void torque_of_lanes(size_t stride, const double *q, const double *qd, co
 
 void two_link_torque_many(size_t count, const double *q, const double *qd, const double *qdd, double *tau)
 {
-    double rest[4][2 * lanes];
+    double given[3][2 * lanes], of_tau[2 * lanes];
     const size_t whole = count - count % lanes;
     size_t start, j, l;
     for (start = 0; start < whole; start += lanes)
@@ -269,13 +304,13 @@ void two_link_torque_many(size_t count, const double *q, const double *qd, const
     for (j = 0; j < 2; j++) {
         for (l = 0; l < lanes; l++) {
             const size_t from = j * count + (whole + l < count ? whole + l : whole);
-            rest[0][j * lanes + l] = q[from];
-            rest[1][j * lanes + l] = qd[from];
-            rest[2][j * lanes + l] = qdd[from];
+            given[0][j * lanes + l] = q[from];
+            given[1][j * lanes + l] = qd[from];
+            given[2][j * lanes + l] = qdd[from];
         }
     }
-    torque_of_lanes(lanes, rest[0], rest[1], rest[2], rest[3]);
+    torque_of_lanes(lanes, given[0], given[1], given[2], of_tau);
     for (j = 0; j < 2; j++)
         for (l = 0; whole + l < count; l++)
-            tau[j * count + whole + l] = rest[3][j * lanes + l];
+            tau[j * count + whole + l] = of_tau[j * lanes + l];
 }

@@ -35,8 +35,8 @@
  *
  * Call every function with arrays of as many numbers as it declares. It allocates nothing, has no state and
  * may be called from several threads. An output array may be an input array.
- * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then joint 2:
- * q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native).
+ * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then
+ * joint 2: q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native).
  */
 #ifndef GD_ANALYZE_TWO_LINK_H
 #define GD_ANALYZE_TWO_LINK_H
@@ -76,7 +76,7 @@ void two_link_inertia(const double q[2], double D[4]);
 void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double h[2]);
 /* gravity loading c(q) */
 void two_link_gravity_loading(const double q[2], double c[2]);
-/* the torque of many states */
+/* torque of many states */
 void two_link_torque_many(size_t count, const double *q, const double *qd, const double *qdd, double *tau);
 
 #ifdef __cplusplus
