@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -19,7 +20,9 @@ from gd_analyze.text import SINE_PRICE
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @options.budget(
-    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states)."
+    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states). Or what "
+    "matters in the end, along a trajectory: `tracking 0.1deg` of every joint, `tracking 1mm at the end "
+    "effector`, with the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
 )
 @options.level()
 @options.simplify
@@ -95,6 +98,7 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
       gd-analyze simplify puma560 --budget "1% norm at 95% of states"
+      gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
       gd-analyze simplify puma560 pick-and-place --level term --velocities joint
@@ -117,31 +121,41 @@ def simplify(
         from gd_analyze.simplification.levels import SearchOptions
         from gd_analyze.simplification.simplify import simplify_exact
         from gd_analyze.simplification.verdicts import model_by_verdicts
+        from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
         own = None if level is None else gd.LEVELS[level]
         how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
         around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
-        allowed = gd.Budget.parse(budget)
+        tracking = TrackingBudget.parse(budget)
+        asked = gd.Budget() if tracking else gd.Budget.parse(budget)
+        if tracking is not None and (operations is not None or verdicts is not None):
+            raise click.UsageError("--budget tracking goes without --operations and --verdicts")
         start = time.perf_counter()
         exact, motion = given.exact()
         source = provenance(command_line())
         several = motion is not None and bool(motion.motions)
-        at_states = at_set_points or several or operations is not None or allowed.norm is not None
+        at_states = at_set_points or several or operations is not None or asked.norm is not None
+
+        def within(allowed: gd.Budget) -> Held:
+            told: dict[str, Any] = {"provenance": source, "stage": stage}
+            if at_states and not certified:
+                return Held(simplify_exact(exact, allowed, how, progress=stage.advance, **told))
+            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, around)
+            return simplify_held(exact, allowed, region, how, certified=certified, **told)
+
+        tracked = None
         if verdicts is not None:
             held = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
-        elif at_states and not certified:
-            held = Held(
-                simplify_exact(exact, allowed, how, provenance=source, progress=stage.advance, stage=stage)
-            )
+        elif tracking is not None:
+            tracked = simplify_for_tracking(tracking, exact.form, motion, within)
+            held = tracked.held
         else:
-            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, around)
-            held = simplify_held(
-                exact, allowed, region, how, certified=certified, provenance=source, stage=stage
-            )
+            held = within(asked)
         seconds = time.perf_counter() - start
         result = simplified_result(
             held, exact.states, seconds, digits, joint_velocities=velocities == "joint"
         )
+        result = result if tracked is None else tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held.model, out)

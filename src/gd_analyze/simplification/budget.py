@@ -38,6 +38,7 @@ _TO_STATE = {
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
+_FOR_TRACKING = "`gd-analyze simplify` takes a tracking error, along one motion"
 # Shares of the states that PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm for.
 USUAL_STATES = (0.95, 0.999)
 
@@ -286,7 +287,9 @@ def _not_understood(text: str, where: str, next_step: str | None = None) -> Usag
         expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty), the larger of several '
         f'"1% or 10% friction", all up to {LARGEST:g}; or "1% norm at 95% of states"',
         found=repr(text.strip()),
-        next_step=next_step or (f"did you mean {likely[0]}?" if likely else None),
+        next_step=_FOR_TRACKING
+        if text.strip().lower().startswith("tracking")
+        else next_step or (f"did you mean {likely[0]}?" if likely else None),
     )
 
 

@@ -213,7 +213,9 @@ def control(
         expected={(c, s): bounds.expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
         certified={} if proven is None else {settings.usual_speed: proven},
         feedback=bounds.feedback_left(model, world.reference),
-        torque_for_tolerance=bounds.torque_for(world, settings.tolerance.of(moved)),
+        torque_for_tolerance=bounds.torque_for(
+            world.plant.program, world.reference, settings.gains, lambda _: settings.tolerance.of(moved)
+        ),
         fixed_excess=bounds.fixed_excess(world),
         at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
         warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),

@@ -13,6 +13,7 @@ torque error within margins around the motion that the error cannot leave.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Reference, World
+from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Gains, Reference, World
 from gd_analyze.studies.control_loop import Dynamics
 
 # Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
@@ -107,16 +108,19 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
     return np.asarray(np.abs(unexpected).max(axis=0) * world.gains.error_per_acceleration)
 
 
-def torque_for(world: World, tolerance: FloatArray) -> FloatArray:
+def torque_for(
+    exact: Program, reference: Reference, gains: Gains, tolerance: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
     """Torque errors, as D's diagonal, that leave fixed gains within a tracking error, N m (N), (n,).
 
-    To first order: by the largest acceleration that errors of any signs cause along the motion at once.
+    To first order: by the largest acceleration that errors of any signs cause along the motion at once. These
+    make the proportions of the joints' errors, for which `tolerance` gives what is allowed, rad (m), (n,).
     """
-    q, _, _ = world.reference.sampled()
-    causes = np.abs(np.linalg.inv(_inertia(world.plant.program, q)))
-    unexpected = np.max(causes @ world.diagonal, axis=0)
-    share = tolerance / (world.gains.error_per_acceleration * unexpected)
-    return np.asarray(share.min() * world.diagonal)
+    q, _, _ = reference.sampled()
+    diagonal = mean_diagonal(exact, reference)
+    unexpected = np.max(np.abs(np.linalg.inv(_inertia(exact, q))) @ diagonal, axis=0)
+    share = tolerance(unexpected) / (gains.error_per_acceleration * unexpected)
+    return np.asarray(share.min() * diagonal)
 
 
 def at_rest(world: World, controller: Controller) -> FloatArray:

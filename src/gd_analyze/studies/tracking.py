@@ -1,0 +1,260 @@
+"""A budget in tracking error: the torque errors it allows, a model within them, and how that model tracks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, cross
+from gd_analyze.certification.holding import Held
+from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.pool import trajectory_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.result import Fact, Result
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.studies import control_bounds as bounds
+from gd_analyze.studies.control import ControlStudy, control, followable
+from gd_analyze.studies.control_law import (
+    CONTINUOUS,
+    EXACT,
+    FIXED_GAINS,
+    SIMPLIFIED,
+    Controller,
+    ControlSettings,
+    Reference,
+    Tolerance,
+)
+from gd_analyze.text import UNSIGNED, number, rounded_up
+
+_WORDS = re.compile(
+    r"\s*tracking\s+(?P<error>.+?)(?P<tip>\s+(?:at|of)\s+(?:the\s+)?(?:end[ -]effector|tip))?"
+    rf"(?:\s+at\s+(?P<bandwidth>{UNSIGNED})\s*rad/s)?(?:\s+damping\s+(?P<damping>{UNSIGNED}))?\s*",
+    re.IGNORECASE,
+)
+_LENGTH = re.compile(rf"({UNSIGNED})\s*(mm|m)")
+# Loop rate, Hz, and periods per radian of the bandwidth at least.
+_RATE, _PERIODS = 500.0, 25.0
+# Searches at most, and what the next aims at where a model tracks worse than asked for.
+_SEARCHES, _AIM = 4, 0.9
+
+
+@dataclass(frozen=True)
+class TrackingBudget:
+    """Largest tracking error along a motion, of every joint or of the end effector's position.
+
+    Parameters
+    ----------
+    settings
+        The loop, and the joints' tolerance.
+    tip
+        Tolerance of the end effector's position, m, in place of the joints'; None for the joints'.
+    text
+        As it was given.
+    """
+
+    settings: ControlSettings
+    tip: float | None
+    text: str
+
+    @classmethod
+    def parse(cls, text: str) -> Self | None:
+        """Read "tracking 0.1deg", "tracking 1mm at the end effector at 30 rad/s damping 0.7".
+
+        None where the first word is another; the bandwidth is 20 rad/s and the damping ratio 1 by default.
+
+        Raises
+        ------
+        UsageError
+            If the rest is not understood, or out of range.
+
+        Examples
+        --------
+        >>> TrackingBudget.parse("tracking 1mm at the end effector").tip
+        0.001
+        """
+        if not re.match(r"\s*tracking\b", text, re.IGNORECASE):
+            return None
+        match = _WORDS.fullmatch(text)
+        length = _LENGTH.fullmatch(match["error"].strip()) if match and match["tip"] else None
+        if match is None or (match["tip"] and not (length and float(length[1]) > 0.0)):
+            raise UsageError(
+                "the budget is not understood",
+                where="--budget",
+                expected='"tracking 0.1deg" (prismatic joints: 1mm) or "tracking 1mm at the end effector", '
+                'then "at 20 rad/s" and "damping 1" of the loop',
+                found=repr(text),
+            )
+        bandwidth, damping = float(match["bandwidth"] or 20.0), float(match["damping"] or 1.0)
+        tip = float(length[1]) * (1e-3 if length[2] == "mm" else 1.0) if length else None
+        joints = Tolerance() if length else Tolerance.parse(match["error"])
+        rates = (CONTINUOUS, max(_RATE, _PERIODS * bandwidth))
+        settings = ControlSettings(bandwidth, damping, rates, (1.0,), tolerance=joints)
+        return cls(settings, tip, " ".join(text.split()))
+
+    def torques(self, form: ExactForm, motion: Trajectory) -> FloatArray:
+        """Torque errors that it allows, N m (N), shape (n,), see `control_bounds.torque_for`."""
+        reference = Reference.of(followable(motion))
+
+        def errors(proportions: FloatArray) -> FloatArray:
+            if self.tip is None:
+                return self.settings.tolerance.of(form.arm)
+            moved = np.abs(tip_columns(form.arm, reference.sampled()[0]))
+            farthest = np.einsum("ik,i->k", moved, proportions).max()
+            return np.asarray(self.tip * proportions / farthest)
+
+        return bounds.torque_for(form.program, reference, self.settings.gains, errors)
+
+    def share(self, study: ControlStudy, controller: Controller) -> float:
+        """Largest tracking error of a loop over what is allowed, simulated at the loop rate."""
+        loop = study.loop(controller, self.settings.usual_rate, 1.0)
+        if self.tip is None or loop.lost_at is not None:
+            return float((loop.peak_error / study.tolerance).max())
+        q, _, _ = Reference.of(followable(study.motion)).at(loop.time)
+        apart = tip_position(study.arm, q) - tip_position(study.arm, q - loop.error.T)
+        return float(np.linalg.norm(apart, axis=0).max() / self.tip)
+
+    def bound(self, study: ControlStudy) -> float | None:
+        """What is proven of it, of the continuous loop with the model's own D; None where nothing is."""
+        certified = study.certified.get(1.0)
+        if certified is None:
+            return None
+        if self.tip is None:
+            return float((certified.error / study.tolerance).max())
+        q, _, _ = Reference.of(followable(study.motion)).sampled()
+        # To first order in the error: it is a thousandth of a radian where the tolerance is a millimetre.
+        return float(np.einsum("ik,i->k", tip_columns(study.arm, q), certified.error).max() / self.tip)
+
+    def amount(self, share: float, arm: RobotArm) -> str:
+        """Write a share of what is allowed."""
+        if self.tip is not None:
+            return f"{number(1e3 * share * self.tip)} mm"
+        joints = self.settings.tolerance
+        return Tolerance(share * joints.revolute, share * joints.prismatic).in_words(arm)
+
+
+class Tracked(NamedTuple):
+    """A model made for a tracking error."""
+
+    held: Held
+    budget: TrackingBudget
+    study: ControlStudy
+    controller: Controller  # by which it tracks best
+    searches: int
+
+    def beside(self, result: Result) -> Result:
+        """Add what was asked for, simulated and bounded to the facts of the model."""
+        share, bound = self.budget.share(self.study, self.controller), self.budget.bound(self.study)
+        found, arm = self.budget.amount(share, self.study.arm), self.study.arm
+        simulated = f"{found}, {self.controller.title}, {self.budget.settings.usual_rate:g} Hz"
+        proven = "none: no margins around the motion hold the error"
+        if bound is not None:
+            proven = f"at most {self.budget.amount(rounded_up(bound), arm)}, continuous loop, D sampled"
+        facts = (
+            Fact("tracking", "Asked for", self.budget.text),
+            Fact("tracking_simulated", "Tracking error, simulated", share, text=simulated),
+            Fact("tracking_bound", "Tracking error, bound", bound, text=proven),
+            Fact("tracking_searches", "", self.searches),
+        )
+        more = "" if share <= 1.0 else f", more than the {self.budget.amount(1.0, arm)} asked for"
+        line = f"Tracking error {found}, simulated{more}."
+        return replace(result, headline=f"{result.headline} {line}", facts=(*result.facts, *facts))
+
+
+def tracking_budget(
+    arm: RobotArm | str | Path, trajectory: Trajectory | str, text: str, *, drives: bool | None = None
+) -> Budget:
+    """Torque errors that a tracking error along a motion allows, to first order.
+
+    Parameters
+    ----------
+    arm, trajectory
+        The arm and one motion, or their names or files.
+    text
+        "0.1deg" of every joint (prismatic ones: "1mm"), or "1mm at the end effector"; then "at 20 rad/s", the
+        loop's bandwidth, and "damping 1".
+    drives
+        Whether the drives' inertia counts; by default where there is any.
+
+    Returns
+    -------
+    Budget
+        N m (N) of every joint, in proportion to the mean of D's diagonal: errors of any signs within it leave
+        fixed gains within the tracking error.
+
+    Raises
+    ------
+    UsageError
+        If the text is not understood.
+    TrajectoryError
+        If the motion has gaps.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> budget = gd.tracking_budget("two_link", "two-link-swing", "0.1deg at 20 rad/s")
+    >>> str(gd.tracking_budget("two_link", "two-link-swing", "0.2deg at 20 rad/s")) == str(budget.scaled(2.0))
+    True
+    """
+    of, budget = arm_of(arm), TrackingBudget.parse(f"tracking {text}")
+    assert budget is not None  # of that word
+    form, motion = ExactForm(of, of.counts_drives(drives)), trajectory_of(trajectory, of)
+    return Budget.of_torques(budget.torques(form, motion).tolist())
+
+
+def simplify_for_tracking(
+    budget: TrackingBudget, form: ExactForm, motion: Trajectory | None, search: Callable[[Budget], Held]
+) -> Tracked:
+    """Search a model within the torque errors that a tracking error allows, and control the arm with it.
+
+    Where a model tracks worse than asked for, which first order does not exclude, a tighter budget follows.
+
+    Raises
+    ------
+    UsageError
+        If there is no motion, or are several, or the exact model tracks worse.
+    """
+    if motion is None or motion.motions:
+        what, wanted = "a tracking error is of one motion", "one trajectory"
+        raise UsageError(what, where="--budget", expected=wanted, found="several" if motion else "none")
+    torques, searches, share = budget.torques(form, motion), 0, np.inf
+    while share > 1.0 and searches < _SEARCHES:
+        torques, searches = torques * min(1.0, _AIM / share if np.isfinite(share) else 1.0), searches + 1
+        held = search(Budget.of_torques(-rounded_up(-x) for x in torques.tolist()))
+        study = control(held.model, motion, budget.settings)
+        possible = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
+        controller = min(possible, key=lambda law: budget.share(study, law))
+        share, least = budget.share(study, controller), budget.share(study, EXACT)
+        if share > 1.0 and least >= _AIM:
+            rate = budget.settings.usual_rate
+            raise UsageError(
+                "no torque model tracks as well as this: the exact one does not",
+                where="--budget",
+                expected=f"{number(least / _AIM)} times as much or more, or a loop of more bandwidth",
+                found=f"{budget.text!r}, at {rate:g} Hz",
+            )
+    return Tracked(held, budget, study, controller, searches)
+
+
+def tip_position(arm: RobotArm, q: FloatArray) -> FloatArray:
+    """Position of the end effector in the base frame, m, shape (3, K), at q (n, K)."""
+    kinematics = solve_kinematics(arm, q)
+    beyond = np.einsum("abk,b->ak", kinematics.link_rotations[-1], arm.tip_frame.translation)
+    return np.asarray(kinematics.link_origins[-1] + beyond)
+
+
+def tip_columns(arm: RobotArm, q: FloatArray) -> FloatArray:
+    """How far each joint moves the end effector, m per rad (m), shape (n, K): the Jacobian's columns."""
+    kinematics = solve_kinematics(arm, q)
+    turning, sliding = joint_motions(arm, kinematics)
+    from_joint = tip_position(arm, q) - kinematics.joint_origins
+    columns = [cross(w, r) + u for w, r, u in zip(turning, from_joint, sliding, strict=True)]
+    return np.asarray(np.linalg.norm(columns, axis=1))
