@@ -44,6 +44,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for file in ("my_robot.urdf", "log.csv"):
         shutil.copy(ROOT / "docs" / "tutorials" / file, work)
     monkeypatch.chdir(work)
+    monkeypatch.syspath_prepend(work)  # as of a script in that folder
     return work
 
 
