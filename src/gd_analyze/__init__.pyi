@@ -69,6 +69,7 @@ from gd_analyze.studies.control_law import Tolerance as Tolerance
 from gd_analyze.studies.main_job import Settings as Settings
 from gd_analyze.studies.main_job import analyze as analyze
 from gd_analyze.studies.main_job import find as find
+from gd_analyze.studies.sweep import sweep as sweep
 from gd_analyze.studies.validation import Validation as Validation
 from gd_analyze.studies.validation import validate as validate
 

@@ -20,6 +20,7 @@ from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.simplify import rank, simplify, trade_off
+from gd_analyze.cli.sweep import sweep
 from gd_analyze.cli.trials import certify, evaluate, validate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
@@ -170,6 +171,7 @@ VERBS = (
     simplify,
     rank,
     trade_off,
+    sweep,
     evaluate,
     validate,
     equations,
