@@ -62,6 +62,7 @@ from gd_analyze.simplification.model_file import load_model as load_model
 from gd_analyze.simplification.model_file import save_model as save_model
 from gd_analyze.simplification.simplify import simplify as simplify
 from gd_analyze.simplification.trade_off import trade_off as trade_off
+from gd_analyze.studies.batch import batch as batch
 from gd_analyze.studies.control import ControlStudy as ControlStudy
 from gd_analyze.studies.control import control as control
 from gd_analyze.studies.control_law import ControlSettings as ControlSettings

@@ -10,6 +10,7 @@ from click.shell_completion import CompletionItem, get_completion_class
 
 from gd_analyze import __version__
 from gd_analyze.cli.arms import arms
+from gd_analyze.cli.batch import batch
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
@@ -172,6 +173,7 @@ VERBS = (
     rank,
     trade_off,
     sweep,
+    batch,
     evaluate,
     validate,
     equations,

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import StorageError, UsageError
 
 T = TypeVar("T")
+# Seconds.
+_IDLE, _PATIENCE = 30.0, 10.0
 
 
 def each(
-    work: Callable[..., T], tasks: Iterable[tuple[Any, ...]], jobs: int = 1, scheduler: str | None = None
+    work: Callable[..., T],
+    tasks: Iterable[tuple[Any, ...]],
+    jobs: int = 1,
+    scheduler: str | None = None,
+    at_once: int | Literal["auto"] = "auto",
 ) -> Iterator[tuple[int, T]]:
     """Number and result of every task, in the order in which they end.
 
@@ -28,10 +34,15 @@ def each(
     scheduler
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of these.
 
+    at_once
+        Tasks that are sent together.
+
     Raises
     ------
     UsageError
         If Dask is not installed, or no scheduler answers there.
+    StorageError
+        If a worker of this machine died, or one task killed several of a cluster.
     """
     numbered = enumerate(tasks)
     if scheduler is None and jobs == 1:
@@ -40,10 +51,21 @@ def each(
     from joblib import Parallel, delayed, parallel_config
 
     with ExitStack() as held:
+        # Workers whose parent was killed end when they have been idle for so long.
+        engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE}
         if scheduler is not None:
-            held.enter_context(parallel_config(backend="dask", client=held.enter_context(_client(scheduler))))
-        many = Parallel(n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs")
-        yield from many(delayed(_numbered)(work, *task) for task in numbered)
+            engine, jobs = {"backend": "dask", "client": held.enter_context(_client(scheduler))}, -1
+        held.enter_context(parallel_config(**engine))
+        many = Parallel(
+            n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=at_once
+        )
+        try:
+            yield from many(delayed(_numbered)(work, *task) for task in numbered)
+        except Exception as error:
+            if type(error).__name__ not in ("TerminatedWorkerError", "KilledWorker"):
+                raise
+            step = "run it again: it goes on where it stopped; fewer --jobs take less memory"
+            raise StorageError("a worker died", found=str(error).splitlines()[0], next_step=step) from None
 
 
 def _numbered(work: Callable[..., T], number: int, task: tuple[Any, ...]) -> tuple[int, T]:
@@ -58,7 +80,7 @@ def _client(scheduler: str) -> Any:
         raise UsageError(what, where=f"--scheduler {scheduler}", next_step=step) from None
     try:
         made: Any = distributed.Client  # not annotated
-        return made(scheduler, timeout=10, set_as_default=False)
+        return made(scheduler, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         step = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
         what, found = "no Dask scheduler answers there", str(error) or type(error).__name__
