@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,7 +32,6 @@ class Told(NamedTuple):
     """What was seen."""
 
     kills: int
-    span: float  # seconds that a batch takes which nobody kills
     batches: int  # that came to their end
     rows: int  # that these have together
     after_rows: int  # kills after the first and before the last row of a batch
@@ -41,38 +41,42 @@ class Told(NamedTuple):
 
 def table_of(folder: Path, rows: int) -> Path:
     """A table of motions and budgets of the two-link arm, a tenth of a second each."""
-    lines = [f"two_link,two-link-swing,{1 + k % 20}%,{'true' if k % 2 else 'false'}" for k in range(rows)]
+    lines = [f"two_link,two-link-swing,{1 + k // 2}%,{'true' if k % 2 else 'false'}" for k in range(rows)]
     path = folder / "rows.csv"
     path.write_text("arm,trajectory,budget,at_set_points\n" + "\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
+def recorded(path: Path) -> int:
+    """Rows that a record has."""
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
 def killed(folder: Path, kills: int, rows: int = ROWS, seed: int = SEED) -> Told:
     """Kill batches again and again."""
     drawn, table = random.Random(seed), table_of(folder, rows)
-    # Rows that differ in nothing are one row of the record.
     expected = gd.batch(table, folder / "alone")
-    record_rows = len({tuple(row) for row in expected[["budget", "at_set_points"]].itertuples(index=False)})
     done = batches = after = torn = 0
     known, wrong = set[str](), list[str]()
     command = [sys.executable, "-c", _PROGRAM, "batch", str(table), "--jobs", "2", "--quiet", "--out"]
-    out, begin = folder / "killed-0", time.time()
-    subprocess.run([*command, str(folder / "not-killed")], check=True)
-    span = time.time() - begin
+    out = folder / "killed-0"
     while done < kills:
+        # At a moment after some more rows, 0 to 9 and up to half a second.
+        path, target, code = out / RECORD, len(known) + drawn.randrange(10), None
         process = subprocess.Popen([*command, str(out)], start_new_session=True, stderr=subprocess.DEVNULL)
-        try:
-            code = process.wait(timeout=drawn.uniform(0.1, 1.0) * span)
-        except subprocess.TimeoutExpired:
+        while (code := process.poll()) is None and recorded(path) < target:
+            time.sleep(0.01)
+        with suppress(subprocess.TimeoutExpired):
+            code = process.wait(timeout=drawn.uniform(0.0, 0.5 if target > len(known) else 5.0))
+        if code is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-            done, code = done + 1, None
-        path = out / RECORD
+            done += 1
         data = path.read_bytes() if path.exists() else b""
         lines = data[: data.rfind(b"\n") + 1].splitlines()
         torn += len(data) > data.rfind(b"\n") + 1
         keys = [json.loads(line)["key"] for line in lines]
-        after += code is None and 0 < len(keys) < record_rows
+        after += code is None and 0 < len(keys) < rows
         if len(keys) != len(set(keys)):
             wrong.append(f"kill {done}: a row twice")
         if not known <= set(keys):
@@ -83,22 +87,22 @@ def killed(folder: Path, kills: int, rows: int = ROWS, seed: int = SEED) -> Told
         if code is not None:
             batches += 1
             made = gd.batch(table, out)
-            if code != 0 or len(keys) != record_rows or not made.equals(expected):
+            if code != 0 or len(keys) != rows or not made.equals(expected):
                 wrong.append(f"batch {batches}: exit code {code}, {len(keys)} rows, another table")
             out, known = folder / f"killed-{batches}", set()
     made = gd.batch(table, out)
     if not made.equals(expected):
         wrong.append("the last batch has another table")
-    return Told(done, span, batches, batches * record_rows, after, torn, wrong)
+    return Told(done, batches, batches * rows, after, torn, wrong)
 
 
 def page(told: Told, seconds: float) -> str:
     """Markdown of what was seen."""
     return f"""# Kills of a batch
 
-`python analysis/batch_kills.py` kills `gd-analyze batch --jobs 2` with SIGKILL, the whole process group, at moments drawn
-uniformly from the {told.span:.0f} s that it takes, starts it again in the same folder, and looks at the record after every kill. {ROWS} rows of the
-two-link arm, each with its model file; a batch that ends is compared, cell by cell, with one process that nobody kills.
+`python analysis/batch_kills.py` kills `gd-analyze batch --jobs 2` with SIGKILL, the whole process group, after 0 to
+9 more rows and up to half a second (5 s before the first), starts it again in the same folder, and looks at the record. {ROWS} rows
+of the two-link arm, each with its model file; a batch that ends is compared, cell by cell, with one process that nobody kills.
 
 | | |
 |---|---|

@@ -97,7 +97,8 @@ def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link)
     texts = {
         "a.yaml": "arm: two_link\ntrajectory: [two-link-swing, x.csv]\nbudget: [1%, 2%]\n",
         "a.toml": 'arm = "two_link"\ntrajectory = ["two-link-swing", "x.csv"]\nbudget = ["1%", "2%"]\n',
-        "b.yaml": "arm: two_link\nbudget: [1%, 2%]\nrows: [{trajectory: two-link-swing}, {trajectory: x.csv}]\n",
+        "b.yaml": "budget: [1%, 2%]\nrows:\n"
+        + "".join(f"- {{arm: two_link, trajectory: {x}}}\n" for x in ("two-link-swing", "x.csv")),
         "a.csv": "arm,trajectory,budget,level\n"
         + "".join(f"{row['arm']},{row['trajectory']},{row['budget']},\n" for row in expected),
     }

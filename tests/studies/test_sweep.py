@@ -169,6 +169,14 @@ def test_two_changes_between_neighbours_are_both_found(puma, pick_and_place):
         assert np.abs(ours[:, None] - theirs).min(axis=1).max() <= 1e-4  # a 5000th of 0.5 m
 
 
+def test_no_precision_is_that_of_the_numbers(two_link, swing):
+    """Bisection ends where there is nothing between two numbers."""
+    found = gd.sweep(two_link, swing, "link2.mass=0.01..8:3", precision=0.0, operations="none")
+    near = gd.sweep(two_link, swing, "link2.mass=0.01..8:3", precision=1e-9, operations="none")
+    assert found.sizes["change"] == near.sizes["change"] > 0
+    np.testing.assert_allclose(found.change_at.values, near.change_at.values, atol=1e-8)
+
+
 def test_draws_are_uniform_repeat_and_are_points_of_a_grid(puma, pick_and_place):
     vary = ["link3.mass=1..5", "link3.com_mm.z=50..90"]
     found = gd.sweep(puma, pick_and_place, vary, samples=400, seed=3)
@@ -226,9 +234,10 @@ def test_operations_are_those_of_the_models(two_link, swing):
         (["joint2.a=0.1..0.5", "joint2.a_mm=1..5"], {}, "once"),
         ([], {}, "once"),
         (["link3.mass=1..5:9"], {"samples": 9}, "leave out :COUNT"),
-        (["link3.mass=1..5:2000", "speed=1..2:2000"], {}, "4e+06"),
+        (["link3.mass=1..5:2000", "speed=1..2:2000"], {}, "4000000"),
         (["link3.mass=1..5"], {"budget": "uncertainty"}, "uncertainty"),
         (["link3.mass=1..5"], {"budget": "1% norm"}, "norm"),
+        (["link3.mass=1..5"], {"samples": 10**12}, "1000000000000"),
     ],
 )
 def test_what_cannot_be_varied_is_told(puma, pick_and_place, vary, more, says):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -45,12 +46,12 @@ _VAST = 1e30
 
 
 class Range(NamedTuple):
-    """A parameter, the ends between which it varies, and at how many values."""
+    """A parameter, the ends between which it varies, and at how many values; 0 where that is not said."""
 
     parameter: Parameter
     low: float
     high: float
-    values: int | None
+    values: int
 
     @classmethod
     def parse(cls, text: str, varied: VariedArm) -> Range:
@@ -60,14 +61,15 @@ class Range(NamedTuple):
             expected = "NAME=LOW..HIGH[:COUNT], such as link3.mass=1..5:9 or speed=0.1..2"
             raise UsageError("this is no range", where="--vary", expected=expected, found=repr(text))
         name, low, high, count = match.groups()
-        found = cls(varied.parameter(name), float(low), float(high), None if count is None else int(count))
-        if not found.low < found.high or max(-found.low, found.high) > LARGEST:
-            expected = f"two numbers up to {LARGEST:g}, the lower one first"
-            raise UsageError("the range is reversed, empty or too wide", where=where, expected=expected)
-        if found.values is not None and not 2 <= found.values <= _MOST_POINTS:
-            raise UsageError("a range has two values at least", where=where, expected="2 to 1 000 000")
-        if name == SPEED and found.low <= 0.0:
-            raise UsageError("a motion does not run at this speed", where=where, expected="above 0")
+        found = cls(varied.parameter(name), float(low), float(high), int(count or 0))
+        for is_wrong, expected in (
+            (not found.low < found.high, "two numbers, the lower one first"),
+            (max(-found.low, found.high) > LARGEST, f"numbers up to {LARGEST:g}"),
+            (name == SPEED and found.low <= 0.0, "a speed above 0"),
+            (count is not None and not 2 <= found.values <= _MOST_POINTS, "two values to a million"),
+        ):
+            if is_wrong:
+                raise UsageError("nothing can vary so", where=where, expected=expected)
         return found
 
 
@@ -147,25 +149,24 @@ def sweep(
     names = [one.parameter.name for one in ranges]
     if not names or len({(p.part, p.number, p.key, p.component) for p, *_ in ranges}) < len(names):
         raise UsageError("parameters are varied once each", where="--vary", found=", ".join(names) or "none")
-    grid = [np.linspace(one.low, one.high, one.values or USUAL_POINTS) for one in ranges]
+    if samples is not None and any(one.values for one in ranges):
+        step = "leave out :COUNT"
+        raise UsageError("samples take the place of a grid", where="--samples", next_step=step)
+    counts = [one.values or USUAL_POINTS for one in ranges] if samples is None else [samples]
+    if not 1 <= math.prod(counts) <= _MOST_POINTS:
+        expected, found = f"1 to {_MOST_POINTS}", str(math.prod(counts))
+        raise UsageError(
+            "so many points are too many, or none", where="--vary", expected=expected, found=found
+        )
+    shape = tuple(counts)
     if samples is None:
-        shape = tuple(map(len, grid))
+        grid = [np.linspace(one.low, one.high, count) for one, count in zip(ranges, counts, strict=True)]
         points = np.stack([x.ravel() for x in np.meshgrid(*grid, indexing="ij")], axis=-1)
         dims, coords = names, {name: (name, values) for name, values in zip(names, grid, strict=True)}
     else:
-        if any(one.values is not None for one in ranges):
-            raise UsageError(
-                "samples take the place of a grid", where="--samples", next_step="leave out :COUNT"
-            )
-        shape, dims = (samples,), ["sample"]
-        ends = np.array([(one.low, one.high) for one in ranges]).T
-        points = np.random.default_rng(seed).uniform(ends[0], ends[1], (samples, len(ranges)))
-        coords = {name: ("sample", points[:, k]) for k, name in enumerate(names)}
-    if not 1 <= np.prod(shape, dtype=float) <= _MOST_POINTS:
-        found = f"{np.prod(shape, dtype=float):g}"
-        raise UsageError(
-            "there are too many points, or none", where="--vary", expected="1 000 000", found=found
-        )
+        low, high = ([getattr(one, end) for one in ranges] for end in ("low", "high"))
+        points = np.random.default_rng(seed).uniform(low, high, (samples, len(ranges)))
+        dims, coords = ["sample"], {name: ("sample", points[:, k]) for k, name in enumerate(names)}
     exact = ExactDynamics.of(arm, trajectory_of(trajectory, arm), drives)
     every = _Sweep(varied, tuple(one.parameter for one in ranges), exact.thinned(), budget, threshold, jobs)
     stage("evaluating", len(points))
@@ -174,36 +175,33 @@ def sweep(
     labels += [f"without h{i}" for i in range(1, arm.n_joints + 1)]
     asked = operations or (QUICK if samples is None and len(points) <= MOST_COUNTED else NONE)
     stage("counting operations", len(points))
-    counts = every.operations(points, asked, progress)
+    operation_counts = every.operations(points, asked, progress)
     stage("bisecting", None)
     changes = [] if samples is not None else every.changes(grid, verdict.reshape(-1, *shape), precision)
+    element, axis, before, after, at, seen = zip(*changes, strict=True) if changes else [()] * 6
 
-    def over(*names: str) -> tuple[str, ...]:
-        return (*dims, *names)
+    def over(values: Array, *names: str) -> tuple[tuple[str, ...], Array]:
+        """Values (..., S) over the points; what comes before is last, in order."""
+        return (*dims, *names), np.moveaxis(values, -1, 0).reshape(*shape, *values.shape[:-1])
 
-    effort = [joint.effort_unit for joint in arm.joints]
-    changed = np.array([one.at for one in changes]).reshape(-1, len(names))
-    dataset = xr.Dataset(
+    return xr.Dataset(
         {
-            "verdict": (over("element"), VERDICT_NAMES[verdict.T].reshape(*shape, -1)),
-            "peak_torque": (over("joint"), torque.T.reshape(*shape, -1)),
-            "contribution": (
-                over("joint", "of"),
-                np.moveaxis(contribution, -1, 0).swapaxes(1, 2).reshape(*shape, arm.n_joints, -1),
-            ),
-            "operations": (dims, counts.reshape(shape)),
-            "change_element": ("change", np.array([labels[one.element] for one in changes], dtype=str)),
-            "change_parameter": ("change", np.array([names[one.axis] for one in changes], dtype=str)),
-            "change_from": ("change", VERDICT_NAMES[np.array([one.before for one in changes], dtype=int)]),
-            "change_to": ("change", VERDICT_NAMES[np.array([one.after for one in changes], dtype=int)]),
-            "change_at": (("change", "parameter"), changed),
-            "change_seen": ("change", np.array([one.seen for one in changes], dtype=float)),
+            "verdict": over(VERDICT_NAMES[verdict], "element"),
+            "peak_torque": over(torque, "joint"),
+            "contribution": over(contribution.swapaxes(0, 1), "joint", "of"),
+            "operations": over(operation_counts),
+            "change_element": ("change", np.array([labels[e] for e in element], dtype=str)),
+            "change_parameter": ("change", np.array([names[k] for k in axis], dtype=str)),
+            "change_from": ("change", VERDICT_NAMES[np.array(before, dtype=int)]),
+            "change_to": ("change", VERDICT_NAMES[np.array(after, dtype=int)]),
+            "change_at": (("change", "parameter"), np.array(at).reshape(-1, len(names))),
+            "change_seen": ("change", np.array(seen, dtype=float)),
         },
         coords
         | {
             "element": labels,
             "joint": np.arange(1, arm.n_joints + 1),
-            "effort_unit": ("joint", effort),
+            "effort_unit": ("joint", [joint.effort_unit for joint in arm.joints]),
             "of": list(CONTRIBUTIONS),
             "parameter": names,
             "unit": ("parameter", [one.parameter.unit for one in ranges]),
@@ -219,22 +217,14 @@ def sweep(
             "threshold": float(threshold),
             "budget": str(budget),
             "operations_by": asked,
+            **({} if samples is None else {"samples": samples, "seed": seed}),
         },
     )
-    if samples is not None:
-        dataset.attrs |= {"samples": samples, "seed": seed}
-    return dataset
 
 
-class Change(NamedTuple):
-    """A verdict that changes along one parameter, the others at points of the grid."""
-
-    element: int
-    axis: int
-    before: int
-    after: int
-    at: tuple[float, ...]  # values of all parameters there
-    seen: float  # value of the parameter at the grid's next point
+# A verdict that changes along one parameter, others on the grid: its element and the parameter, what it was
+# and is, the values of all parameters there, and the parameter's at the grid's next point.
+_Change = tuple[int, int, int, int, tuple[float, ...], float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,15 +243,16 @@ class _Sweep:
         """Which of the parameters are neither inertial nor the speed."""
         return [k for k, p in enumerate(self.parameters) if not p.is_inertial and p.key != SPEED]
 
-    def at(self, points: FloatArray, progress: Callable[[int], None]) -> tuple[Array, FloatArray, FloatArray]:
+    def at(
+        self, points: FloatArray, progress: Callable[[int], None] = lambda done: None
+    ) -> tuple[Array, FloatArray, FloatArray]:
         """Verdicts (E + n, S), peak torque (n, S) and its contributions (6, n, S) at points (S, P)."""
         count = len(points)
-        inertial = {p: points[:, k] for k, p in enumerate(self.parameters) if p.is_inertial}
-        bodies = self.varied.bodies(inertial, count)
+        values = dict(zip(self.parameters, points.T, strict=True))
+        bodies = self.varied.bodies({p: x for p, x in values.items() if p.is_inertial}, count)
         if not self.exact.form.drives:
-            bodies = Bodies(bodies.mass, bodies.com, bodies.inertia_com, np.zeros((count, 0)))
-        speeds = [points[:, k] for k, p in enumerate(self.parameters) if p.key == SPEED]
-        speed = speeds[0] if speeds else np.ones(count)
+            bodies = replace(bodies, drive_inertia=np.zeros((count, 0)))
+        speed = next((x for p, x in values.items() if p.key == SPEED), np.ones(count))
         alike, which = np.unique(points[:, self._geometric], axis=0, return_inverse=True)
         groups = [np.flatnonzero(which.ravel() == k) for k in range(len(alike))]
         changed = [self.parameters[k] for k in self._geometric]
@@ -295,37 +286,34 @@ class _Sweep:
         floor = np.maximum(ROUND_OFF_SHARE * peak.max(axis=0), np.finfo(float).tiny)
         return np.maximum(np.maximum(share / _VAST * peak, least), floor)
 
-    def changes(self, grid: Sequence[FloatArray], verdict: Array, precision: float) -> list[Change]:
+    def changes(self, grid: Sequence[FloatArray], verdict: Array, precision: float) -> list[_Change]:
         """Bisect every change of a verdict (E + n, ...) between neighbours on the grid."""
-        found: list[Change] = []
+        found: list[_Change] = []
         for axis, values in enumerate(grid):
+            close = max(precision * (values[-1] - values[0]), 4 * np.spacing(np.abs(values).max()))
             many = np.moveaxis(verdict, axis + 1, -1)
             place = np.argwhere(many[..., :-1] != many[..., 1:])
             element, index = place[:, 0], np.insert(place[:, 1:-1], axis, place[:, -1], axis=1)
             base = np.stack([x[index[:, k]] for k, x in enumerate(grid)], axis=-1)
-            low, high, close = (
-                base[:, axis].copy(),
-                values[index[:, axis] + 1],
-                precision * (values[-1] - values[0]),
-            )
+            low, high = base[:, axis].copy(), values[index[:, axis] + 1]
             before, after = many[tuple(place.T)], many[(*place.T[:-1], place[:, -1] + 1)]
             while len(element):
                 at, end, told = low, high, after
                 while (end - at > close).any():
                     base[:, axis] = (at + end) / 2
                     points, which = np.unique(base, axis=0, return_inverse=True)
-                    now = self.at(points, lambda _: None)[0][element, which.ravel()]
+                    now = self.at(points)[0][element, which.ravel()]
                     same = now == before
                     at, end = np.where(same, base[:, axis], at), np.where(same, end, base[:, axis])
                     told = np.where(same, told, now)
                 base[:, axis] = (at + end) / 2
-                rows = zip(element, before, told, base.tolist(), high, strict=True)
-                found += [Change(int(e), axis, int(a), int(b), tuple(x), float(y)) for e, a, b, x, y in rows]
+                columns = (x.tolist() for x in (element, before, told, base, high))
+                found += [(e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)]
                 # Another verdict lies between the two.
                 more = told != after
                 low, before = end[more], told[more]
                 element, base, high, after = element[more], base[more], high[more], after[more]
-        return sorted(found, key=lambda one: (one.axis, one.at[one.axis]))
+        return sorted(found, key=lambda one: (one[1], one[4][one[1]]))
 
     def operations(self, points: FloatArray, by: str, progress: Callable[[int], None]) -> FloatArray:
         """Operations of the simplified model at every point, (S,); nan where there are none."""
