@@ -99,7 +99,7 @@ def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link)
         "a.toml": 'arm = "two_link"\ntrajectory = ["two-link-swing", "x.csv"]\nbudget = ["1%", "2%"]\n',
         "b.yaml": "budget: [1%, 2%]\nrows:\n"
         + "".join(f"- {{arm: two_link, trajectory: {x}}}\n" for x in ("two-link-swing", "x.csv")),
-        "a.csv": "arm,trajectory,budget,level\n"
+        "a.csv": "\ufeffarm,trajectory,budget,level\n"
         + "".join(f"{row['arm']},{row['trajectory']},{row['budget']},\n" for row in expected),
     }
     for name, text in texts.items():
@@ -120,9 +120,12 @@ def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link)
 
 
 def test_options_of_text_are_read_as_the_settings_take_them():
-    row = {"drives": "No", "operations": "40", "dominance": "5%", "budget": "2%", "refit": True, "arm": "x"}
-    read = {"drives": False, "operations": 40, "dominance": 0.05, "budget": "2%", "refit": True}
+    row = {"drives": "No", "operations": "40", "dominance": "5%", "budget": 0.2, "refit": True, "arm": "x"}
+    read = {"drives": False, "operations": 40, "dominance": 0.05, "budget": "0.2", "refit": True}
     assert batch_rows.settings_of(row) == read
+    picked = {"lock": "a=1,b=90deg", "limits": "all=10", "tip": "hand", "gravity": "0,0,-1.6"}
+    read = {"lock": ["a=1", "b=90deg"], "limits": ["all=10"], "tip": "hand", "gravity": "0,0,-1.6"}
+    assert batch_rows.picked_of(picked | {"arm": "x"}) == read
     for key in ("drives", "operations", "dominance"):
         with pytest.raises(UsageError, match=key):
             batch_rows.settings_of({key: "perhaps"})
@@ -137,6 +140,7 @@ def test_options_of_text_are_read_as_the_settings_take_them():
         ("rows.yaml", "- a\n- b\n", "rows"),
         ("rows.toml", "rows = 3\n", "rows"),
         ("none.csv", None, "none.csv"),
+        ("rows.csv", "arm,trajectory,limits\ntwo_link,x.csv,joint_limits.yaml\n", "give the values"),
         ("logs/robot/log.csv", "time,q1\n", "robot"),
     ],
 )

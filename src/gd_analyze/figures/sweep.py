@@ -67,39 +67,32 @@ def verdict_figure(found: xr.Dataset) -> Figure:
 
 
 def torque_figure(found: xr.Dataset) -> Figure:
-    """Peak torque of every joint, and of its contributions, over the first number; draws as points."""
-    name, panels = str(found.parameter.values[0]), []
-    taken = evenly(found.sizes["sample"], _MARKED) if "sample" in found.dims else slice(None)
-    x = found[name].values[taken]
+    """Peak torque of every joint and its contributions over the first number; operations; draws as points."""
+    name, panels, drawn = str(found.parameter.values[0]), [], "sample" in found.dims
+    taken = evenly(found.sizes["sample"], _MARKED) if drawn else slice(None)
+    x, axis = found[name].values[taken], _axis(found, name)
     for i, unit in enumerate(found.effort_unit.values.tolist()):
         torque, parts = found.peak_torque[..., i].values[taken], found.contribution[:, i].values[taken].T
-        parts = parts if parts.any(axis=1).any() else parts[:0]
-        y = value_axis(unit, torque, parts)
-        if "sample" in found.dims:
-            items = [Curve(x, torque, "accent", 0.0, marker="circle", size=1.6)]
-        else:
-            of = zip(found.of.values.tolist(), parts, strict=False)
+        items = [Curve(x, torque, "accent", 0.0, marker="circle", size=1.6)]
+        if not drawn:
+            looks = zip(_LOOKS.items(), parts, strict=True)
             items = [
-                Curve(x, peak, *_LOOKS[key][:1], 1.0, _LOOKS[key][1], key) for key, peak in of if peak.any()
+                Curve(x, part, colour, 1.0, dashes, key)
+                for (key, (colour, dashes)), part in looks
+                if part.any()
             ]
             items.append(Curve(x, torque, "ink", 1.3, label="torque"))
-        panels.append(Panel(f"peak{i + 1}", f"joint {i + 1}", _axis(found, name), y, tuple(items)))
+        panels.append(
+            Panel(f"peak{i + 1}", f"joint {i + 1}", axis, value_axis(unit, torque, parts), tuple(items))
+        )
+    if found.operations.notnull().any():
+        counts = found.operations.values[taken]
+        curve = Curve(x, counts, "accent", 1.2 * (not drawn), marker="circle", size=2.6)
+        panels.append(Panel("operations", "operations", axis, value_axis("", counts, zero=False), (curve,)))
     keys = [Key("torque", "ink"), *(Key(k, colour, dashes=dashes) for k, (colour, dashes) in _LOOKS.items())]
-    columns = min(3, len(panels))
-    legend = () if "sample" in found.dims else tuple(keys)
-    return in_columns(f"Peak torque over {name}", panels, columns, 110.0, legend)
-
-
-def operations_figure(found: xr.Dataset) -> Figure:
-    """Operations of the simplified model over one number."""
-    (name,) = found.operations.dims
-    counts = found.operations.values
-    y = value_axis("", counts, zero=False)
-    curve = Curve(found[name].values, counts, "accent", 1.2, marker="circle", size=2.6)
-    panel = Panel(
-        "operations", "operations", _axis(found, name), y, (curve,), margins=(34.0, 13.0, 12.0, 14.0)
+    return in_columns(
+        f"Peak torque over {name}", panels, min(3, len(panels)), 110.0, () if drawn else tuple(keys)
     )
-    return Figure(f"Operations over {name}", ((panel,),), WIDTH, 120.0)
 
 
 def maps_figure(found: xr.Dataset) -> Figure:
@@ -108,7 +101,7 @@ def maps_figure(found: xr.Dataset) -> Figure:
     x, grid = found[across].values, found[upward].values
     places = np.arange(len(grid)) + 0.5
     shown = [(float(np.interp(at, grid, places)), f"{at:g}") for at in ticks(grid[0], grid[-1], 4)]
-    unit = str(found.unit.values[1])
+    unit, axis = str(found.unit.values[1]), _axis(found, across)
     y = Axis(
         0.0, float(len(grid)), tuple(at for at, _ in shown), unit, names=tuple(text for _, text in shown)
     )
@@ -118,9 +111,7 @@ def maps_figure(found: xr.Dataset) -> Figure:
         at = found.change_at.values[found.change_element.values == label]
         marks = Curve(at[:, 0], np.interp(at[:, 1], grid, places), "ink", 0.0, marker="circle", size=1.8)
         words = [f"{label}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
-        panels.append(
-            Panel(label, _named(label), _axis(found, across), y, (_cells(x, many, words, x), marks))
-        )
+        panels.append(Panel(label, _named(label), axis, y, (_cells(x, many, words, x), marks)))
     numbers = {"operations": (found.operations, "")} if found.operations.notnull().any() else {}
     for i, effort in enumerate(found.effort_unit.values.tolist()):
         numbers[f"peak torque {i + 1}"] = (found.peak_torque[..., i], effort)
@@ -132,7 +123,7 @@ def maps_figure(found: xr.Dataset) -> Figure:
         told = np.stack([np.broadcast_to(x, held.shape), np.vectorize(_short)(held)], axis=-1)
         cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told)
         corner = f"{low:.3g} to {high:.3g} {effort}"
-        panels.append(Panel(title, title, _axis(found, across), y, (cells,), corner))
+        panels.append(Panel(title, title, axis, y, (cells,), corner))
     label = f"Maps over {across} (across) and {upward} (upward)"
     return in_columns(label, panels, 3, 120.0, _LEGEND)
 

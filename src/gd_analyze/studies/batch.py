@@ -8,6 +8,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +17,24 @@ from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, OutputError, UsageError
 from gd_analyze.files import RESULT_FILES, mark_of, replacing, replacing_together, require_writable
 from gd_analyze.motions.pool import trajectory_of
-from gd_analyze.result import Column, Fact, Result, Table, plain
+from gd_analyze.result import Column, Fact, Result, Shown, Table, plain
 from gd_analyze.results.run_result import first_facts, run_headline
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import carrying, parse_payload
-from gd_analyze.studies.batch_rows import KEYS, PICKED, Input, Row, checked, inputs_of, rows_in, settings_of
+from gd_analyze.studies.batch_rows import (
+    KEYS,
+    Input,
+    Row,
+    checked,
+    inputs_of,
+    picked_of,
+    rows_in,
+    settings_of,
+)
 from gd_analyze.studies.main_job import Settings, find
 from gd_analyze.studies.many import each
 from gd_analyze.studies.study_files import write_findings
+from gd_analyze.text import short_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,6 +116,9 @@ def batch(
     for kind, known, asked in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
         for unknown in sorted(set(asked) - set(known)):
             raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(known))
+    if "parquet" in to and find_spec("pyarrow") is None:
+        step = "pip install 'gd-analyze[logs]', or write csv"
+        raise UsageError("Parquet needs the extra `logs`", where="--to parquet", next_step=step)
     folder = Path(out)
     for name in (RECORD, *(f"batch.{kind}" for kind in to)):
         require_writable(folder / name)
@@ -159,12 +173,14 @@ def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
         except Exception as error:
             kind = "" if isinstance(error, GdAnalyzeError) else f"{type(error).__name__}: "
             text = f"{kind}{error}".replace(f"{folder}/", "")
+            for given, word in ((task.arm, task.row["arm"]), (task.trajectory, task.row["trajectory"])):
+                text = text.replace(given.path or given.name, str(word))
             return task.key, {"state": "failed", "error": text}, {}
 
 
 def _findings(task: Task, folder: Path, caught: Sequence[warnings.WarningMessage]) -> Findings:
     row = task.row
-    arm = load_arm(task.arm.at(folder), **{name: row[name] for name in PICKED if name in row})
+    arm = load_arm(task.arm.at(folder), **picked_of(row))
     if "payload" in row:
         arm = carrying(arm, parse_payload(str(row["payload"])))
     motion = trajectory_of(task.trajectory.at(folder), arm)
@@ -228,35 +244,28 @@ def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFr
 
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and what failed."""
-    failed = table[table.state == "failed"]
-    facts = (
-        Fact("rows", "Rows", len(table), shown="count"),
-        Fact("done", "Done", len(table) - len(failed), shown="count"),
-        Fact("failed", "Failed", len(failed), shown="count"),
+    failed, done = table[table.state == "failed"], int((table.state == "done").sum())
+    shown: tuple[tuple[str, str, Shown], ...] = (
+        ("row", "row", "count"),
+        ("state", "state", "text"),
+        ("arm", "arm", "name"),
+        ("trajectory", "trajectory", "name"),
+        ("model_operations", "operations", "count"),
+        ("exact_operations", "of", "count"),
+        ("sampled_error", "sampled", "percent"),
+        ("proven_error", "proven", "bound_percent"),
     )
-    known = table.reindex(columns=["model_operations", "exact_operations", "sampled_error", "proven_error"])
-    known = known.astype(float)
-    columns = (
-        Column("row", "row", table.row.tolist(), shown="count"),
-        Column("state", "state", table.state.tolist(), shown="text"),
-        Column("arm", "arm", table.arm.tolist(), shown="name"),
-        Column("trajectory", "trajectory", table.trajectory.tolist(), shown="name"),
-        Column("operations", "operations", known.model_operations.tolist(), shown="count"),
-        Column("exact_operations", "of", known.exact_operations.tolist(), shown="count"),
-        Column("sampled_error", "sampled", known.sampled_error.tolist(), shown="percent"),
-        Column("proven_error", "proven", known.proven_error.tolist(), shown="bound_percent"),
+    held = table.reindex(columns=[key for key, *_ in shown]).astype(object)
+    held = held.where(held.notna(), None)
+    columns = tuple(Column(key, label, held[key].tolist(), shown=how) for key, label, how in shown)
+    lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
+    why = Column("error", "", failed.error.tolist()), Column("", "error", lines, shown="text")
+    failures = Table(
+        "failures", "Failed", (Column("row", "row", failed.row.tolist(), shown="count"), *why), top=most
     )
-    why = (Column("row", "row", failed.row.tolist(), shown="count"),
-           Column("error", "", failed.error.tolist()),
-           Column("", "error", [text.splitlines()[0] for text in failed.error], shown="text"))  # fmt: skip
-    parts = [
-        Table("table", "Rows", columns, top=most),
-        *[Table("failures", "Failed", why, top=most)] * bool(len(failed)),
-    ]
     return Result(
-        "Batch",
-        f"{len(table)} rows",
-        f"{len(table) - len(failed)} of {len(table)} rows done.",
-        facts,
-        tuple(parts),
+        title="Batch",
+        headline=f"{done} of {len(table)} rows done.",
+        facts=(Fact("rows", "", len(table)), Fact("done", "", done), Fact("failed", "", len(failed))),
+        parts=(Table("table", "Rows", columns, top=most), *[failures] * bool(len(failed))),
     )

@@ -55,7 +55,7 @@ def rows_in(path: Path) -> list[Row]:
             read = parsed_toml if kind == ".toml" else parsed_yaml
             rows = list(_combined(read(path, text, "table of a batch"), path))
         else:
-            lines = csv.DictReader(io.StringIO(text))
+            lines = csv.DictReader(io.StringIO(text.removeprefix("\ufeff")))
             rows = [{str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines]
     return checked(rows, str(path))
 
@@ -72,9 +72,11 @@ def checked(rows: Sequence[Row], where: str) -> list[Row]:
         for key in ("arm", "trajectory"):
             if key not in row:
                 raise UsageError(f"the row states no {key}", where=place, expected="arm and trajectory")
+        for key in ("limits", "drive_inertia"):
+            if str(row.get(key, "")).endswith((".toml", ".yaml", ".yml")):
+                raise UsageError(f"a row takes no file of {key}", where=place, next_step="give the values")
     if not rows:
-        expected = "a row with arm and trajectory at least"
-        raise UsageError("there are no rows", where=where, expected=expected)
+        raise UsageError("there are no rows", where=where, expected="one with arm and trajectory at least")
     return list(rows)
 
 
@@ -101,27 +103,30 @@ def _combined(document: Any, path: Path) -> Iterator[Row]:
         yield from ({**dict(zip(free, chosen, strict=True)), **row} for chosen in product(*free.values()))
 
 
+def picked_of(row: Row) -> dict[str, Any]:
+    """What the row picks out of the arm's file, as `load_arm` takes it."""
+    found: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
+    several = {key: found[key].split(",") for key in ("lock", "limits") if "=" in found.get(key, "")}
+    return found | several
+
+
 def settings_of(row: Row) -> dict[str, Any]:
     """Values of the row's `Settings`; a UsageError names one that cannot be read."""
-    kinds, found = get_type_hints(Settings), {key: value for key, value in row.items() if key in SETTINGS}
-    for key, value in found.items():
-        if not isinstance(value, str):
+    kinds, found = get_type_hints(Settings), {}
+    for key, value in row.items():
+        if key not in SETTINGS:
             continue
-        read: Any = value
+        text = str(value).strip()
+        share, number = text.endswith("%"), number_in(text.removesuffix("%"))
+        read: Any = text
         if bool in (kinds[key], *getattr(kinds[key], "__args__", ())):
-            read = _FLAGS.get(value.strip().lower())
-        elif key in ("operations", "dominance"):
-            number = number_in(value.strip().removesuffix("%"))
-            share = number is not None and value.strip().endswith("%")
-            read = (
-                None
-                if number is None
-                else int(number)
-                if key == "operations"
-                else number / (100 if share else 1)
-            )
+            read = _FLAGS.get(text.lower())
+        elif key == "dominance":
+            read = number if number is None or not share else number / 100
+        elif key == "operations":
+            read = None if number is None or share else int(number)
         if read is None:
-            raise UsageError("the option cannot be read", where=key, found=value)
+            raise UsageError("the option cannot be read", where=key, found=text)
         found[key] = read
     return found
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dynamics.many_arms import VERDICT_NAMES
-from gd_analyze.figures.sweep import changing, maps_figure, operations_figure, torque_figure, verdict_figure
+from gd_analyze.figures.sweep import changing, maps_figure, torque_figure, verdict_figure
 from gd_analyze.result import Column, Drawing, Fact, Part, Result, Table, joint_columns
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.robots.arm import RobotArm
@@ -103,10 +103,8 @@ def _tables(found: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
             columns.append(Column(name, name, others, units[k]))
         title = "Changes of verdicts" + ", each along the parameter with a dash" * (len(names) > 1)
         parts.append(Table("changes", title, tuple(columns), top=_TOP if len(names) == 1 else _FEW))
-    differ, torque = (
-        changing(found),
-        found.peak_torque.transpose("joint", ...).values.reshape(arm.n_joints, -1),
-    )
+    differ = changing(found)
+    torque = found.peak_torque.transpose("joint", ...).values.reshape(arm.n_joints, -1)
     verdicts = found.verdict.sel(element=differ).values.reshape(torque.shape[1], len(differ)).T
     shares = [
         Column(name.replace(" ", "_"), name, (verdicts == name).mean(axis=1), shown="percent")
@@ -133,13 +131,12 @@ def _tables(found: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
 
 
 def _drawings(found: xr.Dataset, names: list[str]) -> list[Drawing]:
-    if len(names) == 2 and "sample" not in found.dims:
+    drawn = "sample" in found.dims
+    if len(names) == 2 and not drawn:
         return [Drawing("maps", f"{names[0]} across, {names[1]} upward", maps_figure(found))]
-    drawings = []
-    if len(names) == 1 and "sample" not in found.dims:
-        drawings.append(Drawing("verdicts", f"Verdicts over {names[0]}", verdict_figure(found)))
-        if found.operations.notnull().any():
-            drawings.append(Drawing("counts", "Operations of the model", operations_figure(found)))
-    if len(names) == 1 or "sample" in found.dims:
-        drawings.insert(1, Drawing("torques", f"Peak torque over {names[0]}", torque_figure(found)))
-    return drawings
+    if len(names) > 1 and not drawn:
+        return []
+    torques = Drawing("torques", f"Peak torque over {names[0]}", torque_figure(found))
+    if drawn:
+        return [torques]
+    return [Drawing("verdicts", f"Verdicts over {names[0]}", verdict_figure(found)), torques]
