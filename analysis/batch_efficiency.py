@@ -84,11 +84,13 @@ def _busy() -> float:
 def page(count: int, alone: Run, some: int, many: Run) -> str:
     """Markdown of what was measured."""
     work, room = count * alone.own / some, JOBS * many.seconds
+    names = ", ".join(VARIED)
     return f"""# A thousand arms on two cores
 
 `python analysis/batch_efficiency.py` does the main job without files (`gd-analyze batch --format none --jobs {JOBS}`) for
-{count} arms, drawn around the PUMA's first two links ({", ".join(VARIED)} up to a fifth off), along 31 set points, with
-the cache off. What the rows take by themselves is measured on every {EVERY}th in one process.
+{count} arms, drawn around the PUMA's first two links ({names} up to a fifth off),
+along 31 set points, with the cache off. What rows take by themselves is measured on every {EVERY}th in one process, just before
+and with the same other programs beside it.
 
 | | |
 |---|---|
