@@ -206,6 +206,12 @@ def test_set_points_and_arms_in_blocks_are_as_those_at_once(puma, monkeypatch):
     np.testing.assert_allclose(parts.contribution.values, whole.contribution.values, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.slow
+def test_processes_give_what_one_gives(two_link, swing):
+    vary = ["joint1.a=0.5..1.5:3", "link2.mass=0.5..4:3"]
+    assert gd.sweep(two_link, swing, vary, jobs=2).identical(gd.sweep(two_link, swing, vary))
+
+
 def test_operations_are_those_of_the_models(two_link, swing):
     found = gd.sweep(two_link, swing, "link2.mass=0.5..2:3", budget="5%", operations="term")
     varied = VariedArm(two_link)
