@@ -62,6 +62,7 @@ from gd_analyze.simplification.model_file import load_model as load_model
 from gd_analyze.simplification.model_file import save_model as save_model
 from gd_analyze.simplification.simplify import simplify as simplify
 from gd_analyze.simplification.trade_off import trade_off as trade_off
+from gd_analyze.studies.batch import batch as batch
 from gd_analyze.studies.control import ControlStudy as ControlStudy
 from gd_analyze.studies.control import control as control
 from gd_analyze.studies.control_law import ControlSettings as ControlSettings
@@ -69,6 +70,7 @@ from gd_analyze.studies.control_law import Tolerance as Tolerance
 from gd_analyze.studies.main_job import Settings as Settings
 from gd_analyze.studies.main_job import analyze as analyze
 from gd_analyze.studies.main_job import find as find
+from gd_analyze.studies.sweep import sweep as sweep
 from gd_analyze.studies.tracking import tracking_budget as tracking_budget
 from gd_analyze.studies.validation import Validation as Validation
 from gd_analyze.studies.validation import validate as validate

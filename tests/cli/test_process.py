@@ -198,7 +198,18 @@ def test_progress_on_a_terminal_only_and_not_when_quiet(process, motion, quiet, 
 
 
 VERBS = ["report", "arms", "columns", "identify", "plan", "figures", "simplify", "rank", "trade-off"]
-VERBS += ["evaluate", "validate", "equations", "compare", "certify", "control", "export", "completion"]
+VERBS += [
+    "sweep",
+    "batch",
+    "evaluate",
+    "validate",
+    "equations",
+    "compare",
+    "certify",
+    "control",
+    "export",
+    "completion",
+]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from click.shell_completion import CompletionItem, get_completion_class
 
 from gd_analyze import __version__
 from gd_analyze.cli.arms import arms
+from gd_analyze.cli.batch import batch
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.control import control
 from gd_analyze.cli.equations import equations
@@ -20,6 +21,7 @@ from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.simplify import rank, simplify, trade_off
+from gd_analyze.cli.sweep import sweep
 from gd_analyze.cli.trials import certify, evaluate, validate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
@@ -170,6 +172,8 @@ VERBS = (
     simplify,
     rank,
     trade_off,
+    sweep,
+    batch,
     evaluate,
     validate,
     equations,

@@ -227,6 +227,11 @@ def read_arm(path: str | Path) -> RobotArm:
     return arm
 
 
+def arm_in(document: dict[str, Any], name: str) -> RobotArm:
+    """The arm of a file's content that no file holds; ArmError names it as the place."""
+    return _arm(document, Place(TableLines(Path(name), "")))
+
+
 def read_drives(path: str | Path) -> tuple[Drive, ...]:
     """Drives of a TOML file with a [[drives]] table per joint, and nothing else; ArmError as for an arm."""
     content = text_of_arm_file(Path(path))

@@ -121,9 +121,9 @@ def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
 
 def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     """Limits of the arm's joints in a file, which may have those of others, too."""
-    text = text_of(path, "file of limits", _LARGEST_FILE)
+    text = text_of(path, what := "file of limits", _LARGEST_FILE)
     is_toml = path.suffix.lower() == ".toml"
-    table = _joint_limits(parsed_toml(path, text, "file of limits") if is_toml else _yaml(path, text))
+    table = _joint_limits(parsed_toml(path, text, what) if is_toml else parsed_yaml(path, text, what))
     names = [joint.name for joint in arm.joints]
     found = {name: limits for name in names if (limits := _limits(name, (table or {}).get(name), path))}
     if found:
@@ -166,8 +166,8 @@ def _joint_limits(document: Any, depth: int = 3) -> Mapping[Any, Any] | None:
 _MOST_ALIASES = 20
 
 
-def _yaml(path: Path, text: str) -> Any:
-    """YAML with the units that some robots' limits have: !degrees and !radians."""
+def parsed_yaml(path: Path, text: str, what: str) -> Any:
+    """YAML with the units that some robots' limits have, !degrees and !radians; ArmError if it is none."""
     import yaml  # 0.02 s at every start
 
     class Loader(yaml.SafeLoader):  # the one in C crashes where lists nest deep
@@ -193,7 +193,7 @@ def _yaml(path: Path, text: str) -> Any:
         found = str(getattr(error, "problem", None) or error)
     except (RecursionError, ValueError):
         where, found = Location(path), "lists that nest too deep, or a number that is none"
-    raise ArmError("the file of limits is not valid YAML", where=where, found=found, next_step="fix it there")
+    raise ArmError(f"the {what} is not valid YAML", where=where, found=found, next_step="fix it there")
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
 from gd_analyze.motions.trajectory import Trajectory
@@ -22,6 +23,9 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
     "html": lambda result: page_of(result).encode(),
     "pdf": lambda result: pdf_of(result, result.provenance["created"]),
@@ -30,21 +34,24 @@ _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
 
 
 class StudyFolder:
-    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`."""
+    """Files NAME.html, NAME.pdf, NAME.json and NAME.h5 in a folder, of one run: see `require_one_run`."""
 
     def __init__(
         self, folder: Path, name: str, formats: Collection[str], asked: Sequence[str], *, overwrite: bool
     ) -> None:
-        files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
+        files = {format_: f"{name}.{format_}" for format_ in (*_WRITERS, "h5")}
         self._others = require_one_run(folder, files, formats, mark_of(asked), overwrite=overwrite)
         self.paths = {format_: folder / files[format_] for format_ in formats}
 
-    def write(self, result: Result) -> None:
-        """Write all files when the last is made, and remove those of another run."""
-        made = [_WRITERS[format_](result) for format_ in self.paths]
+    def write(self, result: Result, dataset: xr.Dataset | None = None) -> None:
+        """Write all files when the last is made, the dataset as HDF5, and remove those of another run."""
+        made = {format_: _WRITERS[format_](result) for format_ in self.paths if format_ in _WRITERS}
         with replacing_together([*self.paths.values()]) as temporaries:
-            for temporary, content in zip(temporaries, made, strict=True):
-                temporary.write_bytes(content)
+            for format_, temporary in zip(self.paths, temporaries, strict=True):
+                if format_ in made:
+                    temporary.write_bytes(made[format_])
+                elif dataset is not None:
+                    dataset.assign_attrs(result.provenance).to_netcdf(temporary, engine="h5netcdf")
         for path in self._others:
             path.unlink(missing_ok=True)
 

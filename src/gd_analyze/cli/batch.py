@@ -1,0 +1,77 @@
+"""`gd-analyze batch`: the main job for every row of a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli import options
+from gd_analyze.cli.options import FILE, NameList, OutputPath
+from gd_analyze.cli.output import Output, reporting, require_outputs
+
+
+@click.command(short_help="Do the main job for every row of a table.")
+@click.argument(
+    "table",
+    type=FILE,
+    help="CSV with a column per option (arm, trajectory, budget, level, ...); YAML or TOML with a value or a "
+    "list per option, every combination, and `rows`; or a folder with a folder of logs per robot.",
+)
+@click.option("-o", "--out", type=OutputPath(), default="batch", help="Folder for table, record and files.")
+@click.option(
+    "--format",
+    "formats",
+    type=NameList(("none", "h5", "json", "csv", "html", "pdf"), "format"),
+    default="json",
+    metavar="LIST",
+    help="Files to write of every row, in a folder each, comma-separated; json is the model.",
+)
+@click.option("--to", type=NameList(("csv", "parquet"), "table"), default="csv", metavar="LIST",
+              help="Table to write: csv, parquet (needs the extra `logs`), or both.")  # fmt: skip
+@options.number("--jobs", 1, "Processes of this machine.", 1)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the rows: tcp://host:8786."
+)
+@reporting
+def batch(
+    table: Path,
+    out: Path,
+    formats: tuple[str, ...],
+    to: tuple[str, ...],
+    jobs: int,
+    scheduler: str | None,
+    output: Output,
+) -> None:
+    r"""Do the main job for every row: arms, motions and options in, one table out.
+
+    A row is recorded when it ends; the same command goes on where another stopped or was killed, and does
+    failed rows again. What failed stands in the table with the reason, and the exit code is 1. Results do not
+    depend on the order or the number of workers.
+
+    \b
+    Examples:
+      gd-analyze batch rows.csv --jobs 2
+      gd-analyze batch study.yaml --out study --format none --to csv,parquet
+      gd-analyze batch logs/ --scheduler tcp://10.0.0.1:8786
+    """
+    with output.working() as stage:
+        from gd_analyze.studies.batch import RECORD, batch_result
+
+        tables = [out / f"batch.{kind}" for kind in to]
+        require_outputs(*tables, out / RECORD)
+        chosen = [name for name in formats if name != "none"]
+        found = gd.batch(
+            table,
+            out,
+            formats=chosen,
+            to=to,
+            jobs=jobs,
+            scheduler=scheduler,
+            stage=stage,
+            progress=stage.advance,
+        )
+    output.give(batch_result(found), *tables)
+    if (found.state == "failed").any():
+        click.get_current_context().exit(1)

@@ -1,0 +1,94 @@
+"""`gd-analyze sweep`: numbers of an arm varied along a motion, for design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli import options
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.log_options import log_options, read_motions
+from gd_analyze.cli.options import command_line
+from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.text import LEVEL_NAMES
+
+
+@click.command(short_help="Vary numbers of an arm: torque, verdicts, operations.")
+@robot_given
+@options.trajectories()
+@log_options
+@click.option(
+    "--vary",
+    multiple=True,
+    required=True,
+    metavar="NAME=LOW..HIGH[:COUNT]",
+    help="What varies: a number by its key in arm files, as joint2.a (or joint2.a_mm), link3.mass, "
+    "link3.com.x, link3.inertia.xx, drive1.inertia, gravity.z; or speed, a multiple of the motion's. "
+    "COUNT values, 21 without it. May be repeated: every combination.",
+)
+@options.number("--samples", None, "Draw so many arms from the ranges, uniformly, in place of a grid.", 1)
+@options.number("--seed", 0, "Seed of these.")
+@options.budget()
+@options.share("--dominance", "10%", "As for the main job.")
+@options.share("--precision", "0.02%", "Share of each range to which changes of verdicts are bisected.")
+@click.option(
+    "--operations",
+    type=click.Choice(["quick", "cheapest", *LEVEL_NAMES, "none"]),
+    default=None,
+    help="Operations of the simplified model at every point: those of the terms left at level term, within "
+    "some 20 % of the model's, 0.1 s a point; or the model of a level, or the cheapest, seconds a point.  "
+    "[default: quick on grids of up to 1000 points]",
+)
+@options.drives
+@options.payload
+@options.number("--jobs", 1, "Processes for geometries and operations.", 1)
+@options.folder("Folder for sweep.h5 (for xarray) and reports; nothing is written without it.",
+                ("h5", "html", "pdf", "json"))  # fmt: skip
+@reporting
+def sweep(
+    robot: GivenRobot,
+    trajectories: tuple[str, ...],
+    vary: tuple[str, ...],
+    dominance: float,
+    payload: str | None,
+    out: Path | None,
+    overwrite: bool,
+    formats: tuple[str, ...],
+    output: Output,
+    **asked: Any,
+) -> None:
+    r"""Vary numbers of an arm along a motion: peak torque by effect, verdicts, and where these change.
+
+    Everything else is held: a longer link keeps its mass, its inertia, and its centre of mass in the link
+    frame. The motion is that of the joints. Verdicts are those of the ranking; for every joint there is also
+    whether its torque without h stays within the budget. Changes between neighbours on the grid are bisected;
+    of several parameters along each, the others on the grid.
+
+    \b
+    Examples:
+      gd-analyze sweep puma560 pick-and-place --vary joint2.a=0.2..0.6:50
+      gd-analyze sweep puma560 pick-and-place --vary link3.mass=1..8:9 --vary speed=0.1..2:20
+      gd-analyze sweep puma560 pick-and-place --vary link3.mass=1..5 --samples 10000
+    """
+    with output.working() as stage:
+        from gd_analyze.results.findings import provenance_of_run
+        from gd_analyze.robots.description import describe_in_full
+        from gd_analyze.studies.study_files import StudyFolder
+        from gd_analyze.studies.sweep_result import sweep_result
+
+        arm = robot.load(payload, trajectories)
+        motion = read_motions(trajectories, arm)
+        words, files = [arm.name, motion.name, *vary, str(dominance), *map(str, asked.values())], None
+        if out is not None:
+            files = StudyFolder(out, "sweep", formats, words, overwrite=overwrite)
+            require_outputs(*files.paths.values())
+        found = gd.sweep(arm, motion, vary, threshold=dominance, stage=stage, progress=stage.advance, **asked)
+        inputs = [describe_in_full(arm), motion.fingerprint]
+        result = sweep_result(found, arm, provenance_of_run(command_line(), words, inputs, repeats=True))
+        if files is not None:
+            stage(f"writing {', '.join(formats)}")
+            files.write(result, found)
+    output.give(result, *(files.paths.values() if files else ()))

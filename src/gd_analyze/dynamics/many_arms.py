@@ -1,0 +1,173 @@
+"""Peaks and verdicts of many arms of one geometry along one motion, which differ in their bodies.
+
+Torque is linear in every link's `PARAMETERS`, split by effect as in `robustness`: all arms are one product of
+matrices. At s times the speed of the motion h and D qdd grow with s^2; D and c stay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.dominance import Element, elements
+from gd_analyze.dynamics.robustness import elements_per_unit, point_masses
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.varied import Bodies
+
+# What a joint's torque is the sum of.
+CONTRIBUTIONS = (
+    "inertia translation", "inertia rotation", "velocity translation", "velocity rotation",
+    "gravity", "drives",
+)  # fmt: skip
+# Verdicts by how `Peaks.verdicts` numbers them.
+VERDICT_NAMES = np.array(
+    ["translation", "rotation", "both", "neither", "negligible", "within budget", "beyond budget"]
+)
+# Set points at a time, and set points times arms: what they need stays in the cache.
+_SET_POINTS, _CELLS = 512, 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Largest magnitudes along a motion, of S arms with E elements of D, h and c."""
+
+    parts: FloatArray  # of elements by effect, (2, E, S)
+    whole: FloatArray  # of elements, (E, S)
+    moved: FloatArray  # torque of an element at a joint, N m (N), (E, n, S); -1 where it does not act
+    torque: FloatArray  # of joints, N m (N), (n, S)
+    contributions: FloatArray  # of joints by `CONTRIBUTIONS`, N m (N), (6, n, S)
+
+    def verdicts(self, threshold: float, allowed: FloatArray) -> Array:
+        """Verdict on every element as `rank` gives it, then on every joint's torque without h, (E + n, S).
+
+        Numbers of `VERDICT_NAMES`. `allowed` is the allowed torque error, N m (N), (n, S).
+        """
+        n = len(self.torque)
+        ends = np.array([0, len(self.whole) - 2 * n, len(self.whole) - n])
+        largest = np.maximum.reduceat(self.parts.max(axis=0), ends, axis=0)
+        noise = 64 * np.finfo(float).eps * np.repeat(largest, np.diff([*ends, len(self.whole)]), axis=0)
+        is_there = self.parts > noise
+        exists = np.asarray(is_there.any(axis=0))
+        translation, rotation = (is_there & (self.parts > threshold * self.whole)).astype(int)
+        verdict = np.where(rotation, 1 + translation, 0)
+        verdict = np.where(exists, verdict, 3)
+        small = np.where(exists[:, None], self.moved, 0.0) <= allowed / (n + 2)
+        verdict = np.where(small.all(axis=1), 4, verdict)
+        return np.vstack([verdict, np.where(self.whole[ends[1] : ends[2]] <= allowed, 5, 6)])
+
+
+def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed: FloatArray) -> Peaks:
+    """Find the peaks of arms along a motion, each at its own speed.
+
+    Parameters
+    ----------
+    arm
+        Whose geometry and gravity count.
+    bodies
+        Bodies of the S arms.
+    q, qd, qdd
+        The motion, rad (m) and per s, s^2, shape (n, N).
+    speed
+        Multiples of its velocity, shape (S,).
+    """
+    n, count = q.shape
+    every, most = elements(n), len(speed)
+    points, matter = _parameters(bodies)
+    found = Peaks(
+        np.zeros((2, len(every), most)),
+        np.zeros((len(every), most)),
+        np.repeat(_acts(every, n)[..., None] - 1.0, most, axis=-1),
+        np.zeros((n, most)),
+        np.zeros((len(CONTRIBUTIONS), n, most)),
+    )
+    weightless = replace(arm, gravity=np.zeros(3))
+    for first in range(0, count, _SET_POINTS):
+        at, v, a = (x[:, first : first + _SET_POINTS] for x in (q, qd, qdd))
+        still, width = np.zeros_like(v), at.shape[1]
+        loading, inertial = (
+            regressor(*given) for given in ((arm, at, still, still), (weightless, at, still, a))
+        )
+        of_joints = np.moveaxis(np.concatenate([loading, inertial]), -1, 1).reshape(2 * n, width, -1)
+        rows = np.concatenate([elements_per_unit(arm, at, v).reshape(-1, width, 10 * n), of_joints])
+        translation, rotation = _Product.of(rows, points), _Product.of(rows, matter)
+        step = max(1, _CELLS // width)
+        for block in (slice(start, start + step) for start in range(0, most, step)):
+            drives = (
+                bodies.drive_inertia[block].T[:, None] * a[..., None] if bodies.drive_inertia.size else 0.0
+            )
+            _note(found, block, translation.of_arms(block), rotation.of_arms(block), drives, a, speed[block])
+    return found
+
+
+def _acts(every: Sequence[Element], n: int) -> Array:
+    """Whether an element acts at a joint, (E, n)."""
+    return np.array([[joint in (one.i, one.j) for joint in range(n)] for one in every])
+
+
+def _note(
+    found: Peaks, block: slice, translation: Array, rotation: Array, drives: Any, qdd: Array, speed: Array
+) -> None:
+    """Raise the peaks of some arms to what they have at some set points, (E + n, set points, arms).
+
+    Rows are the elements of D, h and c, then D qdd. What one effect makes of all arms alike has one column.
+    """
+    n, count = len(qdd), len(found.whole)
+    square, whole = speed**2, translation + rotation
+    h, c = slice(count - 2 * n, count - n), slice(count - n, count)
+    grows = np.ones((count, 1)) * square
+    grows[: h.start], grows[c] = 1.0, 1.0
+
+    def raise_to(peak: Array, values: Array, times: Array | float = 1.0) -> None:
+        np.maximum(peak, np.maximum(values.max(axis=-2), -values.min(axis=-2)) * times, out=peak)
+
+    raise_to(found.parts[0, :, block], translation[:count], grows)
+    raise_to(found.parts[1, :, block], rotation[:count], grows)
+    raise_to(found.whole[:, block], whole[:count], grows)
+    first, second = np.triu_indices(n)
+    for joint, other in ((first, second), (second, first)):
+        peak = found.moved[np.arange(h.start), joint, block]
+        raise_to(peak, whole[: h.start] * qdd[other][..., None], square)
+        found.moved[np.arange(h.start), joint, block] = peak
+    joints = np.arange(n)
+    for rows in (h, c):
+        found.moved[rows, :, block][joints, joints] = found.whole[rows, block]
+    for k, (part, rows) in enumerate(product((translation, rotation), (slice(count, None), h))):
+        raise_to(found.contributions[2 * (k % 2) + k // 2, :, block], part[rows], square)
+    raise_to(found.contributions[4, :, block], translation[c])
+    if np.ndim(drives):
+        raise_to(found.contributions[5, :, block], drives, square)
+    raise_to(found.torque[:, block], (whole[count:] + whole[h] + drives) * square + whole[c])
+
+
+@dataclass(frozen=True, eq=False)
+class _Product:
+    """Rows times the parameters of arms; what all arms have in common is added up once."""
+
+    varying: FloatArray  # (rows, set points, V)
+    values: FloatArray  # (S, V)
+    fixed: FloatArray  # (rows, set points, 1)
+
+    @classmethod
+    def of(cls, rows: FloatArray, parameters: FloatArray) -> _Product:
+        varies = np.ptp(parameters, axis=0) > 0.0
+        return cls(
+            rows[..., varies], parameters[:, varies], (rows[..., ~varies] @ parameters[0, ~varies])[..., None]
+        )
+
+    def of_arms(self, block: slice) -> FloatArray:
+        return self.fixed if not self.values.shape[1] else self.varying @ self.values[block].T + self.fixed
+
+
+def _parameters(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
+    """Parameters of point masses and of the rest, (S, 10 n) each."""
+    i, mass = bodies.inertia_com, bodies.mass[..., None]
+    body = np.concatenate([mass, mass * bodies.com, np.zeros((*mass.shape[:2], 6))], axis=-1)
+    entries = [i[..., a, b] for a, b in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))]
+    matter = np.stack([*[np.zeros(mass.shape[:2])] * 4, *entries], axis=-1)
+    return point_masses(body).reshape(len(mass), -1), matter.reshape(len(mass), -1)

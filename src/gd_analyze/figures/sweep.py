@@ -1,0 +1,152 @@
+"""A sweep: verdicts, peak torques and operations over one varied number, maps over two, points of draws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, evenly
+from gd_analyze.figures.elements import subscripted
+from gd_analyze.figures.figure import (
+    WIDTH,
+    Axis,
+    Cells,
+    Curve,
+    Figure,
+    Item,
+    Key,
+    Panel,
+    in_columns,
+    ticks,
+    value_axis,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Elements that have a row, and a map, at most; draws that are marked.
+_ROWS, _MAPS, _MARKED = 30, 12, 500
+_COLOURS = {"translation": "translation", "rotation": "rotation", "both": "both", "beyond budget": "warn"}
+_LEGEND = tuple(Key(verdict, colour, "area") for verdict, colour in _COLOURS.items())
+# Colour and dashes of what a joint's torque is the sum of.
+_LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {
+    "inertia translation": ("translation", ()),
+    "inertia rotation": ("rotation", ()),
+    "velocity translation": ("translation", (3.2, 1.6)),
+    "velocity rotation": ("rotation", (3.2, 1.6)),
+    "gravity": ("series-3", ()),
+    "drives": ("combined", ()),
+}
+
+
+def changing(found: xr.Dataset) -> list[str]:
+    """Elements whose verdict is not the same everywhere."""
+    every = found.verdict.stack(point=[d for d in found.verdict.dims if d != "element"])
+    differs = (every != every.isel(point=0)).any("point").values
+    return [str(label) for label in found.element.values[differs]]
+
+
+def verdict_figure(found: xr.Dataset) -> Figure:
+    """Verdicts over one number, in rows: elements that are not negligible throughout, changes marked."""
+    (name,) = found.verdict.dims[:-1]
+    every = found.verdict.transpose("element", name)
+    shown = np.isin(every.values, list(_COLOURS)).any(axis=1) & ~np.char.startswith(found.element.values, "c")
+    every = every.isel(element=np.flatnonzero(shown)[:_ROWS])
+    labels, values = every.element.values.tolist(), found[name].values
+    marks: list[Item] = []
+    for element, at in zip(found.change_element.values, found.change_at.values[:, 0], strict=True):
+        if element in labels:
+            row = labels.index(element)
+            marks.append(Curve(np.array([at, at]), np.array([row, row + 0.9]), "ink", 1.4))
+    y = Axis(len(labels), 0.0, tuple(k + 0.45 for k in range(len(labels))), names=tuple(map(_named, labels)))
+    items = (_cells(values, every.values, [f"{label} at {name} = {{0}}" for label in labels], values), *marks)
+    panel = Panel("verdicts", "", _axis(found, name), y, items, margins=(72.0, 13.0, 12.0, 6.0))
+    return Figure(f"Verdicts over {name}", ((panel,),), WIDTH, 9.5 * len(labels) + 22.0, _LEGEND)
+
+
+def torque_figure(found: xr.Dataset) -> Figure:
+    """Peak torque of every joint and its contributions over the first number; operations; draws as points."""
+    name, panels, drawn = str(found.parameter.values[0]), [], "sample" in found.dims
+    taken = evenly(found.sizes["sample"], _MARKED) if drawn else slice(None)
+    x, axis = found[name].values[taken], _axis(found, name)
+    for i, unit in enumerate(found.effort_unit.values.tolist()):
+        torque, parts = found.peak_torque[..., i].values[taken], found.contribution[:, i].values[taken].T
+        items = [Curve(x, torque, "accent", 0.0, marker="circle", size=1.6)]
+        if not drawn:
+            looks = zip(_LOOKS.items(), parts, strict=True)
+            items = [
+                Curve(x, part, colour, 1.0, dashes, key)
+                for (key, (colour, dashes)), part in looks
+                if part.any()
+            ]
+            items.append(Curve(x, torque, "ink", 1.3, label="torque"))
+        panels.append(
+            Panel(f"peak{i + 1}", f"joint {i + 1}", axis, value_axis(unit, torque, parts), tuple(items))
+        )
+    if found.operations.notnull().any():
+        counts = found.operations.values[taken]
+        curve = Curve(x, counts, "accent", 1.2 * (not drawn), marker="circle", size=2.6)
+        panels.append(Panel("operations", "operations", axis, value_axis("", counts, zero=False), (curve,)))
+    keys = [Key("torque", "ink"), *(Key(k, colour, dashes=dashes) for k, (colour, dashes) in _LOOKS.items())]
+    return in_columns(
+        f"Peak torque over {name}", panels, min(3, len(panels)), 110.0, () if drawn else tuple(keys)
+    )
+
+
+def maps_figure(found: xr.Dataset) -> Figure:
+    """Maps over two numbers: verdicts that change, with the lines where they do; operations; peak torques."""
+    across, upward = map(str, found.parameter.values)
+    x, grid = found[across].values, found[upward].values
+    places = np.arange(len(grid)) + 0.5
+    shown = [(float(np.interp(at, grid, places)), f"{at:g}") for at in ticks(grid[0], grid[-1], 4)]
+    unit, axis = str(found.unit.values[1]), _axis(found, across)
+    y = Axis(
+        0.0, float(len(grid)), tuple(at for at, _ in shown), unit, names=tuple(text for _, text in shown)
+    )
+    panels = []
+    for label in changing(found)[:_MAPS]:
+        many = found.verdict.sel(element=label).transpose(upward, across).values
+        at = found.change_at.values[found.change_element.values == label]
+        marks = Curve(at[:, 0], np.interp(at[:, 1], grid, places), "ink", 0.0, marker="circle", size=1.8)
+        words = [f"{label}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
+        panels.append(Panel(label, _named(label), axis, y, (_cells(x, many, words, x), marks)))
+    numbers = {"operations": (found.operations, "")} if found.operations.notnull().any() else {}
+    for i, effort in enumerate(found.effort_unit.values.tolist()):
+        numbers[f"peak torque {i + 1}"] = (found.peak_torque[..., i], effort)
+    for title, (array, effort) in numbers.items():
+        held = array.transpose(upward, across).values
+        low, high = float(np.nanmin(held)), float(np.nanmax(held))
+        shade = 0.1 + 0.9 * np.round((np.nan_to_num(held, nan=low) - low) / max(high - low, 1e-300), 1)
+        words = [f"{title} {{1}} {effort}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
+        told = np.stack([np.broadcast_to(x, held.shape), np.vectorize(_short)(held)], axis=-1)
+        cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told)
+        corner = f"{low:.3g} to {high:.3g} {effort}"
+        panels.append(Panel(title, title, axis, y, (cells,), corner))
+    label = f"Maps over {across} (across) and {upward} (upward)"
+    return in_columns(label, panels, 3, 120.0, _LEGEND)
+
+
+def _axis(found: xr.Dataset, name: str) -> Axis:
+    values, unit = found[name].values, str(found.unit.sel(parameter=name).values)
+    low, high = float(values.min()), float(values.max())
+    return Axis(low, high, tuple(ticks(low, high, 4)), unit)
+
+
+def _cells(x: FloatArray, verdicts: np.ndarray, words: Sequence[str], told: FloatArray) -> Cells:
+    colours = np.vectorize(lambda verdict: _COLOURS.get(verdict, ""))(verdicts)
+    numbers = np.broadcast_to(np.vectorize(_short)(told)[:, None], (*verdicts.shape, 1))
+    return Cells(_edges(x), colours, np.full(verdicts.shape, 0.85), tuple(words), numbers)
+
+
+def _edges(x: FloatArray) -> FloatArray:
+    return np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _named(label: str) -> str:
+    return label if " " in label else subscripted(label)

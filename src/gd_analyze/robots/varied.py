@@ -1,0 +1,203 @@
+"""Numbers of an arm that a design may change, by the names that arm files give them, and the arm changed."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import arm_in
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.text_file import UNIT_SUFFIXES
+
+# Multiple of the planned velocity at which the motion runs; no number of the arm.
+SPEED = "speed"
+_NAME = re.compile(r"(?:(joint|link|drive)(\d+)\.)?([a-z_]+?)(_mm|_deg)?(?:\.([xyz]{1,2}))?")
+_VECTOR, _TENSOR = ("x", "y", "z"), ("xx", "yy", "zz", "xy", "xz", "yz")
+# Units by the suffix that a key may have.
+_SUFFIXED = {"_mm": ("m", "mm"), "_deg": ("rad", "deg")}
+# Physically inconsistent by more than rounding to three digits, or than a measurement as it is published.
+_ROUNDING, _MEASUREMENT = 1e-3, 0.1
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an arm."""
+
+    name: str  # as it was asked for: "joint2.a_mm", "link3.com.x", "drive1.inertia", "gravity.z", "speed"
+    part: str = ""  # "joint", "link", "drive", or "" for one of the arm as a whole
+    number: int = 0  # of the part, from 0
+    key: str = ""
+    suffix: str = ""  # of its unit: "_mm", "_deg" or ""
+    component: str = ""  # "x" of a vector, "xy" of a tensor
+    unit: str = ""
+
+    @property
+    def is_inertial(self) -> bool:
+        """Whether only mass, centre of mass, inertia or drive inertia change: torque is linear in these."""
+        return self.key in ("mass", "com", "inertia")
+
+
+@dataclass(frozen=True, eq=False)
+class VariedArm:
+    """An arm whose numbers can be changed; what is not changed is held, to the last bit.
+
+    A longer link keeps its mass, its inertia, and its centre of mass in the link frame, which is at the far
+    end of the link in standard Denavit-Hartenberg frames. Uncertainties are left out.
+    """
+
+    arm: RobotArm
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The arm's file."""
+        links = tuple(replace(link, uncertainty=None) for link in self.arm.links)
+        return tomllib.loads(toml_of(replace(self.arm, links=links, spread=None)))
+
+    @cached_property
+    def parameters(self) -> dict[str, str]:
+        """Unit of every number that torque depends on, by its name without a unit suffix."""
+        arm, placed = self.arm, self.document["convention"] == "placement"
+        m, rad, tensor = "m", "rad", "kg m^2"
+        vectors = {"xyz": m, "rpy": rad} if placed else {}
+        found = {} if placed else {"theta": rad, "d": m, "a": m, "alpha": rad}
+        found |= {f"{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
+        link = {"mass": "kg"} | {f"com.{x}": m for x in _VECTOR} | {f"inertia.{x}": tensor for x in _TENSOR}
+        link |= {f"frame_{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
+        out = {SPEED: ""} | {f"gravity.{x}": "m/s^2" for x in _VECTOR}
+        for i in range(1, arm.n_joints + 1):
+            out |= {f"joint{i}.{key}": unit for key, unit in found.items()}
+            out |= {f"link{i}.{key}": unit for key, unit in link.items()}
+            if arm.drives:
+                out[f"drive{i}.inertia"] = tensor if arm.is_revolute[i - 1] else "kg"
+        return out
+
+    def parameter(self, name: str) -> Parameter:
+        """Look a name up; a UsageError where the arm has no such number."""
+        match = _NAME.fullmatch(name)
+        if match is not None:
+            part, number, key, suffix, component = (word or "" for word in match.groups())
+            bare = f"{part}{number}." * bool(part) + key + f".{component}" * bool(component)
+            unit = self.parameters.get(bare)
+            scaled = dict([_SUFFIXED[suffix]]).get(unit or "") if suffix else unit
+            if scaled is not None:
+                return Parameter(name, part, int(number or 1) - 1, key, suffix, component, scaled)
+        near = difflib.get_close_matches(name, self.parameters, n=3, cutoff=0.5)
+        raise UsageError(
+            "the arm has no such number",
+            where=f"--vary {name}",
+            expected="a key of an arm file, such as link3.mass, link3.com.x, joint2.a (or a_mm); or speed",
+            found=name,
+            next_step=f"did you mean {' or '.join(near)}?" if near else None,
+        )
+
+    def value(self, one: Parameter) -> float:
+        """What a number is in the arm as given, in its unit."""
+        return 1.0 if one.key == SPEED else float(_held(self.document, one)[2])
+
+    def at(self, values: Mapping[Parameter, float]) -> RobotArm:
+        """Change some numbers; an ArmError says which value makes no arm."""
+        changed = copy.deepcopy(self.document)
+        asked = {one: value for one, value in values.items() if one.key != SPEED}
+        for one, value in asked.items():
+            _change(changed, one, value)
+        try:
+            made = arm_in(changed, self.arm.name)
+        except ArmError as error:
+            told = ", ".join(f"{one.name} = {value:g}" for one, value in asked.items())
+            raise ArmError(f"no arm comes of {told}: {error.what}", where=f"--vary {told}") from None
+        kept = {key: getattr(self.arm, key) for key in ("name", "title", "tip", "tip_frame")}
+        return replace(made, **kept)
+
+    def bodies(self, points: Mapping[Parameter, FloatArray], count: int) -> Bodies:
+        """Bodies of `count` arms in which inertial numbers are changed, values (count,) each.
+
+        An ArmError says which value makes a mass or a drive inertia negative, or an inertia that no body has
+        where the arm as given has one.
+        """
+        arm = self.arm
+        nominal = (arm.mass, arm.com, arm.inertia_com, arm.drive_inertia if arm.drives else np.zeros(0))
+        mass, com, inertia, drive = (np.tile(x, (count,) + (1,) * x.ndim) for x in nominal)
+        for one, given in points.items():
+            values, k = given * UNIT_SUFFIXES.get(one.suffix, 1.0), one.number
+            if one.part == "drive":
+                drive[:, k] = values
+            elif one.key == "mass":
+                mass[:, k] = values
+            elif one.key == "com":
+                com[:, k, _VECTOR.index(one.component)] = values
+            else:
+                a, b = (_VECTOR.index(x) for x in one.component)
+                inertia[:, k, a, b] = inertia[:, k, b, a] = values
+        for one, given in points.items():
+            if one.part == "drive" or one.key == "mass":
+                wrong, what = given < 0.0, f"{one.part} {one.number + 1} cannot have a negative {one.key}"
+            else:
+                link = arm.links[one.number]
+                tolerance = [_ROUNDING, _MEASUREMENT if link.as_measured else _ROUNDING]
+                most = np.maximum(tolerance, _inconsistency(link.inertia_com)) * (1.0 + 1e-9)
+                wrong = np.asarray((_inconsistency(inertia[:, one.number]) > most).any(axis=-1))
+                what = f"no body has the inertia that this makes of link {link.name}: physically inconsistent"
+            if one.key != "com" and wrong.any():
+                found = f"{given[wrong][0]:g} {one.unit}"
+                raise ArmError(what, where=f"--vary {one.name}", found=found, next_step="narrow the range")
+        return Bodies(mass, com, inertia, drive)
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """What S arms of one geometry consist of."""
+
+    mass: FloatArray  # kg, (S, n)
+    com: FloatArray  # in the link frames, m, (S, n, 3)
+    inertia_com: FloatArray  # about the centres of mass, kg m^2, (S, n, 3, 3)
+    drive_inertia: FloatArray  # at the joints, kg m^2 (kg), (S, n), or (S, 0) without drives
+
+    def at(self, arms: Any) -> Bodies:
+        """Take some of the arms."""
+        return Bodies(*(getattr(self, one.name)[arms] for one in fields(self)))
+
+
+def _inconsistency(inertia_com: FloatArray) -> FloatArray:
+    """How far inertias (..., 3, 3) are from any body's, as shares of their largest moment, (..., 2).
+
+    How negative the least principal moment is, and how far the largest exceeds the other two together.
+    """
+    least, middle, most = np.moveaxis(np.linalg.eigvalsh(inertia_com), -1, 0)
+    largest = np.maximum(np.maximum(np.abs(least), np.abs(most)), np.finfo(float).tiny)
+    return np.stack([-least, most - least - middle], axis=-1) / largest[..., None]
+
+
+def _held(document: dict[str, Any], one: Parameter) -> tuple[dict[str, Any], str, Any, Any]:
+    """Table of a number, the key that holds it there, its value in its own unit, and the whole vector."""
+    table = document[f"{one.part}s"][one.number] if one.part else document
+    stated = next((one.key + s for s in ("", *UNIT_SUFFIXES) if one.key + s in table), one.key)
+    held = table.get(stated, [0.0, 0.0, 0.0] if one.component else 0.0)
+    if isinstance(held, dict):
+        return table, stated, held.get(one.component, 0.0), held
+    has, wants = (UNIT_SUFFIXES.get(key, 1.0) for key in (stated.removeprefix(one.key), one.suffix))
+    whole = np.array(held) * (has / wants)
+    return table, stated, whole[_VECTOR.index(one.component)] if one.component else whole, whole
+
+
+def _change(document: dict[str, Any], one: Parameter, value: float) -> None:
+    """Put a number into an arm's file, in the unit it is given in."""
+    table, stated, _, whole = _held(document, one)
+    table.pop(stated, None)
+    if isinstance(whole, dict):
+        table[one.key] = whole | {one.component: value}
+    elif one.component:
+        whole[_VECTOR.index(one.component)] = value
+        table[one.key + one.suffix] = whole.tolist()
+    else:
+        table[one.key + one.suffix] = value

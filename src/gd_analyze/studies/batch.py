@@ -1,0 +1,271 @@
+"""Many main jobs: a row per arm, motion and options, in one table that grows as they end."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import warnings
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gd_analyze import __version__
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, OutputError, UsageError
+from gd_analyze.files import RESULT_FILES, mark_of, replacing, replacing_together, require_writable
+from gd_analyze.motions.pool import trajectory_of
+from gd_analyze.result import Column, Fact, Result, Shown, Table, plain
+from gd_analyze.results.run_result import first_facts, run_headline
+from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.robots.payload import carrying, parse_payload
+from gd_analyze.studies.batch_rows import (
+    KEYS,
+    Input,
+    Row,
+    checked,
+    inputs_of,
+    picked_of,
+    rows_in,
+    settings_of,
+)
+from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.many import each
+from gd_analyze.studies.study_files import write_findings
+from gd_analyze.text import short_name
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from gd_analyze.results.findings import Findings
+
+# Rows as they end, a line of JSON each; the table is made of them.
+RECORD = "rows.jsonl"
+TABLES = ("csv", "parquet")
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that a worker needs of one row."""
+
+    row: Row
+    arm: Input
+    trajectory: Input
+    formats: tuple[str, ...]
+
+    @property
+    def key(self) -> str:
+        """Digest of what the result depends on: inputs by content, options, version."""
+        inputs = [self.arm.digest, self.trajectory.digest, {k: str(v) for k, v in self.row.items()}]
+        return mark_of([__version__, *self.formats], inputs)[-16:]
+
+
+def batch(
+    table: str | Path | Sequence[Row],
+    out: str | Path,
+    *,
+    formats: Collection[str] = ("json",),
+    to: Collection[str] = ("csv",),
+    jobs: int = 1,
+    scheduler: str | None = None,
+    stage: Callable[[str, int | None], object] = lambda label, total: None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> pd.DataFrame:
+    """Do the main job for every row of a table; a row that fails says why.
+
+    Rows are recorded in `out` as they end: the same call goes on where another stopped, for whatever reason.
+    A row is known by its inputs' content, its options and the version; failed ones are done again.
+
+    Parameters
+    ----------
+    table
+        A CSV table with a column per option, a YAML or TOML file with a value or a list per option, a folder
+        with a folder of logs per robot, or rows as mappings. Options are `arm`, `trajectory`, `payload`,
+        those of `load_arm` and of `Settings`.
+    out
+        Folder for `batch.csv` or `batch.parquet`, the record, and a folder of files per row.
+    formats
+        Files of every row, see `analyze`: "json" is the model; none at all of an empty collection.
+    to
+        "csv", "parquet" (needs the extra `logs`), or both.
+    jobs, scheduler
+        Processes of this machine, or the address of a Dask scheduler, see `each`.
+    stage, progress
+        Called with what begins and its number of rows, and with the rows done since the last call.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per row of the table, in its order: `state` ("done" or "failed"), `error`, the options, headline
+        figures, peak torques ("peak_torque_1", N m) and verdicts ("D11", ...) by element, `files`.
+
+    Raises
+    ------
+    UsageError
+        If the table has no rows, unknown options, or there is no such format.
+    OutputError
+        If the folder cannot be written to.
+    """
+    rows, beside = [], Path()
+    if isinstance(table, str | Path):
+        rows, beside = rows_in(Path(table)), Path(table) if Path(table).is_dir() else Path(table).parent
+    else:
+        rows = checked(table, "rows")
+    for kind, known, asked in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
+        for unknown in sorted(set(asked) - set(known)):
+            raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(known))
+    if "parquet" in to and find_spec("pyarrow") is None:
+        step = "pip install 'gd-analyze[logs]', or write csv"
+        raise UsageError("Parquet needs the extra `logs`", where="--to parquet", next_step=step)
+    folder = Path(out)
+    for name in (RECORD, *(f"batch.{kind}" for kind in to)):
+        require_writable(folder / name)
+    folder.mkdir(parents=True, exist_ok=True)
+    done, keys = _recorded(folder / RECORD), list[str]()
+    stage("analysing", len(rows))
+
+    def tasks() -> Iterator[tuple[Task]]:
+        asked = set[str]()
+        for row in rows:
+            task = Task(row, *inputs_of(row, beside), tuple(sorted(formats)))
+            keys.append(task.key)
+            if task.key in asked or done.get(task.key, {}).get("state") == "done":
+                progress(1)
+            else:
+                asked.add(task.key)
+                yield (task,)
+
+    with (folder / RECORD).open("ab") as record:
+        for _, (key, found, files) in each(analysed, tasks(), jobs, scheduler, at_once=1):
+            with replacing_together([folder / key / name for name in files]) as temporaries:
+                for temporary, content in zip(temporaries, files.values(), strict=True):
+                    temporary.write_bytes(content)
+            record.write(json.dumps({"key": key} | found).encode() + b"\n")
+            record.flush()
+            os.fsync(record.fileno())
+            done[key] = found
+            progress(1)
+    made = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
+    for kind in to:
+        with replacing(folder / f"batch.{kind}") as temporary:
+            if kind == "csv":
+                made.to_csv(temporary, index=False, lineterminator="\n")
+            else:
+                made.to_parquet(temporary, index=False)
+    return made
+
+
+def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
+    """Do the main job for one row: its key, what the table has of it, and its files.
+
+    Whatever goes wrong is the row's, which says so.
+    """
+    with tempfile.TemporaryDirectory() as place, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GdAnalyzeWarning)
+        folder = Path(place)
+        try:
+            findings = _findings(task, folder, caught)
+            write_findings(findings, folder, task.formats)
+            names = [RESULT_FILES[name] for name in task.formats]
+            return task.key, _headline(findings), {name: (folder / name).read_bytes() for name in names}
+        except Exception as error:
+            kind = "" if isinstance(error, GdAnalyzeError) else f"{type(error).__name__}: "
+            text = f"{kind}{error}".replace(f"{folder}/", "")
+            for given, word in ((task.arm, task.row["arm"]), (task.trajectory, task.row["trajectory"])):
+                text = text.replace(given.path or given.name, str(word))
+            return task.key, {"state": "failed", "error": text}, {}
+
+
+def _findings(task: Task, folder: Path, caught: Sequence[warnings.WarningMessage]) -> Findings:
+    row = task.row
+    arm = load_arm(task.arm.at(folder), **picked_of(row))
+    if "payload" in row:
+        arm = carrying(arm, parse_payload(str(row["payload"])))
+    motion = trajectory_of(task.trajectory.at(folder), arm)
+    motion = replace(motion, origin=motion.origin.replace(f"{folder}/", ""))
+    how = Settings(**settings_of(row))
+    return find(arm, motion, how, warned=[str(one.message).replace(f"{folder}/", "") for one in caught])
+
+
+def _headline(findings: Findings) -> dict[str, Any]:
+    """What the table has of an analysis."""
+    model, dominance = findings.model, findings.dominance
+    facts = {one.key: plain(one.value) for one in first_facts(findings) if one.key.endswith("_error")}
+    errors = model.accuracy.errors
+    by_joint = {"peak_torque": errors.peak_torque, "largest_error": errors.largest}
+    by_joint["allowed_error"] = model.accuracy.allowed
+    verdicts = dict(zip(dominance.element.values.tolist(), dominance.verdict.values.tolist(), strict=True))
+    return {
+        "state": "done",
+        "error": "",
+        "headline": run_headline(findings),
+        "joints": findings.arm.n_joints,
+        "set_points": findings.trajectory.n_set_points,
+        "level_used": model.level.name,
+        "drives_used": model.drives,
+        "model_operations": model.operations.total,
+        "exact_operations": model.operations_full.total,
+        **facts,
+        "warnings": "; ".join(findings.warnings),
+        **{f"{k}_{i}": x for k, row in by_joint.items() for i, x in enumerate(row.tolist(), start=1)},
+        **{one.label: verdicts[one.label] for one in elements(findings.arm.n_joints)},
+    }
+
+
+def _recorded(path: Path) -> dict[str, dict[str, Any]]:
+    """Rows that a record holds, by key; a last line that a kill cut short is taken off."""
+    if not path.exists():
+        return {}
+    data = path.read_bytes()
+    whole = data[: data.rfind(b"\n") + 1]
+    if len(whole) < len(data):
+        os.truncate(path, len(whole))
+    try:
+        return {(row := json.loads(line)).pop("key"): row for line in whole.splitlines()}
+    except (ValueError, KeyError, AttributeError):
+        step = "name another folder, or remove the file to begin anew"
+        raise OutputError("the record of the rows is damaged", where=Location(path), next_step=step) from None
+
+
+def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    import pandas as pd
+
+    used = [key for key in KEYS if any(key in row for row in rows)]
+    options = ({key: str(row[key]) if key in row else "" for key in used} for row in rows)
+    lines = [
+        {"row": number, "state": one["state"], "error": one["error"], **option, **one}
+        for number, (option, one) in enumerate(zip(options, found, strict=True), start=1)
+    ]
+    order = dict.fromkeys(key for line in lines for key in line if key not in ("files", "warnings"))
+    return pd.DataFrame(lines, columns=[*order, "files", "warnings"]).convert_dtypes()
+
+
+def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
+    """Counts, the first rows, and what failed."""
+    failed, done = table[table.state == "failed"], int((table.state == "done").sum())
+    shown: tuple[tuple[str, str, Shown], ...] = (
+        ("row", "row", "count"),
+        ("state", "state", "text"),
+        ("arm", "arm", "name"),
+        ("trajectory", "trajectory", "name"),
+        ("model_operations", "operations", "count"),
+        ("exact_operations", "of", "count"),
+        ("sampled_error", "sampled", "percent"),
+        ("proven_error", "proven", "bound_percent"),
+    )
+    held = table.reindex(columns=[key for key, *_ in shown]).astype(object)
+    held = held.where(held.notna(), None)
+    columns = tuple(Column(key, label, held[key].tolist(), shown=how) for key, label, how in shown)
+    lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
+    why = Column("error", "", failed.error.tolist()), Column("", "error", lines, shown="text")
+    failures = Table(
+        "failures", "Failed", (Column("row", "row", failed.row.tolist(), shown="count"), *why), top=most
+    )
+    return Result(
+        title="Batch",
+        headline=f"{done} of {len(table)} rows done.",
+        facts=(Fact("rows", "", len(table)), Fact("done", "", done), Fact("failed", "", len(failed))),
+        parts=(Table("table", "Rows", columns, top=most), *[failures] * bool(len(failed))),
+    )

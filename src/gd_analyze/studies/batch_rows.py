@@ -1,0 +1,181 @@
+"""Rows of a batch: arm, motion and options, from a table, a file of combinations, or folders of logs."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import hashlib
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import product
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from gd_analyze.errors import Location, UsageError
+from gd_analyze.files import read_at_most
+from gd_analyze.motions.read import files_in, shipped_trajectories
+from gd_analyze.robots.catalogue import builtin_arms
+from gd_analyze.robots.limits import parsed_yaml
+from gd_analyze.robots.text_file import parsed_toml, text_of
+from gd_analyze.studies.main_job import Settings
+from gd_analyze.text import number_in
+
+# What else a row may state: how the arm is picked out of its file, and what it carries.
+PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
+SETTINGS = tuple(entry.name for entry in fields(Settings))
+KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTINGS)
+_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+_ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
+# Bytes of a table, and of an input that travels with its task.
+_LARGEST, _SMALL = 100_000_000, 1_000_000
+_PIECE = 2**20
+
+Row = Mapping[str, Any]
+
+
+def rows_in(path: Path) -> list[Row]:
+    """Rows of a CSV table, of a YAML or TOML file, or of a folder of folders, one per robot with its logs.
+
+    In YAML and TOML every combination of the lists' entries is a row; with a list `rows` of tables, each of
+    these with every combination. Paths are relative to the table's folder.
+
+    Raises
+    ------
+    UsageError
+        If there are no rows, a key is none of `KEYS`, or a row lacks arm or trajectory.
+    ArmError
+        If the file cannot be read.
+    """
+    if path.is_dir():
+        rows = list(_of_folders(path))
+    else:
+        text, kind = text_of(path, "table of a batch", _LARGEST), path.suffix.lower()
+        if kind in (".yaml", ".yml", ".toml"):
+            read = parsed_toml if kind == ".toml" else parsed_yaml
+            rows = list(_combined(read(path, text, "table of a batch"), path))
+        else:
+            lines = csv.DictReader(io.StringIO(text.removeprefix("\ufeff")))
+            rows = [{str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines]
+    return checked(rows, str(path))
+
+
+def checked(rows: Sequence[Row], where: str) -> list[Row]:
+    """Refuse rows that state what is no option, or neither arm nor trajectory, and no rows at all."""
+    for number, row in enumerate(rows, start=1):
+        place = f"{where}, row {number}"
+        for key in row:
+            if key not in KEYS:
+                near = difflib.get_close_matches(str(key), KEYS, n=1)
+                step, what = f"did you mean {near[0]!r}?" if near else None, f"there is no option {key!r}"
+                raise UsageError(what, where=place, expected=", ".join(KEYS), next_step=step)
+        for key in ("arm", "trajectory"):
+            if key not in row:
+                raise UsageError(f"the row states no {key}", where=place, expected="arm and trajectory")
+        for key in ("limits", "drive_inertia"):
+            if str(row.get(key, "")).endswith((".toml", ".yaml", ".yml")):
+                raise UsageError(f"a row takes no file of {key}", where=place, next_step="give the values")
+    if not rows:
+        raise UsageError("there are no rows", where=where, expected="one with arm and trajectory at least")
+    return list(rows)
+
+
+def _of_folders(folder: Path) -> Iterator[Row]:
+    """A row per log: each in the folder of its robot, with the robot's file or by a built-in name."""
+    for robot in sorted(one for one in folder.iterdir() if one.is_dir()):
+        found = sorted(one for one in robot.iterdir() if one.suffix.lower() in _ROBOTS)
+        if len(found) > 1 or (not found and robot.name not in builtin_arms()):
+            names = ", ".join(one.name for one in found) or "none"
+            what = "the folder of a robot needs one robot's file, or a built-in arm's name"
+            raise UsageError(what, where=Location(robot), found=names)
+        arm = str(found[0].relative_to(folder)) if found else robot.name
+        yield from ({"arm": arm, "trajectory": str(log.relative_to(folder))} for log in files_in(robot) or ())
+
+
+def _combined(document: Any, path: Path) -> Iterator[Row]:
+    rows = document.get("rows", [{}]) if isinstance(document, dict) else None
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        expected = "keys with a value or a list of values each, and `rows`, a list of such tables"
+        raise UsageError("this is no table of a batch", where=Location(path), expected=expected)
+    lists = {key: x if isinstance(x, list) else [x] for key, x in document.items() if key != "rows"}
+    for row in rows:
+        free = {key: values for key, values in lists.items() if key not in row}
+        yield from ({**dict(zip(free, chosen, strict=True)), **row} for chosen in product(*free.values()))
+
+
+def picked_of(row: Row) -> dict[str, Any]:
+    """What the row picks out of the arm's file, as `load_arm` takes it."""
+    found: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
+    several = {key: found[key].split(",") for key in ("lock", "limits") if "=" in found.get(key, "")}
+    return found | several
+
+
+def settings_of(row: Row) -> dict[str, Any]:
+    """Values of the row's `Settings`; a UsageError names one that cannot be read."""
+    kinds, found = get_type_hints(Settings), {}
+    for key, value in row.items():
+        if key not in SETTINGS:
+            continue
+        text = str(value).strip()
+        share, number = text.endswith("%"), number_in(text.removesuffix("%"))
+        read: Any = text
+        if bool in (kinds[key], *getattr(kinds[key], "__args__", ())):
+            read = _FLAGS.get(text.lower())
+        elif key == "dominance":
+            read = number if number is None or not share else number / 100
+        elif key == "operations":
+            read = None if number is None or share else int(number)
+        if read is None:
+            raise UsageError("the option cannot be read", where=key, found=text)
+        found[key] = read
+    return found
+
+
+@dataclass(frozen=True)
+class Input:
+    """A shipped name; or a file, small with its bytes, else by its path and digest, as a folder is."""
+
+    name: str
+    content: bytes | None = None
+    path: str = ""
+    digest: str = ""
+
+    @classmethod
+    def of(cls, word: str, shipped: Mapping[str, Path], beside: Path) -> Input:
+        """Take what a word of a table names; nothing is looked for here where there is no such file."""
+        path = (beside / word).resolve()
+        if word in shipped or not path.exists():
+            return cls(word if word in shipped else str(path), digest=word)
+        small = path.is_file() and path.stat().st_size <= _SMALL
+        content = read_at_most(path, _SMALL) if small else None
+        return cls(path.name, content, str(path), digest_of(path))
+
+    def at(self, folder: Path) -> str:
+        """Name or path for a reader, in a folder for what came along; UsageError where a file has changed."""
+        if self.content is not None:
+            (folder / self.name).write_bytes(self.content)
+            return str(folder / self.name)
+        if self.path and (found := digest_of(Path(self.path))) != self.digest:
+            what, step = "the file is another one here", "let all workers see the same files"
+            raise UsageError(
+                what, where=self.path, expected=self.digest[:16], found=found[:16], next_step=step
+            )
+        return self.path or self.name
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file, or of names and contents of all files in a folder; "" where there is none."""
+    digest = hashlib.sha256()
+    for one in sorted(path.rglob("*")) if path.is_dir() else [path]:
+        if one.is_file():
+            digest.update(str(one.relative_to(path)).encode())
+            with one.open("rb") as file:
+                while piece := file.read(_PIECE):
+                    digest.update(piece)
+    return digest.hexdigest() if path.exists() else ""
+
+
+def inputs_of(row: Row, beside: Path) -> tuple[Input, Input]:
+    """Arm and trajectory of a row."""
+    arm, trajectory = str(row["arm"]), str(row["trajectory"])
+    return Input.of(arm, builtin_arms(), beside), Input.of(trajectory, shipped_trajectories(), beside)

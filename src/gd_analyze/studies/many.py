@@ -1,0 +1,87 @@
+"""Many tasks: one after the other, in processes of this machine (joblib), or on a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from typing import Any, Literal, TypeVar
+
+from gd_analyze.errors import StorageError, UsageError
+
+T = TypeVar("T")
+# Seconds.
+_IDLE, _PATIENCE = 30.0, 10.0
+
+
+def each(
+    work: Callable[..., T],
+    tasks: Iterable[tuple[Any, ...]],
+    jobs: int = 1,
+    scheduler: str | None = None,
+    at_once: int | Literal["auto"] = "auto",
+) -> Iterator[tuple[int, T]]:
+    """Number and result of every task, in the order in which they end.
+
+    Tasks are drawn when they are needed, a few more than there are workers. What a task raises is raised
+    here. Sending, queues and tasks of workers that die are the engines': Dask runs these again elsewhere.
+
+    Parameters
+    ----------
+    work
+        Called with each task's values; a function of a module, as it is sent to other processes.
+    jobs
+        Processes of this machine.
+    scheduler
+        Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of these.
+
+    at_once
+        Tasks that are sent together.
+
+    Raises
+    ------
+    UsageError
+        If Dask is not installed, or no scheduler answers there.
+    StorageError
+        If a worker of this machine died, or one task killed several of a cluster.
+    """
+    numbered = enumerate(tasks)
+    if scheduler is None and jobs == 1:
+        yield from ((number, work(*task)) for number, task in numbered)
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    with ExitStack() as held:
+        # Workers whose parent was killed end when they have been idle for so long.
+        engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE}
+        if scheduler is not None:
+            engine, jobs = {"backend": "dask", "client": held.enter_context(_client(scheduler))}, -1
+        held.enter_context(parallel_config(**engine))
+        many = Parallel(
+            n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=at_once
+        )
+        try:
+            yield from many(delayed(_numbered)(work, *task) for task in numbered)
+        except Exception as error:
+            if type(error).__name__ not in ("TerminatedWorkerError", "KilledWorker"):
+                raise
+            step = "run it again: it goes on where it stopped; fewer --jobs take less memory"
+            raise StorageError("a worker died", found=str(error).splitlines()[0], next_step=step) from None
+
+
+def _numbered(work: Callable[..., T], number: int, task: tuple[Any, ...]) -> tuple[int, T]:
+    return number, work(*task)
+
+
+def _client(scheduler: str) -> Any:
+    try:
+        import distributed
+    except ImportError:
+        step, what = "pip install 'gd-analyze[distributed]'", "a Dask cluster needs the extra `distributed`"
+        raise UsageError(what, where=f"--scheduler {scheduler}", next_step=step) from None
+    try:
+        made: Any = distributed.Client  # not annotated
+        return made(scheduler, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        step = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
+        what, found = "no Dask scheduler answers there", str(error) or type(error).__name__
+        raise UsageError(what, where=f"--scheduler {scheduler}", found=found, next_step=step) from None

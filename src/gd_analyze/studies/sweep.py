@@ -1,0 +1,351 @@
+"""A design swept: peak torque, verdicts and operations over numbers of an arm, and where verdicts change."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
+from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements
+from gd_analyze.dynamics.many_arms import CONTRIBUTIONS, VERDICT_NAMES, peaks
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.cache import without_cache
+from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.search import quick_count
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.studies.many import each
+from gd_analyze.text import LARGEST, UNSIGNED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Points of a range without a number of its own; points of all ranges up to which operations are counted.
+USUAL_POINTS, MOST_COUNTED = 21, 1000
+# Points at most: some hundred MB.
+_MOST_POINTS = 1_000_000
+_RANGE = re.compile(rf"([^=\s]+)=([-+]?{UNSIGNED})\.\.([-+]?{UNSIGNED})(?::(\d+))?")
+QUICK, NONE, CHEAPEST = "quick", "none", "cheapest"
+# A torque beyond any, N m: what a budget allows there is a share of it.
+_VAST = 1e30
+
+
+class Range(NamedTuple):
+    """A parameter, the ends between which it varies, and at how many values; 0 where that is not said."""
+
+    parameter: Parameter
+    low: float
+    high: float
+    values: int
+
+    @classmethod
+    def parse(cls, text: str, varied: VariedArm) -> Range:
+        """Read "link3.mass=1..5:9", or without the number of values."""
+        match, where = _RANGE.fullmatch(text.strip()), f"--vary {text.strip()}"
+        if match is None:
+            expected = "NAME=LOW..HIGH[:COUNT], such as link3.mass=1..5:9 or speed=0.1..2"
+            raise UsageError("this is no range", where="--vary", expected=expected, found=repr(text))
+        name, low, high, count = match.groups()
+        found = cls(varied.parameter(name), float(low), float(high), int(count or 0))
+        for is_wrong, expected in (
+            (not found.low < found.high, "two numbers, the lower one first"),
+            (max(-found.low, found.high) > LARGEST, f"numbers up to {LARGEST:g}"),
+            (name == SPEED and found.low <= 0.0, "a speed above 0"),
+            (count is not None and not 2 <= found.values <= _MOST_POINTS, "two values to a million"),
+        ):
+            if is_wrong:
+                raise UsageError("nothing can vary so", where=where, expected=expected)
+        return found
+
+
+def sweep(
+    arm: RobotArm | str | Path,
+    trajectory: GivenMotions,
+    vary: str | Sequence[str],
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    budget: Budget | str | None = None,
+    threshold: float = DOMINANCE_THRESHOLD,
+    drives: bool | None = None,
+    precision: float = 2e-4,
+    operations: str | None = None,
+    jobs: int = 1,
+    stage: Callable[[str, int | None], object] = lambda label, total: None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> xr.Dataset:
+    """Vary numbers of an arm, or the speed of its motion, and find what that does to torque and verdicts.
+
+    What is not varied is held, see `VariedArm`. Masses, centres of mass, inertias and speed are one product
+    of matrices; every other geometry is evaluated by itself.
+
+    Parameters
+    ----------
+    arm, trajectory
+        The arm and its motion, in the joint variables; or a shipped name, or the path of a file.
+    vary
+        Ranges "link3.mass=1..5:9", named as in arm files: joint2.a (or joint2.a_mm), link3.com.x,
+        link3.inertia.xx, drive1.inertia, gravity.z; speed multiplies the velocity of the motion. Of several
+        every combination is tried. Without a number of values there are 21.
+    samples, seed
+        Draw so many arms in place of the grid, each number from a uniform distribution over its range.
+    budget, threshold, drives
+        As for `simplify`, `rank` and `decompose`.
+    precision
+        Share of each range to which the changes of verdicts between points of the grid are bisected.
+    operations
+        "quick": those of the terms left at level term, within some 20 % of what a search finds, in 0.1 s;
+        the name of a level, or "cheapest": those of the model that `simplify` finds, in seconds; "none". By
+        default quick up to 1000 points of a grid.
+    jobs
+        Processes that evaluate geometries and count operations.
+    stage, progress
+        Called with what begins and its number of points, and with the points done since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the grid, a dimension per parameter, or over `sample`: `verdict` (element; and of each joint
+        whether its torque without h keeps the budget), `peak_torque` (joint), `contribution` (its peaks by
+        contribution) and `operations`, nan where none were counted. Along `change` every change of a verdict
+        between two points of the grid: `change_element`, `change_parameter`, `change_from`, `change_to`,
+        `change_at` (values of all parameters, the middle of the bracket) and `change_seen` (the value of the
+        grid's next point). Two changes between the same two points may cancel, and are not seen then.
+
+    Raises
+    ------
+    UsageError
+        If a range or a parameter is not understood, or there are too many points.
+    ArmError
+        If a value makes no arm, or one that cannot be.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> found = gd.sweep("two_link", "two-link-swing", "link2.mass=0.5..2:4", operations="none")
+    >>> found.peak_torque.sizes["link2.mass"]
+    4
+    """
+    import xarray as xr
+
+    arm = arm_of(arm)
+    varied, budget = VariedArm(arm), _usable(budget)
+    ranges = [Range.parse(words, varied) for words in ([vary] if isinstance(vary, str) else vary)]
+    names = [one.parameter.name for one in ranges]
+    if not names or len({(p.part, p.number, p.key, p.component) for p, *_ in ranges}) < len(names):
+        raise UsageError("parameters are varied once each", where="--vary", found=", ".join(names) or "none")
+    if samples is not None and any(one.values for one in ranges):
+        step = "leave out :COUNT"
+        raise UsageError("samples take the place of a grid", where="--samples", next_step=step)
+    counts = [one.values or USUAL_POINTS for one in ranges] if samples is None else [samples]
+    if not 1 <= math.prod(counts) <= _MOST_POINTS:
+        expected, found = f"1 to {_MOST_POINTS}", str(math.prod(counts))
+        raise UsageError(
+            "so many points are too many, or none", where="--vary", expected=expected, found=found
+        )
+    shape = tuple(counts)
+    if samples is None:
+        grid = [np.linspace(one.low, one.high, count) for one, count in zip(ranges, counts, strict=True)]
+        points = np.stack([x.ravel() for x in np.meshgrid(*grid, indexing="ij")], axis=-1)
+        dims, coords = names, {name: (name, values) for name, values in zip(names, grid, strict=True)}
+    else:
+        low, high = ([getattr(one, end) for one in ranges] for end in ("low", "high"))
+        points = np.random.default_rng(seed).uniform(low, high, (samples, len(ranges)))
+        dims, coords = ["sample"], {name: ("sample", points[:, k]) for k, name in enumerate(names)}
+    exact = ExactDynamics.of(arm, trajectory_of(trajectory, arm), drives)
+    every = _Sweep(varied, tuple(one.parameter for one in ranges), exact.thinned(), budget, threshold, jobs)
+    stage("evaluating", len(points))
+    verdict, torque, contribution = every.at(points, progress)
+    labels = [one.label for one in elements(arm.n_joints)]
+    labels += [f"without h{i}" for i in range(1, arm.n_joints + 1)]
+    asked = operations or (QUICK if samples is None and len(points) <= MOST_COUNTED else NONE)
+    stage("counting operations", len(points))
+    operation_counts = every.operations(points, asked, progress)
+    stage("bisecting", None)
+    changes = [] if samples is not None else every.changes(grid, verdict.reshape(-1, *shape), precision)
+    element, axis, before, after, at, seen = zip(*changes, strict=True) if changes else [()] * 6
+
+    def over(values: Array, *names: str) -> tuple[tuple[str, ...], Array]:
+        """Values (..., S) over the points; what comes before is last, in order."""
+        return (*dims, *names), np.moveaxis(values, -1, 0).reshape(*shape, *values.shape[:-1])
+
+    return xr.Dataset(
+        {
+            "verdict": over(VERDICT_NAMES[verdict], "element"),
+            "peak_torque": over(torque, "joint"),
+            "contribution": over(contribution.swapaxes(0, 1), "joint", "of"),
+            "operations": over(operation_counts),
+            "change_element": ("change", np.array([labels[e] for e in element], dtype=str)),
+            "change_parameter": ("change", np.array([names[k] for k in axis], dtype=str)),
+            "change_from": ("change", VERDICT_NAMES[np.array(before, dtype=int)]),
+            "change_to": ("change", VERDICT_NAMES[np.array(after, dtype=int)]),
+            "change_at": (("change", "parameter"), np.array(at).reshape(-1, len(names))),
+            "change_seen": ("change", np.array(seen, dtype=float)),
+        },
+        coords
+        | {
+            "element": labels,
+            "joint": np.arange(1, arm.n_joints + 1),
+            "effort_unit": ("joint", [joint.effort_unit for joint in arm.joints]),
+            "of": list(CONTRIBUTIONS),
+            "parameter": names,
+            "unit": ("parameter", [one.parameter.unit for one in ranges]),
+            "precision": ("parameter", [precision * (one.high - one.low) for one in ranges]),
+            "nominal": ("parameter", [varied.value(one.parameter) for one in ranges]),
+        },
+        {
+            "arm": arm.name,
+            "arm_fingerprint": fingerprint(arm),
+            **{key: str(value) for key, value in exact.states.described.items()},
+            "set_points_used": len(every.exact.states),
+            "drives": int(exact.form.drives),
+            "threshold": float(threshold),
+            "budget": str(budget),
+            "operations_by": asked,
+            **({} if samples is None else {"samples": samples, "seed": seed}),
+        },
+    )
+
+
+# A verdict that changes along one parameter, others on the grid: its element and the parameter, what it was
+# and is, the values of all parameters there, and the parameter's at the grid's next point.
+_Change = tuple[int, int, int, int, tuple[float, ...], float]
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """What is varied, of what, and how it is judged."""
+
+    varied: VariedArm
+    parameters: tuple[Parameter, ...]
+    exact: ExactDynamics
+    budget: Budget
+    threshold: float
+    jobs: int
+
+    @cached_property
+    def _geometric(self) -> list[int]:
+        """Which of the parameters are neither inertial nor the speed."""
+        return [k for k, p in enumerate(self.parameters) if not p.is_inertial and p.key != SPEED]
+
+    def at(
+        self, points: FloatArray, progress: Callable[[int], None] = lambda done: None
+    ) -> tuple[Array, FloatArray, FloatArray]:
+        """Verdicts (E + n, S), peak torque (n, S) and its contributions (6, n, S) at points (S, P)."""
+        count = len(points)
+        values = dict(zip(self.parameters, points.T, strict=True))
+        bodies = self.varied.bodies({p: x for p, x in values.items() if p.is_inertial}, count)
+        if not self.exact.form.drives:
+            bodies = replace(bodies, drive_inertia=np.zeros((count, 0)))
+        speed = next((x for p, x in values.items() if p.key == SPEED), np.ones(count))
+        alike, which = np.unique(points[:, self._geometric], axis=0, return_inverse=True)
+        groups = [np.flatnonzero(which.ravel() == k) for k in range(len(alike))]
+        changed = [self.parameters[k] for k in self._geometric]
+        tasks = (
+            (self, dict(zip(changed, values.tolist(), strict=True)), bodies.at(group), speed[group])
+            for values, group in zip(alike, groups, strict=True)
+        )
+        found: list[Array] = []
+        for number, arrays in each(_Sweep.of_geometry, tasks, self.jobs if len(groups) > 1 else 1):
+            if not found:
+                found = [np.empty((*array.shape[:-1], count), array.dtype) for array in arrays]
+            for whole, array in zip(found, arrays, strict=True):
+                whole[..., groups[number]] = array
+            progress(len(groups[number]))
+        return found[0], found[1], found[2]
+
+    def of_geometry(
+        self, changed: Mapping[Parameter, float], bodies: Bodies, speed: FloatArray
+    ) -> tuple[Array, FloatArray, FloatArray]:
+        """Do the same for arms of one geometry."""
+        arm = self.varied.at(changed) if changed else self.varied.arm
+        found = peaks(arm, bodies, *self.exact.states.last, speed)
+        parts, noise = found.contributions, ROUND_OFF_SHARE * found.torque.max(axis=0)
+        verdicts = found.verdicts(self.threshold, self._allowed(arm, found.torque))
+        return verdicts, found.torque, np.where(parts > noise, parts, 0.0)
+
+    def _allowed(self, arm: RobotArm, peak: FloatArray) -> FloatArray:
+        """Allowed error, (n, S): the larger of a share of the peaks and of what does not depend on them."""
+        none, vast = np.zeros(arm.n_joints), np.full(arm.n_joints, _VAST)
+        least, share = (self.budget.allowed(ReferenceTorques(arm, x))[:, None] for x in (none, vast))
+        floor = np.maximum(ROUND_OFF_SHARE * peak.max(axis=0), np.finfo(float).tiny)
+        return np.maximum(np.maximum(share / _VAST * peak, least), floor)
+
+    def changes(self, grid: Sequence[FloatArray], verdict: Array, precision: float) -> list[_Change]:
+        """Bisect every change of a verdict (E + n, ...) between neighbours on the grid."""
+        found: list[_Change] = []
+        for axis, values in enumerate(grid):
+            close = max(precision * (values[-1] - values[0]), 4 * np.spacing(np.abs(values).max()))
+            many = np.moveaxis(verdict, axis + 1, -1)
+            place = np.argwhere(many[..., :-1] != many[..., 1:])
+            element, index = place[:, 0], np.insert(place[:, 1:-1], axis, place[:, -1], axis=1)
+            base = np.stack([x[index[:, k]] for k, x in enumerate(grid)], axis=-1)
+            low, high = base[:, axis].copy(), values[index[:, axis] + 1]
+            before, after = many[tuple(place.T)], many[(*place.T[:-1], place[:, -1] + 1)]
+            while len(element):
+                at, end, told = low, high, after
+                while (end - at > close).any():
+                    base[:, axis] = (at + end) / 2
+                    points, which = np.unique(base, axis=0, return_inverse=True)
+                    now = self.at(points)[0][element, which.ravel()]
+                    same = now == before
+                    at, end = np.where(same, base[:, axis], at), np.where(same, end, base[:, axis])
+                    told = np.where(same, told, now)
+                base[:, axis] = (at + end) / 2
+                columns = (x.tolist() for x in (element, before, told, base, high))
+                found += [(e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)]
+                # Another verdict lies between the two.
+                more = told != after
+                low, before = end[more], told[more]
+                element, base, high, after = element[more], base[more], high[more], after[more]
+        return sorted(found, key=lambda one: (one[1], one[4][one[1]]))
+
+    def operations(self, points: FloatArray, by: str, progress: Callable[[int], None]) -> FloatArray:
+        """Operations of the simplified model at every point, (S,); nan where there are none."""
+        counts = np.full(len(points), np.nan)
+        if by != NONE and not (by == QUICK and too_many_terms(self.exact.form)):
+            tasks = ((self, point, by) for point in points.tolist())
+            for number, count in each(_Sweep.count, tasks, self.jobs):
+                counts[number] = count
+                progress(1)
+        return counts
+
+    def count(self, point: Sequence[float], by: str) -> float:
+        """Operations at one point."""
+        values, states = dict(zip(self.parameters, point, strict=True)), self.exact.states
+        speed = next((value for one, value in values.items() if one.key == SPEED), 1.0)
+        states = replace(states, qd=speed * states.qd, qdd=speed**2 * states.qdd)
+        with without_cache():
+            drives = self.exact.form.drives
+            exact = ExactDynamics.of(self.varied.at(values), states, drives).under(self.budget)
+            if by == QUICK:
+                try:
+                    return quick_count(exact, TERM, exact.allowed(self.budget))(1.0)
+                except TooManyTermsError:
+                    return np.nan
+            level = None if by == CHEAPEST else level_named(by)
+            return simplify_exact(exact, self.budget, SearchOptions(level)).operations.total
+
+
+def _usable(budget: Budget | str | None) -> Budget:
+    """A budget whose amounts follow from every arm's torque."""
+    budget = Budget.of(budget).require_per_joint("verdicts on elements")
+    if "uncertainty" in budget.wholes:
+        what, expected = "a sweep has no uncertainties", "shares of peak, limit or friction, or N m"
+        raise UsageError(what, where=budget.option, expected=expected, found=str(budget))
+    return budget

@@ -1,0 +1,230 @@
+"""Batches: the same table from one process, from two and from a cluster; restarts, kills, and what fails."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import batch_kills
+import gd_analyze as gd
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.errors import OutputError, UsageError
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.studies import batch as module
+from gd_analyze.studies import batch_rows, many
+from gd_analyze.studies.batch import RECORD, batch
+
+ROWS = [
+    {"arm": "two_link", "trajectory": "two-link-swing", "budget": f"{k}%", "at_set_points": "yes"}
+    for k in (1, 20, 30)
+]
+BAD = {"arm": "two_link", "trajectory": "nowhere.csv"}
+
+
+def test_the_table_holds_what_the_main_job_finds(two_link, swing, tmp_path):
+    table = batch([*ROWS, BAD], tmp_path, to=("csv", "parquet"))
+    assert table.state.tolist() == ["done"] * 3 + ["failed"]
+    assert "nowhere.csv" in table.error[3]
+    alone = gd.analyze(two_link, swing, budget="20%", at_set_points=True)
+    row = table.iloc[1]
+    assert row.model_operations == alone.model.operations.total
+    assert row.exact_operations == alone.model.operations_full.total
+    assert [row.peak_torque_1, row.peak_torque_2] == alone.model.accuracy.errors.peak_torque.tolist()
+    verdicts = dict(zip(alone.dominance.element.values, alone.dominance.verdict.values, strict=True))
+    assert {one.label: row[one.label] for one in elements(2)} == verdicts
+    model = gd.load_model(tmp_path / row.files / "model.json")
+    states = swing.q, swing.qd, swing.qdd
+    np.testing.assert_allclose(model.torque(*states), alone.model.torque(*states), rtol=1e-12)
+    stored = pd.read_csv(tmp_path / "batch.csv", keep_default_na=False)
+    assert stored.D11.tolist() == table.D11.fillna("").tolist()
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "batch.parquet"), table)
+
+
+def test_processes_give_the_same_table_in_any_order(tmp_path):
+    alone = batch([*ROWS, BAD], tmp_path / "a")
+    pd.testing.assert_frame_equal(batch([*ROWS, BAD], tmp_path / "b", jobs=2), alone)
+    backwards = batch([BAD, *ROWS[::-1]], tmp_path / "c")
+    same = backwards[::-1].reset_index(drop=True).assign(row=alone.row)
+    pd.testing.assert_frame_equal(same, alone)
+
+
+def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    ends = []
+
+    def stop(done: int) -> None:
+        ends.append(done)
+        if len(ends) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        batch([*ROWS, BAD], tmp_path, progress=stop)
+    assert not (tmp_path / "batch.csv").exists()
+    record = tmp_path / RECORD
+    assert len(record.read_text().splitlines()) == 2
+    with record.open("a") as file:
+        file.write('{"key": "cut sho')
+    analysed, done = module.analysed, []
+    monkeypatch.setattr(module, "analysed", lambda task: done.append(task) or analysed(task))
+    table = batch([*ROWS, BAD], tmp_path)
+    assert [task.row for task in done] == [ROWS[2], BAD]
+    assert table.equals(batch([*ROWS, BAD], tmp_path / "whole"))
+    # What failed is done again, as it may be mended; nothing else is, and rows may be added and left out.
+    done.clear()
+    (tmp_path / "nowhere.csv").write_text(
+        "time,q1,q2\n" + "".join(f"{k / 4},{k * k / 50},0\n" for k in range(9))
+    )
+    monkeypatch.chdir(tmp_path)
+    more = {"arm": "two_link", "trajectory": "two-link-swing", "budget": "40%", "at_set_points": "yes"}
+    table = batch([BAD, more, ROWS[0], ROWS[0]], tmp_path)
+    assert [task.row for task in done] == [BAD, more]
+    assert table.state.tolist() == ["done"] * 4
+    keys = [json.loads(line)["key"] for line in record.read_text().splitlines()]
+    assert len(keys) == len(set(keys)) == 6
+
+
+def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link):
+    expected = [
+        {"arm": "two_link", "trajectory": motion, "budget": budget}
+        for motion in ("two-link-swing", "x.csv")
+        for budget in ("1%", "2%")
+    ]
+    texts = {
+        "a.yaml": "arm: two_link\ntrajectory: [two-link-swing, x.csv]\nbudget: [1%, 2%]\n",
+        "a.toml": 'arm = "two_link"\ntrajectory = ["two-link-swing", "x.csv"]\nbudget = ["1%", "2%"]\n',
+        "b.yaml": "budget: [1%, 2%]\nrows:\n"
+        + "".join(f"- {{arm: two_link, trajectory: {x}}}\n" for x in ("two-link-swing", "x.csv")),
+        "a.csv": "\ufeffarm,trajectory,budget,level\n"
+        + "".join(f"{row['arm']},{row['trajectory']},{row['budget']},\n" for row in expected),
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+        assert batch_rows.rows_in(tmp_path / name) == expected, name
+    logs = tmp_path / "logs"
+    for robot in ("mine", "two_link"):
+        (logs / robot).mkdir(parents=True)
+        for log in ("a.csv", "b.csv"):
+            (logs / robot / log).write_text("time,q1,q2\n")
+    (logs / "mine" / "arm.toml").write_text(toml_of(two_link))
+    arms = {"mine": "mine/arm.toml", "two_link": "two_link"}
+    assert batch_rows.rows_in(logs) == [
+        {"arm": arm, "trajectory": f"{robot}/{log}"}
+        for robot, arm in arms.items()
+        for log in ("a.csv", "b.csv")
+    ]
+
+
+def test_options_of_text_are_read_as_the_settings_take_them():
+    row = {"drives": "No", "operations": "40", "dominance": "5%", "budget": 0.2, "refit": True, "arm": "x"}
+    read = {"drives": False, "operations": 40, "dominance": 0.05, "budget": "0.2", "refit": True}
+    assert batch_rows.settings_of(row) == read
+    picked = {"lock": "a=1,b=90deg", "limits": "all=10", "tip": "hand", "gravity": "0,0,-1.6"}
+    read = {"lock": ["a=1", "b=90deg"], "limits": ["all=10"], "tip": "hand", "gravity": "0,0,-1.6"}
+    assert batch_rows.picked_of(picked | {"arm": "x"}) == read
+    for key in ("drives", "operations", "dominance"):
+        with pytest.raises(UsageError, match=key):
+            batch_rows.settings_of({key: "perhaps"})
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("rows.csv", "arm,trajektory\ntwo_link,x.csv\n", "trajectory"),
+        ("rows.csv", "arm,trajectory\n", "no rows"),
+        ("rows.csv", "arm,budget\ntwo_link,1%\n", "states no trajectory"),
+        ("rows.yaml", "- a\n- b\n", "rows"),
+        ("rows.toml", "rows = 3\n", "rows"),
+        ("none.csv", None, "none.csv"),
+        ("rows.csv", "arm,trajectory,limits\ntwo_link,x.csv,joint_limits.yaml\n", "give the values"),
+        ("logs/robot/log.csv", "time,q1\n", "robot"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(tmp_path, name, text, says):
+    path = tmp_path / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(gd.GdAnalyzeError) as caught:
+        batch(tmp_path / name.split("/")[0], tmp_path / "out")
+    assert says in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_formats_and_records_that_are_none(tmp_path):
+    for more in ({"formats": ("exe",)}, {"to": ("zarr",)}):
+        with pytest.raises(UsageError, match=r"exe|zarr"):
+            batch(ROWS, tmp_path / "out", **more)
+    (tmp_path / RECORD).write_text("no json\n")
+    with pytest.raises(OutputError, match=RECORD):
+        batch(ROWS, tmp_path)
+
+
+def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, monkeypatch, two_link):
+    (tmp_path / "arm.toml").write_text(toml_of(two_link))
+    log = tmp_path / "log.csv"
+    log.write_text("time,q1,q2\n" + "".join(f"{k / 4},{k * k / 50},0\n" for k in range(9)))
+    row = {"arm": "arm.toml", "trajectory": "log.csv", "at_set_points": True}
+
+    def task() -> module.Task:
+        return module.Task(row, *batch_rows.inputs_of(row, tmp_path), ())
+
+    travels = task()
+    monkeypatch.setattr(batch_rows, "_SMALL", 300)  # the log is smaller, the arm is not
+    by_path = task()
+    assert by_path.arm.content is None
+    assert by_path.trajectory.content == log.read_bytes()
+    assert travels.key == by_path.key
+    assert module.analysed(by_path)[1] == module.analysed(travels)[1]
+    (tmp_path / "arm.toml").write_text(toml_of(two_link).replace("mass = 2.0", "mass = 2.1") + "\n")
+    _, found, _ = module.analysed(by_path)
+    assert found["state"] == "failed"
+    assert "another one here" in found["error"]
+    assert module.analysed(travels)[1]["state"] == "done"
+    log.unlink()
+    assert module.analysed(travels)[1]["state"] == "done"
+    assert str(tmp_path) not in json.dumps(module.analysed(travels)[1])
+
+
+def test_a_fault_of_ours_is_the_row_s(monkeypatch):
+    monkeypatch.setattr(module, "find", lambda *words, **more: 1 / 0)
+    _, found, _ = module.analysed(module.Task(ROWS[0], *batch_rows.inputs_of(ROWS[0], Path()), ()))
+    assert found == {"state": "failed", "error": "ZeroDivisionError: division by zero"}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL is a matter of POSIX")
+def test_kills_lose_nothing_and_do_no_row_twice(tmp_path):
+    told = batch_kills.killed(tmp_path, kills=4, rows=8)
+    assert (told.kills, told.wrong) == (4, [])
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # a worker that dies is told by warnings of the engine
+def test_a_cluster_that_loses_a_worker_gives_the_table_of_one_process(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="needs the extra `distributed`")
+    rows = [ROWS[0] | {"budget": f"{k}%"} for k in range(1, 13)]
+    alone, lost = batch(rows, tmp_path / "alone"), []
+    settings = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": ":0"}
+    with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as client:
+        workers = client.run(os.getpid)
+
+        def kill(_: int) -> None:
+            if not lost:
+                lost.append(next(iter(workers.values())))
+                os.kill(lost[0], signal.SIGKILL)
+
+        shared = batch(rows, tmp_path / "shared", scheduler=cluster.scheduler_address, progress=kill)
+        assert lost[0] not in client.run(os.getpid).values()
+    pd.testing.assert_frame_equal(shared, alone)
+
+
+def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="needs the extra `distributed`")
+    monkeypatch.setattr(many, "_PATIENCE", 0.5)
+    with pytest.raises(UsageError, match="no Dask scheduler"):
+        batch(ROWS, tmp_path, scheduler="tcp://127.0.0.1:1")
