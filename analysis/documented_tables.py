@@ -113,7 +113,8 @@ def held_models() -> Iterator[Row]:
         at_states = simplify_exact(exact, "1%").operations.total
         held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, ways[way]))
         rng, model = np.random.default_rng(20_261_124), held.model
-        others = States(*rng.uniform(*region.pieces(100_000, rng)))
+        lower, upper, _ = region.pieces(100_000, rng)
+        others = States(*rng.uniform(lower, upper))
         errors = exact.at(others).errors_of(model.torque(*others.arrays)).largest
         allowed, proof = model.accuracy.allowed, held.certificate
         proven = "" if proof is None else f"{(proof.certified / allowed).max():.2f}"

@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.certification import holding
 from gd_analyze.errors import UsageError
+from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.pruning import prune
+from recordings import swung
 from strategies import arms, arms_with_states, examples
 
 
@@ -142,6 +144,28 @@ def test_within_limits_other_states_keep_the_budget_too(puma):
     assert (held.found <= allowed).all()
     assert held.tried == holding.TRIED
     assert held.model.accuracy.fitted_on == exact.states.described
+
+
+def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch):
+    """By a proof, and by states drawn near each; a slow motion allows many times less than a fast one."""
+    motions = pool([swung(20.0, "slow"), swung(2.2, "fast")])
+    exact, tube = gd.ExactDynamics.of(two_link, motions), gd.Tube.along(two_link, motions)
+    found = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
+    assert found.model.saves
+    assert found.tried == 0
+    monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
+    tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
+    assert tried.tried == holding.TRIED
+    rng = np.random.default_rng(0)
+    for motion in taken_apart(motions):
+        alone, own = gd.ExactDynamics.of(two_link, motion), gd.Tube.along(two_link, motion)
+        allowed = alone.allowed("20%")
+        assert gd.certify(found.model, own).within(allowed).all()
+        bounds = np.broadcast_to(allowed, (len(own), 2))
+        for model in (found.model, tried.model):
+            assert largest_excess(model, own, bounds, rng) <= round_off_in(model, own)
+    with pytest.raises(UsageError, match="other motions"):
+        gd.simplify_held(exact, "20%", own)
 
 
 def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):

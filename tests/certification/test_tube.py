@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
+from gd_analyze.motions.pool import pool
 from strategies import examples, motions
 
 
@@ -216,3 +217,24 @@ def test_velocities_and_accelerations_have_shares_of_their_largest():
     margins = gd.Margin().along(arm, gd.Trajectory(np.arange(3.0), np.zeros((3, 6)), qd, qdd))
     of_positions = [*np.radians([1, 1]), 1e-3, *np.radians([1, 1, 1])]
     np.testing.assert_allclose(margins, [of_positions, 0.02 * np.abs(qd[0]), 0.05 * np.abs(qdd[0])])
+
+
+def test_around_several_motions_are_the_boxes_of_each(two_link, swing):
+    """With their own margins and by the clock of the whole."""
+    slow = gd.Trajectory(2.0 * swing.time + 1.0, swing.q, swing.qd / 2.0, swing.qdd / 4.0, "slow")
+    whole = pool([swing, slow])
+    both, parts = gd.Tube.along(two_link, whole), [gd.Tube.along(two_link, one) for one in (swing, slow)]
+    for name in ("lower", "upper"):
+        # Times of another clock are rounded elsewhere, by 1e-15 of some seconds, over intervals of 0.03 s.
+        expected = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_allclose(getattr(both, name), expected, rtol=0.0, atol=1e-12)
+    np.testing.assert_array_equal(both.motion, np.repeat([0, 1], [len(part) for part in parts]))
+    np.testing.assert_array_equal(both.margins, parts[1].margins)
+    begins = [whole.time[motion.first] for motion in whole.motions]
+    np.testing.assert_allclose([both.begin[both.motion == k].min() for k in (0, 1)], begins, atol=1e-12)
+    assert both.end.max() == pytest.approx(whole.time[-1])
+    weighed = replace(
+        both, weights=np.repeat([[1.0, 1.0], [2.0, 3.0]], [len(part) for part in parts], axis=0)
+    )
+    state = both.lower[[0, -1]].swapaxes(0, 1)
+    np.testing.assert_array_equal(weighed.counts_at(state), [[1.0, 1.0], [2.0, 3.0]])

@@ -24,10 +24,10 @@ def test_the_formats_are_those_of_the_library():
 
 
 def test_everything_is_written_and_agrees(run, here):
-    result = run("puma560 pick-and-place --json")
+    result = run("puma560 pick-and-place --level term --json")
     assert (result.code, result.err) == (0, "")
     found = result.json
-    folder = Path("reports/puma560-pick-and-place")
+    folder = Path("reports/puma560-pick-and-place-level-term")
     assert {str(folder / name) for name in RESULT_FILES.values()} == set(found["files"])
     assert sorted(path.name for path in folder.iterdir()) == sorted(RESULT_FILES.values())
     assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")
@@ -57,7 +57,7 @@ def test_everything_is_written_and_agrees(run, here):
         assert float(row["torque_peak"]) == shown["torque_peak"]
         assert row["torque_unit"] == "N m"
     with h5py.File(folder / "analysis.h5") as file:
-        assert file.attrs["command"].decode() == "gd-analyze puma560 pick-and-place --json"
+        assert file.attrs["command"].decode() == "gd-analyze puma560 pick-and-place --level term --json"
         assert file["decomposition/inertia"].attrs["units"] == b"kg m^2"
         assert file["decomposition/inertia"].shape == (found["set_points"], 2, 6, 6)
         largest = np.abs(file["simplified_model/torque_error"][:]).max(axis=0)

@@ -25,7 +25,8 @@ from recordings import Motion, swung
 @pytest.fixture(scope="session")
 def puma_findings() -> Findings:
     arm = load_arm("puma560")
-    return find(arm, read_trajectory("wrist-move", arm), command="gd-analyze puma560 wrist-move")
+    motion = read_trajectory("wrist-move", arm)
+    return find(arm, motion, Settings(level="term"), command="gd-analyze puma560 wrist-move")
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.dynamics import decomposition
 from gd_analyze.results.motion_result import strict_notice, verdict_rows
-from gd_analyze.results.run_result import run_result, subtitle
+from gd_analyze.results.run_result import run_headline, run_result, subtitle
 from gd_analyze.studies.main_job import default_folder
 from gd_analyze.studies.study_files import write_findings
 from recordings import swung
@@ -58,6 +58,21 @@ def test_verdicts_that_change_are_told(together):
     assert all(row["worst"] <= ROUNDED for row in found["each"])
     assert found["worst_of_allowed"] == max(row["worst"] for row in found["each"])
     assert "slow, fast" in subtitle(together)
+
+
+def test_it_holds_near_each(together):
+    """What is proven there, of all and motion by motion, is within the budget of each."""
+    table, model = together.tables["motions"], together.model
+    assert model.saves
+    share = table.certified / table.allowed_error
+    assert 0.2 < float(share.max()) <= ROUNDED
+    assert (table.certified >= table.largest_error * (1 - 1e-9)).all()
+    np.testing.assert_array_equal(table.certified.max("motion"), together.tables["tube"].tube_certified)
+    assert "near each of the motions (proven)" in run_headline(together)
+    found = run_result(together).document()
+    # A share of the peak torque along the motion that uses most of its budget, which is 20 % of it.
+    assert found["proven_error"] == pytest.approx(0.2 * float(share.max()))
+    assert max(row["proven"] for row in found["motions"]["each"]) == pytest.approx(float(share.max()))
 
 
 def test_a_strict_motion_is_named(two_link):

@@ -61,11 +61,16 @@ class Box:
         """Number of joints n."""
         return len(self.lower)
 
-    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Limits of q, qd and qdd from which each of `count` states is to be drawn, shape (3, count, n)."""
+    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Limits of q, qd, qdd (3, count, n) to draw states from; what errors count there (count, n)."""
         upper = np.stack([self.upper, self.velocity, self.acceleration])
         lower = np.stack([self.lower, -self.velocity, -self.acceleration])
-        return lower[:, None].repeat(count, axis=1), upper[:, None].repeat(count, axis=1)
+        lower, upper = (side[:, None].repeat(count, axis=1) for side in (lower, upper))
+        return lower, upper, np.ones((count, self.n_joints))
+
+    def counts_at(self, states: FloatArray) -> FloatArray:
+        """How much errors count at states (3, M, n), shape (M, n): all alike."""
+        return np.ones(states.shape[1:])
 
     @property
     def centre(self) -> FloatArray:

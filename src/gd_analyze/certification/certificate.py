@@ -53,7 +53,8 @@ class Certificate:
 
     region: Box | Tube  # the states: a box, or a tube around a motion
     certified: FloatArray  # no state of the region has a larger torque error
-    worst_found: FloatArray  # largest torque error that a search found in the region; the truth lies between
+    # Largest torque error that a search found in the region, as it counts there; the truth lies between
+    worst_found: FloatArray
     # Positions, velocities and accelerations of these errors, shape (n, n) each, row i for joint i
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
     # For a tube: bound in every piece, shape (pieces, n); `certified` is its largest. None for a box
@@ -92,11 +93,17 @@ class Certificate:
     def ratio(self) -> FloatArray:
         """Certified over worst found, at least 1; infinite if only round-off is left."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.certified == 0.0, 1.0, self.certified / self.worst_found)
+            return np.where(self.certified == 0.0, 1.0, self.counting / self.worst_found)
+
+    @property
+    def counting(self) -> FloatArray:
+        """`certified`, as errors count in the pieces of a tube with weights."""
+        weights = self.region.weights if isinstance(self.region, Tube) else None
+        return self.certified if weights is None or self.along is None else (self.along * weights).max(axis=0)
 
     def within(self, allowed: FloatArray) -> NDArray[np.bool_]:
         """Whether each joint is proven to keep an allowed error (n,) over the whole region."""
-        return np.asarray(self.certified <= allowed)
+        return np.asarray(self.counting <= allowed)
 
 
 def certify(
@@ -146,9 +153,11 @@ def certify(
     expansion = expansion_of(model)
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
     found = []
-    for exact, row, rounding in zip(_exact_rows(model, harmonics), expansion.rows, roundings, strict=True):
+    every = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
+    parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, every, strict=True)
+    for exact, row, rounding, counts in parts:
         step = _in_hundredths(progress)
-        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step))
+        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step, counts))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
@@ -201,7 +210,13 @@ def _in_hundredths(progress: Callable[[int], None] | None) -> Callable[[float], 
     return step
 
 
-def _bounded(field: ErrorField, tube: Tube | None, effort: int, step: Callable[[float], None]) -> Bounded:
+def _bounded(
+    field: ErrorField,
+    tube: Tube | None,
+    effort: int,
+    step: Callable[[float], None],
+    counts: FloatArray | None,
+) -> Bounded:
     """Bound one joint without the slack of the exact dynamics."""
     if tube is None:
         angles = sum(degree > 0 for degree in field.polynomial.degrees)
@@ -209,7 +224,7 @@ def _bounded(field: ErrorField, tube: Tube | None, effort: int, step: Callable[[
         bound, starts = _by_grids(field, effort * further, step)
         return Bounded(np.array([bound]), *field.worst(starts))
     many = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
-    along = bound_along(field, tube, effort // (_PER_BOX * many))
+    along = bound_along(field, tube, effort // (_PER_BOX * many), counts)
     if along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
         return along
     # For wide boxes, between set points far apart, a grid over all of them may give a smaller bound.

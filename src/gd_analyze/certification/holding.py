@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
@@ -33,20 +35,22 @@ from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplif
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Of models whose numbers are always refitted: share of the budget at first, searched shortly and thoroughly;
-# power of what is missing by which it shrinks; share up to which the worst states found may err; how far the
-# budget may grow; attempts to do better than a model that holds.
-_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.6, 0.8), 0.5, 0.9, 10.0, 3
-# Where terms left take less than this share of the exact torque's operations, the recursion is not tried: it
-# takes seconds, and half to four fifths of them.
+# Of models whose numbers are always refitted: share of the budget at first, in a box and in a tube; power of
+# what is missing by which it shrinks; share up to which the worst states found may err; how far the budget
+# may grow; attempts to do better than a model that holds.
+_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.0, 3
+# Where terms left take less than this share of the exact torque's operations over a box, the recursion is not
+# tried: it takes seconds, and half to four fifths of them.
 _FEW = 0.5
 # Of programs of more operations, those of nine joints, a search takes over a minute: so few rounds, and the
 # first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
+# Share of the operations up to which a refitted model is told beside one with the arm's own coefficients.
+_MUCH = 0.85
 # Share of a usual search in each round.
 _EFFORT = 0.25
-# States drawn at first, beside those given.
-_DRAWN = 300
+# States drawn at first, beside those given, and of recursions along a tube all together.
+_DRAWN, _CORNERS = 300, 4000
 # States drawn afresh in every round, so many at a time; how many of them join for each joint at most: those
 # that exceed the budget or, where numbers are always refitted, reach this share of it.
 TRIED, _AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
@@ -68,7 +72,24 @@ class Held(NamedTuple):
     tried: int = 0  # states drawn, at none of which it exceeds the budget; 0 where it is proven
     found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
     where: str = ""  # name of these states
-    near: ExactDynamics | None = None  # exact dynamics at the states it was fitted on
+    near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
+
+    @property
+    def tried_as(self) -> LevelTried:
+        """What stands of it in a list of several."""
+        model, found = self.model, self.found
+        share = None if found is None else float((found / model.accuracy.allowed).max())
+        about = model.level.name, model.operations.total, "", model.refitted, share
+        return LevelTried(*about, found is not None and not self.tried)
+
+    @property
+    def beside(self) -> LevelTried | None:
+        """One with the arm's own coefficients beside a refitted one; a refitted one where much cheaper."""
+        model = self.model
+        most = model.operations_full.total - 1 if model.refitted else _MUCH * model.operations.total
+        levels = (one for one in model.accuracy.levels if one.refitted != model.refitted)
+        others = [one for one in levels if one.operations is not None and one.operations <= most]
+        return min(others, key=lambda one: one.operations or 0, default=None)
 
 
 def simplify_held(
@@ -86,7 +107,8 @@ def simplify_held(
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
     Along a motion the budget is proven; where the bound stays above it, and in a box, it holds at 200 000
-    states drawn afresh, and at those that an ascent from the worst of them reaches.
+    states drawn afresh, and at those that an ascent from the worst of them reaches. Near each of
+    several motions its own budget holds.
 
     Parameters
     ----------
@@ -115,13 +137,14 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, or the budget is of the norm, which holds for a share of
-        states only.
+        If not even the exact model can be certified, the budget is of the norm, which holds for a share of
+        states only, or the tube is around other motions.
     """
     budget = Budget.of(budget).require_per_joint(
         "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
     )
     exact = exact.under(budget)
+    region = _counting(region, exact)
     rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
     best = rounds.best(how)
     if best.model.saves or not certified:
@@ -177,6 +200,18 @@ def simplify_certified(
     return held.model, held.certificate
 
 
+def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
+    """Weigh errors near each of several motions as at its set points."""
+    states = exact.states
+    if states.weights is None or not isinstance(region, Tube):
+        return region
+    if region.motion is None or region.fingerprint != states.described.get("trajectory_fingerprint"):
+        expected, what = f"one around {states.in_words}", "the tube is around other motions"
+        raise UsageError(what, where="region", expected=expected, found=region.where)
+    first = [motion.first for motion in states.motions]
+    return replace(region, weights=states.weights[first][region.motion])
+
+
 def _cost(held: Held, how: SearchOptions) -> int:
     return priced(held.model.program, how.sine_price)
 
@@ -206,10 +241,10 @@ class _Rounds:
         if how.level is not None:
             return self.held(how, how.level)
         exact, found, tried = self.exact, list[Held](), list[LevelTried]()
-        is_long = how.thorough and isinstance(self.region, Tube) and exact.arm.n_joints > FEW_JOINTS
+        few = _FEW * isinstance(self.region, Box)
         for level in LEVELS_TRIED:
             models = [held.model for held in found]
-            why = unpromising(exact, level, self.budget, how, models, 0.0 if is_long else _FEW)
+            why = unpromising(exact, level, self.budget, how, models, few)
             if not why:
                 try:
                     found.append(self.held(how, level))
@@ -217,35 +252,41 @@ class _Rounds:
                     if not found:
                         raise
                     why = error.what
-            tried.append(LevelTried(level.name, None if why else found[-1].model.operations.total, why))
+            tried.append(LevelTried(level.name, None, why) if why else found[-1].tried_as)
         cheapest = min(found, key=lambda held: _cost(held, how))
+        is_short = exact.arm.n_joints <= FEW_JOINTS and not self.certified
+        if how.thorough and is_short and cheapest.model.saves and not how.refit:
+            tried.append(self.held(replace(how, refit=True), TERM).tried_as)
         accuracy = replace(cheapest.model.accuracy, levels=tuple(tried))
         return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
 
     def held(self, how: SearchOptions, level: Level) -> Held:
         """Fit and try until a model holds, one that is always refitted once more for fewer operations."""
         allowed, n = self.exact.allowed(self.budget), self.exact.arm.n_joints
-        refits = level.always_refits
+        refits, along = level.always_refits, isinstance(self.region, Tube)
         is_long = self.exact.form.operations.total > _LONG
-        share = np.full(n, _AT_FIRST[how.thorough] if refits else 1.0)
-        lower, upper = self.region.pieces(_DRAWN, np.random.default_rng(0))
+        share = np.full(n, _AT_FIRST[along] if refits else 1.0)
+        # Within margins so small errors are nearly linear, and largest at corners; few of these are that bad.
+        corners = refits and along
+        count = max(_DRAWN, _CORNERS - len(self.exact.states)) if corners else _DRAWN
+        lower, upper, weights = self.region.pieces(count, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
-        if refits and isinstance(self.region, Tube):
-            # Within margins so small errors are nearly linear, and largest at corners.
+        if corners:
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
-        known = first = self.exact.joined_by(*drawn)
-        worst = np.empty((3, 0, n))
+        known = first = self.exact.joined_by(drawn, weights)
+        some = self.exact.joined_by(drawn[:, :_DRAWN], weights[:_DRAWN])
+        worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
         best, left = None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
         for turn in range(_FEW_ROUNDS if is_long else _ROUNDS):
-            if turn and refits:
-                counts = np.ones(known.torque.shape)
-                counts[len(first.states) :] = np.minimum(share / _AT_WORST, 1.0)
-                known = known.weighed(counts)
+            if len(counts):
+                least = np.minimum(share / _AT_WORST, 1.0) if refits else 1.0
+                known = first.joined_by(worst, least * counts)
             model = simplify_exact(
                 known,
                 Budget.of_torques(share * allowed),
-                search,
+                # A longer search begins as a short one, so that it does not end with more operations.
+                search if turn or not corners else replace(search, thorough=False),
                 provenance=self.provenance,
                 stage=self.stage,
             )
@@ -253,7 +294,7 @@ class _Rounds:
             if self.progress is not None:
                 self.progress(1)
             if trial.found is not None and (trial.found <= allowed).all():
-                trial = self._written(trial, allowed, known)
+                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
             found = trial.found
             assert found is not None
             if (found <= allowed).all():
@@ -270,7 +311,7 @@ class _Rounds:
                 if left <= 0:
                     break
             worst = np.concatenate([worst, states], axis=1)
-            known = first.joined_by(*worst)
+            counts = np.concatenate([counts, self.region.counts_at(states)])
             beyond = found > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
             if refits or turn >= _PATIENT:
@@ -280,36 +321,36 @@ class _Rounds:
         if best is not None and best.model.saves:
             return best
         everything = exactly(self.exact, level, allowed, str(self.budget))
-        return Held(replace(everything, provenance=self.provenance), near=known.weighed(None))
+        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """What is proven of a model or found, and the states (3, M, n) at which it errs most."""
-        where, seed, drawn = self.region.where, turn + 1, None
+        where, seed = self.region.where, turn + 1
         along = isinstance(self.region, Tube)
         if not self.certified and (model.level.always_refits or not along):
-            # Of a recursion this takes less than a proof.
-            drawn = found, states = _tried(model, self.exact, self.region, allowed, seed)
+            # Of a recursion this takes less than a proof; some are enough where that closes.
+            count = _AT_ONCE if along else TRIED
+            found, states = _tried(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
                 return Held(model, None, TRIED, found, where), states
         certificate = _proof(model, self.region, self.effort, certified=self.certified)
         loose = _LOOSE if turn < _CLOSING else 1.0
         if certificate is not None:
-            found = certificate.certified
+            found = certificate.counting
             if self.certified or (found <= loose * allowed).all():
                 states = np.stack(certificate.worst_states)[:, found > allowed]
                 return Held(model, certificate, 0, found, where), states
-        found, states = drawn or _tried(model, self.exact, self.region, allowed, seed)
+        found, states = _tried(model, self.exact, self.region, allowed, seed, TRIED)
         return Held(model, certificate, TRIED, found, where), states
 
-    def _written(self, held: Held, allowed: FloatArray, known: ExactDynamics) -> Held:
+    def _written(self, held: Held, allowed: FloatArray) -> Held:
         """Write the program that runs, and prove that one."""
         model = _finished(held.model, self.exact, allowed, str(self.budget))
         certificate, found = held.certificate, held.found
         if model.program is not held.model.program and certificate is not None:
             certificate = _proof(model, self.region, self.effort, certified=self.certified)
-            found = found if held.tried or certificate is None else certificate.certified
-        near = known.weighed(None)
-        return Held(proven(model, certificate), certificate, held.tried, found, held.where, near)
+            found = found if held.tried or certificate is None else certificate.counting
+        return Held(proven(model, certificate), certificate, held.tried, found, held.where)
 
 
 def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified: bool) -> Certificate | None:
@@ -326,7 +367,12 @@ def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified
 
 
 def _tried(
-    model: SimplifiedModel, exact: ExactDynamics, region: Box | Tube, allowed: FloatArray, seed: int
+    model: SimplifiedModel,
+    exact: ExactDynamics,
+    region: Box | Tube,
+    allowed: FloatArray,
+    seed: int,
+    count: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst of those, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
@@ -335,27 +381,29 @@ def _tried(
     # more operations, and twice the time to find.
     climbs = isinstance(region, Tube) or not model.level.always_refits
 
-    def share(states: FloatArray) -> FloatArray:
-        """Errors over what is allowed at states (3, N, n), shape (n, N)."""
+    def share(states: FloatArray, counts: FloatArray) -> FloatArray:
+        """Errors over what is allowed at states (3, N, n), shape (n, N); counts (M, n) repeat."""
         inputs = inputs_of(States(*states))
         off = model.program.run(inputs) - exact.form.program.run(inputs)
-        return np.asarray(np.abs(off) / allowed[:, None])
+        each = np.abs(off) / allowed[:, None]
+        return np.asarray((each.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
 
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(TRIED // _AT_ONCE):
+    for _ in range(count // _AT_ONCE):
         if (largest > 1.0).any():
             break  # ascents from the first have found enough to go on with
-        lower, upper = region.pieces(_AT_ONCE, rng)
+        lower, upper, counts = region.pieces(_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
-        for i, errors in enumerate(share(states)):
+        for i, errors in enumerate(share(states, counts)):
             top = np.argpartition(-errors, _JOINING)[:_JOINING]
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
             if isinstance(region, Box):  # a little further than states were drawn
                 near = _NEAR * (high - low)
                 low, high = np.maximum(low, reached - near), np.minimum(high, reached + near)
-            reached = _climbed(share, i, reached, low, high) if climbs else reached
-            errors = share(reached)
+            here = partial(share, counts=counts[top])
+            reached = _climbed(here, i, reached, low, high) if climbs else reached
+            errors = here(reached)
             largest = np.maximum(largest, errors.max(axis=1))
             worst.append(reached[:, errors[i] > least])
     return largest * allowed, np.concatenate(worst, axis=1)

@@ -36,11 +36,13 @@ class Bounded(NamedTuple):
     qdd: FloatArray
 
 
-def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
+def bound_along(field: ErrorField, tube: Tube, effort: int, counts: FloatArray | None = None) -> Bounded:
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
-    Boxes are halved where the error may be largest, until the bound is close to an error found.
+    Boxes are halved where the error may be largest, until the bound is close to an error found; errors of a
+    piece count `counts` (pieces,) times, the one found is given so.
     """
+    counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
     # A limit of zero has velocities of zero, and any share of it will do.
     limits = np.where(limits > 0.0, limits, 1.0)
@@ -48,16 +50,18 @@ def bound_along(field: ErrorField, tube: Tube, effort: int) -> Bounded:
     lower, upper = ((x / limits).reshape(len(tube), -1).T for x in (tube.lower, tube.upper))
     # The field's round-off covers that of centres and halves, as it covers that of a grid's nodes.
     boxes = form.boxes((lower + upper) / 2, (upper - lower) / 2, np.arange(len(tube)))
-    found, state, piece = boxes.worst
+    found, state, piece = boxes.worst(counts)
     spent = len(tube)
     while True:
         # Rounding and cancelled harmonics are in every bound, however small the box.
-        near = np.flatnonzero(boxes.bounds > _CLOSE * found + field.rest + 8 * field.round_off)
+        counting, least = counts[boxes.pieces], field.rest + 8 * field.round_off
+        near = np.flatnonzero(counting * boxes.bounds > _CLOSE * found + counting * least)
         if not near.size or spent + 2 > effort:
             break
-        near = near[np.argsort(-boxes.bounds[near], kind="stable")[: min(_HALVED, (effort - spent) // 2)]]
+        order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
+        near = near[order[: min(_HALVED, (effort - spent) // 2)]]
         halves = form.halved(boxes.at(near))
-        found, state, piece = max((found, state, piece), halves.worst, key=lambda worst: worst[0])
+        found, state, piece = max((found, state, piece), halves.worst(counts), key=lambda worst: worst[0])
         boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
         spent += 2 * near.size
     bounds = np.zeros(len(tube))
@@ -77,11 +81,11 @@ class Boxes(NamedTuple):
     found: FloatArray  # error at a state of the box where it is likely to be largest, (K,)
     states: FloatArray  # that state, (3 n, K)
 
-    @property
-    def worst(self) -> tuple[float, FloatArray, int]:
-        """Largest error found, its state and its piece."""
-        top = int(self.found.argmax())
-        return float(self.found[top]), self.states[:, top], int(self.pieces[top])
+    def worst(self, counts: FloatArray) -> tuple[float, FloatArray, int]:
+        """Largest error found, as it counts in its piece, its state and its piece."""
+        counting = self.found * counts[self.pieces]
+        top = int(counting.argmax())
+        return float(counting[top]), self.states[:, top], int(self.pieces[top])
 
     def at(self, chosen: NDArray[np.intp]) -> Boxes:
         """Some of them."""

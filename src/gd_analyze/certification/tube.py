@@ -12,6 +12,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.pool import taken_apart
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, named_joints
@@ -33,7 +34,7 @@ class Tube:
     Each box is about some time. It holds the states whose q, qd and qdd are within the margins of what the
     motion takes in that time; see `Between` for the motion between set points. If the possible motions
     between two set points differ by more than the margin, every box between them holds all that any of them
-    takes there. Across a gap of the motion there is no box.
+    takes there. Across a gap of the motion there is no box. Several motions have boxes and margins each.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ class Tube:
     begin, end
         Time that each box is about, s, shape (pieces,).
     margins
-        Of q, qd and qdd, shape (3, n).
+        Of q, qd and qdd, shape (3, n); of several motions the least.
     where
         Name of these states.
     coarse
@@ -51,6 +52,11 @@ class Tube:
         Remark on gaps and on these intervals, or "".
     margin, fingerprint
         Text of the margin, and the motion's fingerprint.
+    motion
+        Which of several motions each box is about, from 0, shape (pieces,).
+    weights
+        How much a torque error counts in each box, shape (pieces, n), see `States.weights`; None where all
+        count alike.
     """
 
     lower: FloatArray
@@ -63,6 +69,8 @@ class Tube:
     note: str = ""
     margin: str = ""
     fingerprint: str = ""
+    motion: NDArray[np.intp] | None = None
+    weights: FloatArray | None = None
 
     @property
     def n_joints(self) -> int:
@@ -72,10 +80,20 @@ class Tube:
     def __len__(self) -> int:
         return len(self.lower)
 
-    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Limits of q, qd and qdd from which each of `count` states is to be drawn, shape (3, count, n)."""
+    def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Limits of q, qd, qdd (3, count, n) to draw states from; what errors count there (count, n)."""
         chosen = rng.integers(len(self), size=count)
-        return self.lower[chosen].swapaxes(0, 1), self.upper[chosen].swapaxes(0, 1)
+        counts = np.ones((count, self.n_joints)) if self.weights is None else self.weights[chosen]
+        return self.lower[chosen].swapaxes(0, 1), self.upper[chosen].swapaxes(0, 1), counts
+
+    def counts_at(self, states: FloatArray) -> FloatArray:
+        """How much errors count at states of the tube (3, M, n), most where boxes meet, shape (M, n)."""
+        if self.weights is None:
+            return np.ones(states.shape[1:])
+        every = (
+            ((self.lower <= one) & (one <= self.upper)).all(axis=(1, 2)) for one in states.swapaxes(0, 1)
+        )
+        return np.array([self.weights[inside].max(axis=0, initial=1.0) for inside in every])
 
     @property
     def enclosing(self) -> Box:
@@ -109,6 +127,8 @@ class Tube:
             what, expected = f"the trajectory does not fit arm {arm.name}", f"{arm.n_joints} joints"
             raise UsageError(what, where=motion.name, expected=expected, found=f"{motion.n_joints}")
         margin = Margin.of(margin)
+        if motion.motions:
+            return cls._around(arm, motion, margin, most)
         margins = margin.along(arm, motion)
         path = _Path(motion, margins)
         # Set points between two gaps are boxes without extent.
@@ -128,6 +148,27 @@ class Tube:
             path.note(),
             str(margin),
             motion.fingerprint,
+        )
+
+    @classmethod
+    def _around(cls, arm: RobotArm, several: Trajectory, margin: Margin, most: int) -> Tube:
+        parts = taken_apart(several)
+        tubes = [cls.along(arm, part, margin, most=max(1, most // len(parts))) for part in parts]
+        # By the clock of the whole.
+        later = [float(several.time[motion.first]) - motion.start for motion in several.motions]
+        notes = (f"{part.name}: {tube.note}" for part, tube in zip(parts, tubes, strict=True) if tube.note)
+        both = zip(tubes, later, strict=True)
+        boxes = ((tube.lower, tube.upper, tube.begin + t, tube.end + t) for tube, t in both)
+        lower, upper, begin, end = map(np.concatenate, zip(*boxes, strict=True))
+        return cls(
+            *(lower, upper, begin, end),
+            np.min([tube.margins for tube in tubes], axis=0),
+            f"{margin.in_words(arm)} of {several.name}",
+            sum(tube.coarse for tube in tubes),
+            " ".join(notes),
+            str(margin),
+            several.fingerprint,
+            np.repeat(np.arange(len(tubes)), [len(tube) for tube in tubes]),
         )
 
 

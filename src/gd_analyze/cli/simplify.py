@@ -86,8 +86,8 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The budget holds at every state near the motion, proven where the proof closes; without a trajectory at
-    200 000 states drawn within the arm's limits. Of several motions, with --operations and of the norm it
+    The budget holds at every state near the motion, or near each of several, proven where the proof closes;
+    without a trajectory at 200 000 states drawn within the arm's limits. With --operations and of the norm it
     holds at the set points. Equations of levels term and energy are in absolute velocities, see
     docs/simplification.md.
 
@@ -133,8 +133,7 @@ def simplify(
         start = time.perf_counter()
         exact, motion = given.exact()
         source = provenance(command_line())
-        several = motion is not None and bool(motion.motions)
-        at_states = at_set_points or several or operations is not None or asked.norm is not None
+        at_states = at_set_points or operations is not None or asked.norm is not None
 
         def within(allowed: gd.Budget) -> Held:
             told: dict[str, Any] = {"provenance": source, "stage": stage}

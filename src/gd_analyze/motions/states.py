@@ -99,8 +99,9 @@ class States:
         self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
     ) -> States:
         """Add more, shape (M, n); they count alike unless weights are given."""
-        if self.weights is not None:
-            weights = np.vstack([self.weights, np.ones_like(q) if weights is None else weights])
+        if self.weights is not None or weights is not None:
+            both = (self.weights, self.q), (weights, q)
+            weights = np.vstack([np.ones_like(like) if own is None else own for own, like in both])
         q, qd, qdd = (np.vstack(pair) for pair in zip(self.arrays, (q, qd, qdd), strict=True))
         return States(q, qd, qdd, self.described, weights=weights)
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from gd_analyze.figures.elements import LETTERS
@@ -165,6 +166,7 @@ def _operations(key: str, model: SimplifiedModel) -> Table:
     return Table(key, "Operations for one evaluation of all torques", columns)
 
 
+@lru_cache(maxsize=1)  # several sections take their parts of it
 def _recursion(findings: Findings) -> tuple[Part, ...]:
     """Parameters (for people, and for JSON), what is left out, and equations of a recursion."""
     return recursion_parts(findings.model, states_of(findings.trajectory), 3)

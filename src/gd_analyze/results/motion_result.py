@@ -137,7 +137,7 @@ def motion_rows(findings: Findings) -> list[Row]:
     """One row per motion: set points, duration, torques and errors of the joints, and the worst of these.
 
     `used` is the largest error of every joint over what the budget allows it along the motion, `worst` the
-    largest of them and `joint` its joint, from 1.
+    largest of them and `joint` its joint, from 1; `proven` the largest share for every state near the motion.
     """
     table = findings.tables["motions"]
     used = share_of(table.largest_error.values, table.allowed_error.values)
@@ -150,6 +150,8 @@ def motion_rows(findings: Findings) -> list[Row]:
             "used": used[k].tolist(),
             "worst": float(used[k].max()),
             "joint": int(used[k].argmax()) + 1,
+            "certified": table.certified.values[k].tolist(),
+            "proven": float(share_of(table.certified.values, table.allowed_error.values)[k].max()),
         }
         for k in range(table.sizes["motion"])
     ]
@@ -194,6 +196,8 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
         "worst": ("error of allowed", "", "percent"),
         "joint": ("joint", "", "count"),
     }
+    if np.isfinite([row["proven"] for row in rows]).all():
+        labels["proven"] = ("proven near it", "", "bound_percent")
     parts: list[Part] = [
         worst_fact(rows),
         Fact("changing", "Verdicts that differ by motion", names, text=_named(names)),

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, round_off_of
+from gd_analyze.certification.certificate import Certificate
+from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
@@ -89,8 +91,9 @@ def motions_table(
     dominance: xr.Dataset,
     ranked: Sequence[xr.Dataset],
     accuracy: Accuracy,
+    certificate: Certificate | None,
 ) -> xr.Dataset:
-    """Tabulate what is found along each motion by itself, in the order of the ranking over all of them."""
+    """Tabulate what is found along each motion, and proven near it, in the order of the ranking over all."""
     motions, along, labels = trajectory.motions, accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
     times = [trajectory.time[motion.rows] for motion in motions]
@@ -104,6 +107,7 @@ def motions_table(
             "allowed_error": np.array([one.allowed for one in along]),
             "largest_error": np.array([one.errors.largest for one in along]),
             "rms_error": np.array([one.errors.rms for one in along]),
+            "certified": _certified(certificate, (len(along), arm.n_joints)),
             **{name: np.stack([one[name].values for one in ranked], axis=1) for name in _RANKED},
         },
         arm.is_revolute,
@@ -115,6 +119,17 @@ def motions_table(
             "quantity": ("element", dominance.quantity.values),
         },
     )
+
+
+def _certified(certificate: Certificate | None, shape: tuple[int, int]) -> FloatArray:
+    """What is proven near each of several motions, shape (motions, n); not numbers where nothing is."""
+    region = None if certificate is None else certificate.region
+    if certificate is None or certificate.along is None or not isinstance(region, Tube):
+        return np.full(shape, np.nan)
+    assert region.motion is not None  # it is around several
+    bounds = np.zeros(shape)
+    np.maximum.at(bounds, region.motion, certificate.along)
+    return bounds
 
 
 def _motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:

@@ -18,6 +18,7 @@ from gd_analyze.result import Fact, Result, Table
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
+    beside_text,
     drives_text,
     headline,
     joint_errors,
@@ -39,12 +40,14 @@ from gd_analyze.results.rows import (
     threshold_text,
 )
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import amount, joined, number, percent, thousands
 
 # Verdicts in the order of the reports, and what they are called.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
 VERDICTS["neither"] = "zero"
+_BESIDE = ("level", "operations", "refitted", "of_allowed", "proven")
 
 
 def run_result(findings: Findings, top: int = 12) -> Result:
@@ -81,12 +84,12 @@ def subtitle(findings: Findings) -> str:
 
 def run_headline(findings: Findings) -> str:
     """What can be dropped, at what error, and whether that is proven; before it a log that contradicts."""
-    model, bound = findings.model, tube_bound(findings)
+    model, bound = findings.model, near_bound(findings)
     contradicted = motion_result.contradicted_joints(findings)
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
-    motion = "the motions" if findings.trajectory.motions else "the trajectory"
+    motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     if tried := int(tube.attrs["tried"]):
         known = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
@@ -96,12 +99,21 @@ def run_headline(findings: Findings) -> str:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"{worst_error(model, bound).text} near {motion} (proven)"
-    return f"{contradicted}{headline(model, f'Torque error at most {error}')}"
+    return f"{contradicted}{headline(model, f'Torque error at most {error}')}{beside_text(beside(findings))}"
+
+
+def beside(findings: Findings) -> LevelTried | None:
+    """The other model that keeps the budget near the motion, see `Held.beside`."""
+    about = {name: findings.tables["tube"].attrs[f"beside_{name}"] for name in _BESIDE}
+    level, operations, refitted, of_allowed, is_proven = about.values()
+    if not level:
+        return None
+    return LevelTried(level, int(operations), "", bool(refitted), float(of_allowed), bool(is_proven))
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:
     """Four figures to begin with: how good near the motion, how good on it, how many operations, of what."""
-    model, bound, tube = findings.model, tube_bound(findings), findings.tables["tube"]
+    model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     label = "" if tried else "Torque error, proven near the motion"
     if bound is None:
@@ -120,6 +132,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
         Fact("kept_terms", "Kept", len(model.terms), text=kept if model.saves else "everything"),
+        Fact("beside", "", None if (other := beside(findings)) is None else other._asdict()),
     )
 
 
@@ -193,6 +206,15 @@ def tube_bound(findings: Findings) -> FloatArray | None:
     """What is proven of every joint's error near the motion, N m, shape (n,); None where nothing is."""
     bound = findings.tables["tube"].tube_certified
     return None if bound.isnull().any() else np.asarray(bound.values)
+
+
+def near_bound(findings: Findings) -> FloatArray | None:
+    """The same as it counts: near one of several motions, times what all over it is allowed there."""
+    bound = tube_bound(findings)
+    if bound is None or "motions" not in findings.tables:
+        return bound
+    each = findings.tables["motions"]
+    return np.asarray((each.certified * (findings.model.accuracy.allowed / each.allowed_error)).max("motion"))
 
 
 def bound_ratio(findings: Findings) -> float | None:

@@ -10,6 +10,7 @@ from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
 from gd_analyze.results.model_facts import (
+    beside_text,
     drives_text,
     headline,
     joint_errors,
@@ -49,8 +50,9 @@ def simplified_result(
     if accuracy.uncertainty is not None:
         more.append(Column("uncertainty", "", accuracy.uncertainty))
     if certificate is not None:
-        worst = worst_error(model, bound)
-        answer = f"Torque error at most {worst.text} (joint {worst.joint}), proven"
+        worst = worst_error(model, certificate.counting)
+        each = " near each motion" if accuracy.motions else ""
+        answer = f"Torque error at most {worst.text}{each} (joint {worst.joint}), proven"
         proven = [
             Fact("certified_within", "Proven for every state", certificate.region.where),
             Fact("", "Proof" * bool(certificate.note), certificate.note),
@@ -71,12 +73,14 @@ def simplified_result(
     )
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
     tried = {
-        one.level: f"not tried: {one.why}" if one.why else f"{one.operations} operations"
+        f"{one.level}{', refitted' * (one.refitted and one.level != RECURSIVE.name)}": (
+            f"not tried: {one.why}" if one.why else one.text
+        )
         for one in accuracy.levels
     }
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
-        headline=headline(model, answer),
+        headline=f"{headline(model, answer)}{beside_text(held.beside)}",
         facts=(
             Fact("arm", "", arm.name),
             Fact("level", "Level", model.level.name, note=kept),
@@ -86,6 +90,7 @@ def simplified_result(
             Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
             *operation_facts(model),
             *(Fact("", f"Level {level}", found) for level, found in tried.items()),
+            Fact("beside", "", None if held.beside is None else held.beside._asdict()),
             Fact("levels", "", [one._asdict() for one in accuracy.levels]),
             Fact("solved", "", accuracy.solved),
             Fact("cut_short", "", accuracy.cut_short),

@@ -300,9 +300,10 @@ class ExactDynamics:
         """Take the same dynamics at other states."""
         return replace(self, states=states, decomposed=None)
 
-    def joined_by(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> ExactDynamics:
-        """Take the same at further states (N, n), with shares of the torque at these ones."""
-        joined = self.at(self.states.joined_by(q, qd, qdd))
+    def joined_by(self, states: FloatArray, weights: FloatArray) -> ExactDynamics:
+        """Take the same at further states (3, N, n), of no name, with shares of the torque at these ones."""
+        q, qd, qdd = states
+        joined = self.at(replace(self.states.joined_by(q, qd, qdd, weights), described={}))
         vars(joined).update(peak_torque=self.peak_torque, uncertainty=self.uncertainty)
         return joined
 

@@ -8,10 +8,11 @@ alone for v and that u does not need. What is most promising is then looked at b
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,20 +187,19 @@ def replacements(
     weights = np.maximum(np.abs(fit.errors), _SMALL) ** (power - 2)
     weights /= weights.mean()
     pool = _Pool(tape, fit, slopes, known, weights)
-    promising = sorted([*pool.by_one(), *pool.by_two(), *pool.by_number()], key=lambda one: one.order)
-    several = _of_each(promising, _OF_EACH)[:_CLOSELY]
-    found, mean_square = _beside_a_fit(tape, fit, slopes, several, weights)
-    return _of_each(found, _TRIED_OF_EACH), mean_square
+    found, mean_square = _beside_a_fit(tape, fit, slopes, pool.best(_CLOSELY), weights)
+    kept = _of_each([one.step for one in found], _TRIED_OF_EACH)
+    return [found[k] for k in kept], mean_square
 
 
-def _of_each(found: list[Replacement], most: int) -> list[Replacement]:
-    """Keep so many for each step."""
+def _of_each(steps: list[int], most: int) -> list[int]:
+    """Places of the first so many for each step."""
     count: Counter[int] = Counter()
     kept = []
-    for one in found:
-        count[one.step] += 1
-        if count[one.step] <= most:
-            kept.append(one)
+    for place, step in enumerate(steps):
+        count[step] += 1
+        if count[step] <= most:
+            kept.append(place)
     return kept
 
 
@@ -223,6 +223,11 @@ def _beside_a_fit(
     added = np.einsum("ks,ks->k", trials, trials) / len(error) - base
     found = [one._replace(added=rounded(float(more))) for one, more in zip(promising, added, strict=True)]
     return sorted(found, key=lambda one: one.order), base
+
+
+# Steps (K,), what stands in for each and its numbers (K, 2), nan where there is no second; operations saved,
+# and what the squares grow by (K,).
+_Group: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray, FloatArray, FloatArray]
 
 
 class _Pool:
@@ -257,9 +262,24 @@ class _Pool:
         self.saved[~((u == v) | ((v == 2) & (u == 0)))] = -np.inf
         self.total[never | inputs] = -np.inf
 
-    def by_one(self) -> list[Replacement]:
+    def best(self, most: int) -> list[Replacement]:
+        """So many of those that seem best, some for each step."""
+        groups = [*self.by_one(), *self.by_two(), *self.by_number()]
+        v, sources, numbers, saved, added = (np.concatenate(column) for column in zip(*groups, strict=True))
+        added = np.round(added / self.count, _DIGITS)
+        merit = np.where(added > 0.0, added / np.maximum(saved, 0.5), added * saved)
+        order = np.lexsort((v, -saved, merit))
+        chosen = order[_of_each(v[order].tolist(), _OF_EACH)[:most]]
+        numbers = snapped(numbers[chosen])
+        by = (
+            tuple((u, c) for u, c in zip(*one, strict=True) if not math.isnan(c))
+            for one in zip(sources[chosen].tolist(), numbers.tolist(), strict=True)
+        )
+        rest = (values[chosen].tolist() for values in (saved, added))
+        return [Replacement(*one) for one in zip(v[chosen].tolist(), by, *rest, strict=True)]
+
+    def by_one(self) -> Iterator[_Group]:
         """One step times the best number, or as it is, or turned round."""
-        found = []
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             best = -self.linear / self.square
             ways = (
@@ -270,30 +290,24 @@ class _Pool:
         for number, added, saved in ways:
             merit = _merit(added, saved).ravel()
             places = np.argpartition(merit, min(_OF_EACH * _CLOSELY, merit.size - 1))[: _OF_EACH * _CLOSELY]
-            v, u = np.divmod(places[np.isfinite(merit[places])], len(self.total))
-            c = np.broadcast_to(number, added.shape)[v, u]
-            by = ((pair,) for pair in zip(u.tolist(), snapped(c).tolist(), strict=True))
-            every = self._replacements(v, by, saved[v, u], added[v, u])
-            found += [one for one, is_one in zip(every, np.isfinite(c) & (c != 0.0), strict=True) if is_one]
-        return found
+            c = np.broadcast_to(number, added.shape).ravel()
+            places = places[np.isfinite(merit[places]) & np.isfinite(c[places]) & (c[places] != 0.0)]
+            v, u = np.divmod(places, len(self.total))
+            yield v, _with(u), _with(c[places]), saved[v, u], added[v, u]
 
-    def by_two(self) -> list[Replacement]:
+    def by_two(self) -> Iterator[_Group]:
         """Two steps, of which the first is one of the best alone: the best second for each."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             alone = np.where(self.saved > 3.0, self.constant[:, None] - self.linear**2 / self.square, np.inf)
         alone = np.where(np.isfinite(alone), np.round(alone, _DIGITS_OF_SUMS), np.inf)
         several = np.flatnonzero((self.total >= 4.0) & np.isfinite(alone.min(axis=1, initial=np.inf)))
-        found: list[Replacement] = []
         if not several.size or alone.shape[1] <= _FIRST:
-            return found
+            return
         order = np.argpartition(alone[several], range(_FIRST), axis=1)[:, :_FIRST]
         for first in order.T:
-            found += self._second(several, first, np.isfinite(alone[several, first]))
-        return found
+            yield self._second(several, first, np.isfinite(alone[several, first]))
 
-    def _second(
-        self, v: NDArray[np.intp], first: NDArray[np.intp], fits: NDArray[np.bool_]
-    ) -> list[Replacement]:
+    def _second(self, v: NDArray[np.intp], first: NDArray[np.intp], fits: NDArray[np.bool_]) -> _Group:
         mixed = (self.among[v] * self.values[first]) @ self.values.T
         a, b = self.square[v, first][:, None], self.square[v]
         p, q = self.linear[v, first][:, None], self.linear[v]
@@ -309,32 +323,23 @@ class _Pool:
         u, rows = merit.argmin(axis=1), np.arange(len(v))
         keep = np.isfinite(merit[rows, u]) & (c[rows, u] != 0.0) & (d[rows, u] != 0.0)
         rows, u = rows[keep], u[keep]
-        one, other = (
-            zip(steps.tolist(), snapped(numbers[rows, u]).tolist(), strict=True)
-            for steps, numbers in ((first[rows], c), (u, d))
-        )
-        return self._replacements(v[rows], zip(one, other, strict=True), saved[rows, u], added[rows, u])
+        both = np.stack([c[rows, u], d[rows, u]], axis=1)
+        return v[rows], np.stack([first[rows], u], axis=1), both, saved[rows, u], added[rows, u]
 
-    def by_number(self) -> list[Replacement]:
+    def by_number(self) -> Iterator[_Group]:
         """A number, the best or none."""
         v = np.flatnonzero(np.isfinite(self.total) & (self.total > 0.0))
-        none = (((NUMBER, 0.0),) for _ in v)
-        found = self._replacements(v, none, self.total[v] + 1.0, self.constant[v])
+        none = _with(np.zeros(len(v)))
+        yield v, np.full((len(v), 2), NUMBER), none, self.total[v] + 1.0, self.constant[v]
         v = v[self.degree[v] != 1]
         left, square = self.left[v], self.by_itself[v]
         c = np.divide(-left, square, out=np.zeros_like(left), where=square > 0.0)
-        by = (((NUMBER, number),) for number in snapped(c).tolist())
-        return found + self._replacements(v, by, self.total[v], self.constant[v] + left * c)
+        yield v, np.full((len(v), 2), NUMBER), _with(c), self.total[v], self.constant[v] + left * c
 
-    def _replacements(
-        self,
-        v: NDArray[np.intp],
-        by: Iterable[tuple[tuple[int, float], ...]],
-        saved: FloatArray,
-        added: FloatArray,
-    ) -> list[Replacement]:
-        grown = (rounded(more) for more in (added / self.count).tolist())
-        return [Replacement(*one) for one in zip(v.tolist(), by, saved.tolist(), grown, strict=True)]
+
+def _with(one: NDArray[Any]) -> NDArray[Any]:
+    """Sources or numbers with no second beside them, shape (K, 2)."""
+    return np.stack([one, np.full_like(one, NUMBER if one.dtype.kind == "i" else np.nan)], axis=1)
 
 
 def rounded(added: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -39,9 +38,9 @@ KINDS: tuple[Kind, ...] = tuple(
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 # Of a path: from a tenth of the budget to ten times it, ten steps to each side.
 PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
-# A search in a recursion takes long: it is done for one in so many of a path's budgets, of recursions of more
-# operations for larger ones only, and for none of still more, where it would take minutes.
-_APART, _LONG, _LONGEST = 5, 500, 700
+# A search in a recursion takes long, for a smaller budget as long as for the model itself: it is done for one
+# in so many of a path's larger budgets, and for none of recursions of more operations: minutes.
+_APART, _LONGEST = 5, 700
 # Budgets that differ by less are one.
 _SAME = 1.01
 # Operations of a point, and its largest error per joint, N m.
@@ -227,17 +226,14 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
 
 
 def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
-    """Models with more and more simplified steps: some up to the given one, and some from it on."""
+    """Models with more and more simplified steps: the given one, and some from it on."""
     some, allowed = exact.thinned(), given.accuracy.allowed
-    full = exact.form.operations.total
-    least = 0.0 if full <= _LONG else 1.0 if full <= _LONGEST else math.inf
-    middle = PATH_FACTORS.index(1.0)
-    apart = [f for k, f in enumerate(PATH_FACTORS) if (k - middle) % _APART == 0 and f > least]
+    is_long = exact.form.operations.total > _LONGEST
+    larger = [] if is_long else PATH_FACTORS[PATH_FACTORS.index(1.0) + _APART :: _APART]
     found = {1.0: given}
-    for side, start in (([f for f in apart if f < 1.0], {}), ([f for f in apart if f > 1.0], given.terms)):
-        models = pruned_path(some, [f * allowed for f in side], start)
-        for factor, model in zip(side, models, strict=True):
-            found[factor] = measured(exact, replace(given, terms=model.terms, program=model.program))
+    models = pruned_path(some, [factor * allowed for factor in larger], given.terms)
+    for factor, model in zip(larger, models, strict=True):
+        found[factor] = measured(exact, replace(given, terms=model.terms, program=model.program))
     yield from (found.get(factor) for factor in PATH_FACTORS)
 
 

@@ -83,8 +83,8 @@ class Settings:
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; by default the level
         that takes the fewest operations of those that are promising for the arm.
     at_set_points
-        Keep the budget at the set points only; by default it holds near the motion, see `simplify_held`. It
-        holds at the set points of several motions, of level "element", and of a number of operations.
+        Keep the budget at the set points only; by default it holds near the motion, near each of several, see
+        `simplify_held`. At level "element" and of a number of operations it holds at the set points.
     drives
         Include drive inertia as a separate contribution; by default where the arm describes drives.
     margin
@@ -305,7 +305,7 @@ def find(
         many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
         search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
-        at_set_points = how.at_set_points or how.operations is not None or bool(trajectory.motions)
+        at_set_points = how.at_set_points or how.operations is not None
         if level is ELEMENT and how.operations is None:
             held = Held(no_dearer(exact, elements))
         elif at_set_points or not is_known:
@@ -370,7 +370,9 @@ def find(
     if trajectory.motions:
         allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
-        tables["motions"] = motion_tables.motions_table(arm, trajectory, dominance, ranked, model.accuracy)
+        tables["motions"] = motion_tables.motions_table(
+            arm, trajectory, dominance, ranked, model.accuracy, held.certificate
+        )
     if arm.spread is not None or any(link.uncertainty is not None for link in arm.links):
         tables["robustness"] = robustness(arm, trajectory, threshold=how.dominance, samples=_SAMPLES)
     return Findings(
