@@ -99,8 +99,10 @@ def decompose(
     return labelled(arm, trajectory, arrays)
 
 
-def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
-    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+def decomposition_coordinates(
+    arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Coordinates of a table of these arrays."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(dalembert.EFFECTS),
@@ -112,6 +114,12 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     if "coriolis_centrifugal_terms" in arrays:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
+    return coords
+
+
+def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
+    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+    coords = decomposition_coordinates(arm, trajectory, arrays)
     explained = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"]
     attrs = {
         "schema": SCHEMA_VERSION,
@@ -125,6 +133,8 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "drives": int("drive_torque" in arrays),
         "torque_round_off": round_off_of(np.asarray(arrays["torque"]), explained),
     }
+    if trajectory.whole is not None:
+        attrs["set_points"] = trajectory.n_stated
     if motions := trajectory.motions:
         attrs["motions"] = [motion.name for motion in motions]
         attrs["motion_ends"] = [motion.end for motion in motions]
@@ -237,6 +247,11 @@ def _run(
             progress(chunk.stop - done)
 
 
+def torque_program(arm: RobotArm, drives: bool) -> Program:
+    """The torque as the sum of what it consists of, written as a program."""
+    return _program(arm, (*_LEAN, *["drive_torque"] * drives), ("torque",))
+
+
 def torque_of(
     arm: RobotArm,
     states: States,
@@ -302,32 +317,39 @@ def decompose_on_demand(
     if trajectory.n_set_points <= MOST_KEPT:
         return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
     require_joints(trajectory, arm)
-    states = states_of(trajectory)
-    kept = dict(zip(("q", "qd", "qdd"), states.arrays, strict=True))
-    kept["torque"] = torque_of(arm, states, drives=drives, progress=progress)
-    # What takes long or is large is evaluated only where it is read.
-    lean = _Rows(states, partial(decompose_states, arm, christoffel=False, drives=drives, written=True))
-    full = _Rows(states, partial(decompose_states, arm, drives=drives, written=True, **parts))
+    kept = {kind: getattr(trajectory, kind) for kind in ("q", "qd", "qdd")}
+    kept["torque"] = torque_of(arm, states_of(trajectory), drives=drives, progress=progress)
+    return labelled(arm, trajectory, arrays_on_demand(arm, trajectory, drives, **parts) | kept)
+
+
+def arrays_on_demand(
+    arm: RobotArm, trajectory: Trajectory, drives: bool | None, **parts: Any
+) -> dict[str, Any]:
+    """What `decompose` gives, evaluated where it is read."""
+    # What takes long or is large is evaluated only where it is read itself.
+    lean = _Rows(trajectory, partial(decompose_states, arm, christoffel=False, drives=drives, written=True))
+    full = _Rows(trajectory, partial(decompose_states, arm, drives=drives, written=True, **parts))
     first = np.arange(1)
     in_lean = set(lean.at(first))
     arrays: dict[str, Any] = {}
     for name, row in full.at(first).items():
         shape = (trajectory.n_set_points, *row.shape[1:])
         read = partial((lean if name in in_lean else full).variable, name)
-        arrays[name] = kept[name] if name in kept else on_demand(shape, read)
-    return labelled(arm, trajectory, arrays)
+        arrays[name] = on_demand(shape, read)
+    return arrays
 
 
 class _Rows:
-    """Decompositions of some states, the last of them kept: variables of a table are read one by one."""
+    """Decompositions of some set points, the last kept: variables of a table are read one by one."""
 
-    def __init__(self, states: States, evaluate: Callable[[States], dict[str, FloatArray]]) -> None:
-        self._states, self._evaluate = states, evaluate
+    def __init__(self, motion: Trajectory, evaluate: Callable[[States], dict[str, FloatArray]]) -> None:
+        self._motion, self._evaluate = motion, evaluate
         self._rows, self._last = np.empty(0, dtype=np.intp), dict[str, FloatArray]()
 
     def at(self, rows: NDArray[np.intp]) -> dict[str, FloatArray]:
         if not np.array_equal(rows, self._rows):
-            self._last, self._rows = self._evaluate(self._states.at(rows)), rows
+            states = States(*(getattr(self._motion, kind)[rows] for kind in ("q", "qd", "qdd")))
+            self._last, self._rows = self._evaluate(states), rows
         return self._last
 
     def variable(self, name: str, rows: NDArray[np.intp]) -> FloatArray:
@@ -351,7 +373,9 @@ def on_demand(shape: tuple[int, ...], read: Read) -> Any:
 
 
 def _chosen(shape: tuple[int, ...], read: Read, key: tuple[Any, ...]) -> Array:
-    rows, rest = np.arange(shape[0])[key[0]], key[1:]
+    chosen, rest = key[0], key[1:]
+    rows = np.arange(*chosen.indices(shape[0])) if isinstance(chosen, slice) else np.asarray(chosen)
+    rows = np.where(rows < 0, rows + shape[0], rows)
     every = np.atleast_1d(rows)
     of_a_row = _at(np.empty((1, *shape[1:])), rest).shape[1:]
     out = np.moveaxis(np.empty((*of_a_row, len(every))), -1, 0)  # as formulations lay out what they give

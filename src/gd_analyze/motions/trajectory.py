@@ -6,13 +6,14 @@ import hashlib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, array_of
+from gd_analyze.arrays import FloatArray, array_of, chunks
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged, Recording, treated
@@ -21,7 +22,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 # A line of its own where nothing is known of the motion between the set points above and below.
 GAP = "# gap"
@@ -64,6 +65,13 @@ def in_words(names: Sequence[str], most: int = 4) -> str:
     return f"{len(names)} motions" + (f" ({', '.join(names)})" if len(names) <= most else "")
 
 
+class Whole(NamedTuple):
+    """What is known of a motion of which there are some set points."""
+
+    n_set_points: int
+    fingerprint: str
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Set points of one motion, or of several one after the other.
@@ -87,6 +95,8 @@ class Trajectory:
         The readings behind a measured motion; None of a plan.
     motions
         Which set points are whose, where the trajectory is a pool of several motions.
+    whole
+        The longer motion of which these are some set points; None where they are all.
 
     Raises
     ------
@@ -105,6 +115,7 @@ class Trajectory:
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
     motions: tuple[Motion, ...] = ()
+    whole: Whole | None = None
 
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
@@ -243,11 +254,26 @@ class Trajectory:
         return [slice(first, last) for first, last in pairwise([0, *self.gaps, self.n_set_points])]
 
     @property
+    def n_stated(self) -> int:
+        """Number of set points of the motion, of which there may be some here."""
+        return self.n_set_points if self.whole is None else self.whole.n_set_points
+
+    def at(self, points: NDArray[np.intp]) -> Trajectory:
+        """Take some set points, ascending, which stand for the whole."""
+        time, q, qd, qdd = (x[points] for x in (self.time, self.q, self.qd, self.qdd))
+        gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
+        about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
+        return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)
+
+    @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of the numbers."""
+        if self.whole is not None:
+            return self.whole.fingerprint
         digest = hashlib.sha256(repr(self.gaps).encode() if self.gaps else b"")
         for array in (self.time, self.q, self.qd, self.qdd):
-            digest.update(np.ascontiguousarray(array).tobytes())
+            for chunk in chunks(len(array)):
+                digest.update(np.ascontiguousarray(array[chunk]).data)
         return digest.hexdigest()
 
 

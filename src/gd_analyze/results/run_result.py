@@ -75,7 +75,7 @@ def subtitle(findings: Findings) -> str:
     drives = drives_text(findings.arm, findings.model.drives)
     motions = findings.trajectory.motions
     along = in_words([motion.name for motion in motions]) if motions else findings.trajectory.name
-    where = f"along {along}, {findings.trajectory.n_set_points} set points"
+    where = f"along {along}, {findings.trajectory.n_stated} set points"
     return f"{where}, {drives}" if drives else where
 
 
@@ -131,7 +131,7 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
     model, accuracy, trajectory = findings.model, findings.model.accuracy, findings.trajectory
     quick = "" if model.level is ELEMENT else "Search"
     return (
-        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_set_points),
+        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_stated),
         Fact("budget", "Budget", accuracy.budget),
         Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
         *_for_json(drives=model.drives, refitted=model.refitted),
