@@ -18,6 +18,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.spool import release
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
@@ -348,7 +349,9 @@ class _Rows:
 
     def at(self, rows: NDArray[np.intp]) -> dict[str, FloatArray]:
         if not np.array_equal(rows, self._rows):
-            states = States(*(getattr(self._motion, kind)[rows] for kind in ("q", "qd", "qdd")))
+            arrays = [getattr(self._motion, kind) for kind in ("q", "qd", "qdd")]
+            states = States(*(array[rows] for array in arrays))
+            release(*arrays)
             self._last, self._rows = self._evaluate(states), rows
         return self._last
 

@@ -19,6 +19,7 @@ from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.roles import is_of_set_points, unit_in_words
+from gd_analyze.motions.spool import Spool
 from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Stamps, no_progress
 from gd_analyze.motions.trajectory import GAP
 from gd_analyze.text import LARGEST, in_python, number_in
@@ -238,7 +239,7 @@ class TextTable(LogTable):
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        parts: list[Any] = [np.empty((0, len(numbers)))]
+        spool = Spool(len(numbers))
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
         gaps, rows = list[int](), 0
         for block in self._blocks(progress):
@@ -249,13 +250,11 @@ class TextTable(LogTable):
                 values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
                 if np.isinf(values).any() or (np.abs(values) > LARGEST).any():
                     self._locate(block, numbers, frozenset())
-                parts.append(values)
+                spool.add(values)
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
-        table = np.concatenate(parts)
-        parts.clear()
         instants = tuple(map(self._stamps, map(np.concatenate, texts), stamps))
-        return Columns(table, instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
+        return Columns(spool.array(), instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
         """Columns of a block, and the last one, as a frame; a fault is refused with its line and column."""

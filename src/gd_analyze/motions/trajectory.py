@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, array_of, chunks
+from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
+from gd_analyze.motions.spool import blocks, is_mapped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
@@ -120,8 +121,9 @@ class Trajectory:
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
         for what, given in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = given.copy()
-            for row in np.argwhere(~(np.abs(array) <= LARGEST))[:1, 0].tolist():
+            array = given.view() if is_mapped(given) else given.copy()
+            wrong = (chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in blocks(array))
+            for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
                 problem = f"{what} is not finite, or too large for any motion, at set point {row + 1}"
                 step = "check units, and that no two set points share almost the same instant"
                 expected = f"finite numbers up to {LARGEST:g} in SI units"
@@ -266,13 +268,35 @@ class Trajectory:
         return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)
 
     @cached_property
+    def extreme_at(self) -> NDArray[np.intp]:
+        """Set points of the least and the largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
+        found = np.zeros((3, 2, self.n_joints), dtype=np.intp)
+        for chunk in blocks(*arrays):
+            for array, at in zip(arrays, found, strict=True):
+                block = array[chunk]
+                for row, pick, sign in zip(
+                    at, (block.argmin(axis=0), block.argmax(axis=0)), (-1, 1), strict=True
+                ):
+                    beyond = sign * block[pick, joints] > sign * array[row, joints]
+                    row[beyond] = chunk.start + pick[beyond]
+        return found
+
+    @cached_property
+    def extremes(self) -> FloatArray:
+        """Least and largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        joints = np.arange(self.n_joints)
+        pairs = zip((self.q, self.qd, self.qdd), self.extreme_at, strict=True)
+        return np.stack([array[at, joints] for array, at in pairs])
+
+    @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of the numbers."""
         if self.whole is not None:
             return self.whole.fingerprint
         digest = hashlib.sha256(repr(self.gaps).encode() if self.gaps else b"")
         for array in (self.time, self.q, self.qd, self.qdd):
-            for chunk in chunks(len(array)):
+            for chunk in blocks(array):
                 digest.update(np.ascontiguousarray(array[chunk]).data)
         return digest.hexdigest()
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import CHUNK, chunks, evenly
+from gd_analyze.arrays import CHUNK, evenly
 from gd_analyze.certification.holding import Held
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_states, torque_program
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.motions.spool import blocks
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
@@ -57,7 +58,7 @@ class LongMotion:
         """Decompose the motion once, and note where extremes are."""
         drives, extremes = arm.counts_drives(drives), Extremes(arm.n_joints, elements(arm.n_joints))
         values, places = [], []
-        for chunk in chunks(motion.n_set_points):
+        for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
             block = decompose_states(arm, states, christoffel=False, drives=drives, written=True)
             extremes.add(block)
@@ -111,20 +112,21 @@ class LongMotion:
         batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
         largest, squares = np.zeros((2, len(models), n))
         worst = np.zeros((len(models), n), dtype=np.intp)
-        for start, block in zip(range(0, count, CHUNK), batch.blocks(count), strict=True):
+        arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
+        for chunk in blocks(*arrays.values()):
+            # The last block overlaps the one before.
+            block = slice(chunk.stop - batch.count, chunk.stop)
             inputs = {
-                f"{kind}{i + 1}": x
-                for kind in _KINDS
-                for i, x in enumerate(getattr(self.motion, kind)[block].T)
+                f"{kind}{i + 1}": x for kind, rows in arrays.items() for i, x in enumerate(rows[block].T)
             }
-            torque = batch.at(inputs)[:, start - block.start :].reshape(len(programs), n, -1)
+            torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(programs), n, -1)
             error = torque[1:] - torque[0]
             error[np.abs(error) <= floor] = 0.0
             squares += np.einsum("min,min->mi", error, error)
             np.abs(error, out=error)
             at = error.argmax(axis=2)
             top = np.take_along_axis(error, at[..., None], axis=2)[..., 0]
-            worst = np.where(top > largest, start + at, worst)
+            worst = np.where(top > largest, chunk.start + at, worst)
             largest = np.maximum(largest, top)
         tables = [
             ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
