@@ -56,7 +56,7 @@ class MainJobContext(click.Context):
     "--every-set-point/--no-every-set-point",
     default=None,
     help="Of more than 8192 set points, of which some stand for all in tables and figures: store D, h, c and "
-    "torques at every one besides, or do not.  [default: of up to 1048576]",
+    "torques at every one besides, or do not.  [default: of up to 131072]",
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")

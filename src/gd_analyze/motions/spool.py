@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
 import mmap
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, FloatArray, chunks
 
 # Numbers that are kept in memory, 32 MB; and rows after which memory of mapped ones is given back.
 _MOST, _ROWS = 2**22, 8 * CHUNK
+# Rows taken here and there after which it is given back: the system maps 64 kB with each.
+_GATHERED = 256
 
 
 class Spool:
@@ -65,6 +70,16 @@ def release(*arrays: FloatArray) -> None:
             found.madvise(mmap.MADV_DONTNEED)
 
 
+def gathered(array: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+    """Take some rows, and give back memory on the way: each that is read brings its neighbours."""
+    out = np.empty((len(rows), *array.shape[1:]))
+    for start in range(0, len(rows), _GATHERED):
+        part = slice(start, start + _GATHERED)
+        out[part] = array[rows[part]]
+        release(array)
+    return out
+
+
 def blocks(*arrays: FloatArray) -> Iterator[slice]:
     """Cut rows into slices of `CHUNK`, and give back memory on the way."""
     for chunk in chunks(len(arrays[0])):
@@ -72,3 +87,9 @@ def blocks(*arrays: FloatArray) -> Iterator[slice]:
         if chunk.stop % _ROWS == 0:
             release(*arrays)
     release(*arrays)
+
+
+def trim() -> None:
+    """Give the system what glibc keeps of freed memory, some 100 MB after a search."""
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)

@@ -24,7 +24,7 @@ from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Sta
 from gd_analyze.motions.trajectory import GAP
 from gd_analyze.text import LARGEST, in_python, number_in
 
-_BLOCK = 8_000_000  # bytes read at once
+_BLOCK = 2_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000
 # Lines by which a file's layout is judged.
 _JUDGED = 8

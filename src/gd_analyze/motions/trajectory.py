@@ -18,7 +18,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
-from gd_analyze.motions.spool import blocks, is_mapped
+from gd_analyze.motions.spool import blocks, gathered, is_mapped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
@@ -262,7 +262,7 @@ class Trajectory:
 
     def at(self, points: NDArray[np.intp]) -> Trajectory:
         """Take some set points, ascending, which stand for the whole."""
-        time, q, qd, qdd = (x[points] for x in (self.time, self.q, self.qd, self.qdd))
+        time, q, qd, qdd = (gathered(x, points) for x in (self.time, self.q, self.qd, self.qdd))
         gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
         about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
         return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)

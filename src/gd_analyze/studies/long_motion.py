@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, evenly
 from gd_analyze.certification.holding import Held
-from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_states, torque_program
+from gd_analyze.dynamics.decomposition import decompose_states, torque_program
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.motions.spool import blocks
+from gd_analyze.motions.spool import blocks, gathered
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
@@ -25,9 +25,9 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly
 
 # Evenly spaced set points that a search looks at besides extremes, and parts of the motion in each of which
 # the extremes of torques and of the motion are shown.
-_SEARCHED, _PARTS = 1000, 64
-# Places left for set points at which models err most.
-_SPARE = 64
+_SEARCHED, _PARTS = 1000, 16
+# Set points that tables and figures show at least, some times as many as a figure has columns of pixels.
+_SHOWN = 2500
 # Rounds in which set points at which a model breaks its budget join those that a search looks at.
 _ROUNDS = 20
 
@@ -49,7 +49,7 @@ class LongMotion:
     motion: Trajectory
     extremes: Extremes  # of the elements, at all set points
     searched: Points  # set points that searches look at
-    shown: Points  # these and others for tables and figures, at most `MOST_KEPT`
+    shown: Points  # these and others for tables and figures
 
     @classmethod
     def of(
@@ -72,12 +72,13 @@ class LongMotion:
         whole = evenly(motion.n_set_points, _SEARCHED), *_reached(value, place, [np.arange(len(value))])
         searched = np.unique(np.concatenate([*whole, extremes.reached.ravel()]))
         some = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
-        left = evenly(motion.n_set_points, max(MOST_KEPT - len(some) - _SPARE, 2))
+        left = evenly(motion.n_set_points, max(_SHOWN - len(some), 2))
         return cls(arm, drives, motion, extremes, searched, np.union1d(some, left))
 
     def states(self, points: Points) -> States:
         """Take some set points."""
-        return States(*(getattr(self.motion, kind)[points] for kind in _KINDS))
+        q, qd, qdd = (gathered(getattr(self.motion, kind), points) for kind in _KINDS)
+        return States(q, qd, qdd)
 
     def settled(
         self, exact: ExactDynamics, search: Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
@@ -106,12 +107,13 @@ class LongMotion:
         """
         n, count = self.arm.n_joints, self.motion.n_set_points
         trace = Trace()
-        programs = (torque_program(self.arm, self.drives), *(model.program for model in models))
+        own = {id(model.program): model.program for model in models}
+        programs = (torque_program(self.arm, self.drives), *own.values())
         values = [(program.folded(trace, {}), program.outputs) for program in programs]
         joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
         batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
-        largest, squares = np.zeros((2, len(models), n))
-        worst = np.zeros((len(models), n), dtype=np.intp)
+        largest, squares = np.zeros((2, len(own), n))
+        worst = np.zeros((len(own), n), dtype=np.intp)
         arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
         for chunk in blocks(*arrays.values()):
             # The last block overlaps the one before.
@@ -128,14 +130,12 @@ class LongMotion:
             top = np.take_along_axis(error, at[..., None], axis=2)[..., 0]
             worst = np.where(top > largest, chunk.start + at, worst)
             largest = np.maximum(largest, top)
-        tables = [
-            ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
-            for most, square in zip(largest, squares, strict=True)
-        ]
-        found = [
-            replace(model, accuracy=replace(model.accuracy, errors=errors))
-            for model, errors in zip(models, tables, strict=True)
-        ]
+        place = [[*own].index(id(model.program)) for model in models]
+        largest, squares, worst = largest[place], squares[place], worst[place]
+        found = []
+        for model, most, square in zip(models, largest, squares, strict=True):
+            errors = ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
+            found.append(replace(model, accuracy=replace(model.accuracy, errors=errors)))
         allowed = np.array([model.accuracy.allowed for model in models])
         return found, worst, largest > allowed
 

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
+from gd_analyze.motions.spool import trim
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
@@ -57,6 +58,8 @@ def write_findings(
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
     that which the others can be made from.
     """
+    if findings.trajectory.whole is not None:
+        trim()
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
