@@ -63,7 +63,7 @@ def test_decomposition_against_loops_over_pinocchio(benchmark, states, tmp_path:
         made.elements(handle, ctypes.c_long(N_OURS), *pointers)
 
     def ours() -> dict[str, np.ndarray]:
-        return gd.decompose_states(arm, gd.States(q, qd, qdd), christoffel=False, drives=False)
+        return gd.decompose_states(arm, gd.States(q, qd, qdd), christoffel=False, shares=False, drives=False)
 
     found = ours()
     if compiled:

@@ -100,6 +100,9 @@ def test_written_blocks_leave_no_seam(puma, count):
         # Both are correct programs; torque has the largest bound.
         assert np.abs(ran[name] - values).max() <= bound, name
     assert np.abs(torque_of(puma, states) - found["torque"]).max() <= bound
+    lean = gd.decompose_states(puma, states, christoffel=False, shares=False, written=True)
+    assert {*found} - {*lean} == {"christoffel", "centrifugal", "coriolis"}
+    assert all(np.array_equal(lean[name], ran[name]) for name in lean)
 
 
 @examples(15)

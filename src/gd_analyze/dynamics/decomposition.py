@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 MOST_KEPT = 8192
 
 # What there is of every arm and motion.
-_LEAN = ("inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque")
+_LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 # Takes the numbers of some rows, increasing, and gives these rows, shape (rows, ...).
 Read = Callable[[NDArray[np.intp]], Array]
@@ -148,6 +148,7 @@ def decompose_states(
     states: States,
     *,
     christoffel: bool = True,
+    shares: bool = True,
     by_link: bool = False,
     terms: bool = False,
     drives: bool | None = None,
@@ -164,6 +165,8 @@ def decompose_states(
         Joint variables, velocities and accelerations, shape (..., n).
     christoffel, by_link, terms, drives, progress
         As for `decompose`.
+    shares
+        Give centrifugal and Coriolis shares of h.
     written
         Write the arithmetic as a program without what is zero or there twice, and run that; by default of
         more than `MOST_KEPT` states. Numbers are the same but for round-off.
@@ -185,7 +188,8 @@ def decompose_states(
     leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
     q, qd, qdd = states.last
     count = q.shape[1]
-    names = [*_LEAN, *["christoffel"] * christoffel, *["drive_torque"] * drives]
+    names = [*_LEAN, *["centrifugal", "coriolis"] * shares]
+    names += ["christoffel"] * christoffel + ["drive_torque"] * drives
     names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
     names += ["coriolis_centrifugal_terms"] * terms
     out = _empty(arm, names, count)
@@ -284,8 +288,10 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
     if "christoffel" in out:
         composite.christoffel(moments, pairs, out["christoffel"])
     h, centrifugal = composite.coriolis_centrifugal(moments, pairs, qd)
-    out["coriolis_centrifugal"][:], out["centrifugal"][:] = h, centrifugal
-    np.subtract(h, centrifugal, out=out["coriolis"])
+    out["coriolis_centrifugal"][:] = h
+    if "coriolis" in out:
+        out["centrifugal"][:] = centrifugal
+        np.subtract(h, centrifugal, out=out["coriolis"])
     out["gravity_loading"][:] = composite.gravity_loading(arm, moments)
     torque = out["torque"]
     np.einsum("eijn,jn->in", inertia, qdd, out=torque)

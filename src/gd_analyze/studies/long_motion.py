@@ -25,9 +25,9 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly
 
 # Evenly spaced set points that a search looks at besides extremes, and parts of the motion in each of which
 # the extremes of torques and of the motion are shown.
-_SEARCHED, _PARTS = 1000, 16
+_SEARCHED, _PARTS = 400, 12
 # Set points that tables and figures show at least, some times as many as a figure has columns of pixels.
-_SHOWN = 2500
+_SHOWN = 1500
 # Rounds in which set points at which a model breaks its budget join those that a search looks at.
 _ROUNDS = 20
 
@@ -60,7 +60,9 @@ class LongMotion:
         values, places = [], []
         for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
-            block = decompose_states(arm, states, christoffel=False, drives=drives, written=True)
+            block = decompose_states(
+                arm, states, christoffel=False, shares=False, drives=drives, written=True
+            )
             extremes.add(block)
             rows = np.hstack([block[kind] for kind in (*_KINDS, "torque")]).T
             at = np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
@@ -90,7 +92,8 @@ class LongMotion:
         """
         for _ in range(_ROUNDS):
             elements, held = search(exact)
-            (elements, model), worst, broken = self.stated(exact, (elements, held.model))
+            exactly_so = torque_program(self.arm, self.drives)
+            (elements, model), worst, broken = self.stated(exact, (elements, held.model), exactly_so)
             if not broken.any():
                 return exact, elements, held._replace(model=model), worst.ravel()
             exact = exact.joined_by(*self.states(np.unique(worst[broken])).arrays)
@@ -98,9 +101,9 @@ class LongMotion:
         raise GdAnalyzeError(what, where=f"trajectory {self.motion.name}", next_step=next_step)
 
     def stated(
-        self, exact: ExactDynamics, models: Sequence[SimplifiedModel]
+        self, exact: ExactDynamics, models: Sequence[SimplifiedModel], torques: Program
     ) -> tuple[list[SimplifiedModel], Points, NDArray[np.bool_]]:
-        """State the errors of models at all set points.
+        """State the errors of models at all set points, given a program of the exact torques.
 
         Also at which set point the error of each at each joint is largest, shape (models, n), and whether it
         is more than allowed. All models are one program, so that they share steps.
@@ -108,7 +111,7 @@ class LongMotion:
         n, count = self.arm.n_joints, self.motion.n_set_points
         trace = Trace()
         own = {id(model.program): model.program for model in models}
-        programs = (torque_program(self.arm, self.drives), *own.values())
+        programs = (torques, *own.values())
         values = [(program.folded(trace, {}), program.outputs) for program in programs]
         joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
         batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
@@ -141,7 +144,7 @@ class LongMotion:
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
         """State the errors of models for growing budgets; one that breaks its own is that before it."""
-        found, _, broken = self.stated(exact, models)
+        found, _, broken = self.stated(exact, models, exact.form.program)
         kept: list[SimplifiedModel] = []
         for model, breaks in zip(found, np.any(broken, axis=1).tolist(), strict=True):
             asked = model.accuracy

@@ -58,14 +58,17 @@ def write_findings(
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
     that which the others can be made from.
     """
-    if findings.trajectory.whole is not None:
+    is_long = findings.trajectory.whole is not None
+    if is_long:
         trim()
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        pdf = beside.submit(prepare_pdf(findings, report)) if "pdf" in places else None
+        typeset = prepare_pdf(findings, report) if "pdf" in places else None
+        # Of a long motion memory is scarcer than time.
+        pdf = None if typeset is None or is_long else beside.submit(typeset)
         if "html" in places:
             places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:
@@ -80,8 +83,8 @@ def write_findings(
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
             write_results(findings, places["h5"])
-        if pdf is not None:
-            places["pdf"].write_bytes(pdf.result())
+        if typeset is not None:
+            places["pdf"].write_bytes(typeset() if pdf is None else pdf.result())
     for path in strangers:
         path.unlink(missing_ok=True)
 
