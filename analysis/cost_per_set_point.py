@@ -66,7 +66,7 @@ def job(folder: Path, count: int, *options: str) -> tuple[float, float, dict[str
     _, status, used = os.wait4(child.pid, 0)
     assert status == 0, command
     sizes = {file.name: file.stat().st_size for file in out.iterdir()}
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1000.0, sizes
+    return used.ru_utime + used.ru_stime, used.ru_maxrss * 1.024e-3, sizes
 
 
 def stored() -> list[str]:
@@ -114,14 +114,14 @@ def report(counts: tuple[int, ...]) -> str:
         [
             "# What a set point of the main job costs",
             "",
-            *text[2:7],
+            *text[2:6],
             "",
             "| set points | processor time, s | memory, MB | analysis.h5, MB | report.html, MB |",
             "|---:|---:|---:|---:|---:|",
             *rows,
             "",
-            f"From {few:,} to {most:,} set points each takes {slope:.1f} us. Storing D, h and c at every one of 100 000 "
-            f"takes {every:.1f} s of the time above.".replace(",", " "),
+            f"From {few} to {most} set points each takes {slope:.1f} us. Storing D, h and c at every one of\n100 000 "
+            f"takes {every:.1f} s of the time above.",
             "",
             "## Chunks and compression",
             "",

@@ -191,11 +191,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak is counted in other units")
 def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
     """Per set point of a six-joint arm there stay 8 bytes each of
-    - time, q, qd and qdd: 19 numbers, and 18 once more with the set points last;
-    - torque: exact, of two models, of the model once more for its table, their difference, of a kilogram,
-      and up to eight temporary arrays where two torques are compared: 6 numbers each.
-    That is 970 bytes. D, h and h_ijk by effect are 540 numbers, 4 320 bytes, and what each part makes of
-    torque 324 numbers, 2 592 bytes.
+    - time, q, qd and qdd: 19 numbers, as made and in the trajectory, and 12 sines and cosines.
+    That is 400 bytes; blocks and searches take the same of any motion, but for some MB. D, h and h_ijk by
+    effect are 540 numbers, 4 320 bytes, and what each part makes of torque 324 numbers, 2 592 bytes.
     """
     few, many = 10_000, 40_000
     peaks = []

@@ -395,7 +395,7 @@ def _logged(
         unit, why = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
         rows = columns.numbers[:, numbers.index(column)]
-        instants = np.concatenate([rows[chunk] for chunk in blocks(rows)])
+        instants = np.concatenate([rows[chunk].copy() for chunk in blocks(rows)])
         _require_increasing(table, column, instants)
         time = instants * TIME_UNITS[unit]
         gaps = columns.gaps

@@ -62,8 +62,8 @@ _QUICK_CURVES = (ELEMENT, TERM, ENERGY)
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
-# Set points whose decomposition is stored by default, 150 MB for six joints: to evaluate one takes a sixth of
-# the time that it takes to write it.
+# Set points whose decomposition is stored by default, 150 MB for six joints: to evaluate one again takes less
+# time than to write it.
 MOST_STORED = 2**17
 # Arms drawn from the stated uncertainties: probabilities near 95 % are known to within 0.5 %.
 _SAMPLES = 2000
