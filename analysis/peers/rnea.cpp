@@ -1,4 +1,5 @@
-// Pinocchio's rnea as its C++ users call it: an arm put together from numbers, and its torque at many states.
+// Pinocchio as its C++ users call it: an arm put together from numbers; its torque, or D, C and c, at many states.
+#include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody.hpp>
 
@@ -51,4 +52,21 @@ extern "C" void all(
         for (long at = 0; at < count * n; at += n)
             Eigen::Map<Eigen::VectorXd>(tau + at, n) =
                 pin::rnea(arm.model, arm.data, Vector(q + at, n), Vector(qd + at, n), Vector(qdd + at, n));
+}
+
+// Mass matrix (its upper half), Coriolis matrix and gravity loading, one after another for each state.
+extern "C" void elements(void *made, long count, const double *q, const double *qd, double *out)
+{
+    Arm &arm = *static_cast<Arm *>(made);
+    const int n = arm.model.nv;
+    for (long at = 0; at < count * n; at += n) {
+        Eigen::Map<Eigen::MatrixXd>(out, n, n) = pin::crba(arm.model, arm.data, Vector(q + at, n));
+        out += n * n;
+        Eigen::Map<Eigen::MatrixXd>(out, n, n) =
+            pin::computeCoriolisMatrix(arm.model, arm.data, Vector(q + at, n), Vector(qd + at, n));
+        out += n * n;
+        Eigen::Map<Eigen::VectorXd>(out, n) =
+            pin::computeGeneralizedGravity(arm.model, arm.data, Vector(q + at, n));
+        out += n;
+    }
 }

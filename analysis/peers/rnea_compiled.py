@@ -48,6 +48,12 @@ def rnea_library(folder: Path) -> ctypes.CDLL | str:
 
 def compiled_rnea(made: ctypes.CDLL, arm: RobotArm, drives: bool, states: States) -> Way:
     """Call the compiled rnea in a loop of C++."""
+    handle = made_arm(made, arm, drives)
+    return way("rnea C++", lambda *given: made.all(handle, *given), states)
+
+
+def made_arm(made: ctypes.CDLL, arm: RobotArm, drives: bool) -> ctypes.c_void_p:
+    """Put the arm together in C++."""
     model = _model(arm, drives)
     numbers = []
     for joint, placement, body, rotor in zip(
@@ -59,8 +65,7 @@ def compiled_rnea(made: ctypes.CDLL, arm: RobotArm, drives: bool, states: States
     gravity = np.array(arm.gravity)
     made.make.restype = ctypes.c_void_p
     pointers = [ctypes.c_void_p(x.ctypes.data) for x in (gravity, flat)]
-    handle = ctypes.c_void_p(made.make(arm.n_joints, *pointers))
-    return way("rnea C++", lambda *given: made.all(handle, *given), states)
+    return ctypes.c_void_p(made.make(arm.n_joints, *pointers))
 
 
 def rnea_from_python(arm: RobotArm, drives: bool, states: States) -> Way:

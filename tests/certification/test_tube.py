@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.certification import tube as module
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.pool import pool
@@ -61,6 +62,24 @@ def test_states_of_all_motions_between_set_points_are_in_it(case, seed, most):
         between = Between.of(motion, np.zeros((2, motion.n_joints)), slice(interval, interval + 1))
         states = np.einsum("j,jmon->mon", share ** np.arange(6), between.coefficients[0])
         assert holds(tube, time, states, slack)
+
+
+@pytest.mark.parametrize("gaps", [(), (1, 700, 701, 1500)])
+def test_a_motion_in_groups_of_intervals_is_in_it(two_link, gaps, monkeypatch):
+    fine = replace(sine(2001), gaps=gaps)
+    each = gd.Tube.along(two_link, fine, most=60)
+    monkeypatch.setattr(module, "_MOST_APART", 300)
+    grouped = gd.Tube.along(two_link, fine, most=60)
+    assert len(grouped) <= 60
+    assert holds_all(grouped, fine, 1e-12)
+    assert (grouped.coarse, grouped.note) == (each.coarse, each.note)
+    if not gaps:
+        assert is_a_chain(grouped, fine)
+        # Groups of eight intervals of 1 ms are short against boxes of a thirtieth of a second.
+        size = [(tube.upper - tube.lower).prod(axis=(1, 2)).mean() for tube in (grouped, each)]
+        assert size[0] <= 1.5 * size[1]
+    coarse = gd.Trajectory(fine.time * 100.0, fine.q, fine.qd, fine.qdd)
+    assert gd.Tube.along(two_link, coarse).coarse == len(coarse.time) - 1
 
 
 @pytest.mark.parametrize("side", [0, 1])

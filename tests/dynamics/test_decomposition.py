@@ -10,6 +10,7 @@ from hypothesis import given
 
 import gd_analyze as gd
 from gd_analyze.arrays import CHUNK
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.read import shipped_trajectories
@@ -69,6 +70,39 @@ def test_chunks_leave_no_seam(puma, count):
             # so the argument of two correct programs applies; nearly always the bits agree.
             quantity = "inertia" if values.ndim >= 3 and "coriolis" not in name else "torque"
             assert np.abs(values - long[name][k]).max() <= bounds[quantity], name
+
+
+@examples(15)
+@given(arms_with_states(max_joints=4))
+def test_the_written_arithmetic_gives_the_same_numbers(case):
+    arm, states = case
+    every = {"by_link": True, "terms": True, "drives": bool(arm.drives)}
+    told: list[int] = []
+    ran = gd.decompose_states(arm, states, **every, written=True, progress=told.append)
+    bounds = round_off_bounds(arm, *states.arrays)
+    assert sum(told) == states.q[..., 0].size
+    for name, values in gd.decompose_states(arm, states, **every, written=False).items():
+        # Both are correct programs.
+        quantity = "inertia" if values.ndim >= 3 and "coriolis" not in name else "torque"
+        assert ran[name].shape == values.shape
+        assert np.abs(ran[name] - values).max(initial=0.0) <= bounds[quantity], name
+
+
+@pytest.mark.parametrize("count", [CHUNK - 1, 2 * CHUNK + 5])
+def test_written_blocks_leave_no_seam(puma, count):
+    states = random_states(6, count, 12)
+    bound = round_off_bounds(puma, *states.arrays)["torque"]
+    told: list[int] = []
+    ran = gd.decompose_states(puma, states, written=True, progress=told.append)
+    found = gd.decompose_states(puma, states, written=False)
+    assert sum(told) == count
+    for name, values in found.items():
+        # Both are correct programs; torque has the largest bound.
+        assert np.abs(ran[name] - values).max() <= bound, name
+    assert np.abs(torque_of(puma, states) - found["torque"]).max() <= bound
+    lean = gd.decompose_states(puma, states, christoffel=False, shares=False, written=True)
+    assert {*found} - {*lean} == {"christoffel", "centrifugal", "coriolis"}
+    assert all(np.array_equal(lean[name], ran[name]) for name in lean)
 
 
 @examples(15)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 
@@ -16,8 +17,12 @@ from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
 from gd_analyze.report.main_page import render_html
+from gd_analyze.results.run_result import run_headline
+from gd_analyze.studies import long_motion, main_job
+from gd_analyze.studies.long_motion import LongMotion
 
 LONG = MOST_KEPT + CHUNK + 17
+SETTINGS = gd.Settings(level="element", budget="20%")
 
 
 def swinging(n_joints: int, count: int) -> gd.Trajectory:
@@ -34,7 +39,7 @@ def long_swing() -> gd.Trajectory:
 
 @pytest.fixture(scope="module")
 def long_findings(two_link, long_swing):
-    return gd.find(two_link, long_swing, gd.Settings(level="element"))
+    return gd.find(two_link, long_swing, SETTINGS)
 
 
 @pytest.mark.parametrize("options", [{"christoffel": False}, {"by_link": True, "terms": True}])
@@ -73,13 +78,45 @@ def test_any_part_can_be_read_and_nothing_long_is_kept(two_link, long_swing):
 def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     two_link, long_swing, long_findings, monkeypatch
 ):
-    for module in (decomposition, run):
+    for module in (decomposition, main_job, run):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
-    kept = gd.find(two_link, long_swing, gd.Settings(level="element"))
-    assert kept.decomposition.inertia.variable._in_memory
-    assert not long_findings.decomposition.inertia.variable._in_memory
-    for group in ("dominance", "simplified_model", "parts", "trade_off", "beyond"):
-        xr.testing.assert_allclose(long_findings.tables[group], kept.tables[group], rtol=1e-12, atol=1e-12)
+    kept = gd.find(two_link, long_swing, SETTINGS)
+    assert kept.trajectory.n_set_points == LONG
+    assert long_findings.trajectory.n_set_points <= MOST_KEPT
+    assert long_findings.trajectory.n_stated == LONG
+    assert long_findings.trajectory.fingerprint == long_swing.fingerprint
+    assert long_findings.model.operations == kept.model.operations
+    # Sums of as many squares are taken in another order.
+    for group in ("dominance", "parts", "budgets", "by_verdicts"):
+        xr.testing.assert_allclose(long_findings.tables[group], kept.tables[group], rtol=1e-10, atol=1e-10)
+    for name in ("allowed_error", "peak_torque", "largest_error", "rms_error"):
+        ours, theirs = (one.tables["simplified_model"][name] for one in (long_findings, kept))
+        xr.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10)
+    assert run_headline(long_findings) == run_headline(kept)
+
+
+@pytest.mark.parametrize("level", ["element", "term"])
+def test_the_budget_holds_where_the_first_search_did_not_look(two_link, long_swing, level, monkeypatch):
+    """Of two set points and nothing else the first model breaks its budget elsewhere."""
+    searches = []
+    monkeypatch.setattr(long_motion, "_SEARCHED", 2)
+    of = LongMotion.of
+
+    def blind(*given):
+        found = of(*given)
+        peaks = np.abs(gd.decompose(two_link, long_swing).torque.values).argmax(axis=0)
+        return dataclasses.replace(found, searched=np.unique([0, *peaks, LONG - 1]))
+
+    monkeypatch.setattr(LongMotion, "of", blind)
+    stated = LongMotion.stated
+    monkeypatch.setattr(LongMotion, "stated", lambda *given: searches.append(1) or stated(*given))
+    found = gd.find(two_link, long_swing, gd.Settings(level=level, budget="3%", at_set_points=True))
+    assert len(searches) > 2
+    for model in (found.model, found.element_model):
+        torque = model.torque(long_swing.q, long_swing.qd, long_swing.qdd)
+        errors = np.abs(torque - gd.decompose(two_link, long_swing).torque.values).max(axis=0)
+        assert (errors <= model.accuracy.allowed).all()
+        np.testing.assert_allclose(model.accuracy.errors.largest, errors, rtol=1e-10, atol=1e-12)
 
 
 def test_every_extreme_is_drawn(two_link, long_swing):
@@ -97,24 +134,42 @@ def test_every_extreme_is_drawn(two_link, long_swing):
             np.testing.assert_array_equal(inside.max(axis=0), every.max(axis=0))
 
 
-def test_it_comes_back_from_its_file_and_later_damage_is_named(long_findings, tmp_path):
+def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_swing, long_findings, tmp_path):
     path = tmp_path / "analysis.h5"
     gd.save_results(long_findings, path)
     read = gd.load_findings(path)
-    assert not read.decomposition.inertia.variable._in_memory
-    for name in ("inertia", "coriolis_centrifugal", "christoffel"):
-        np.testing.assert_array_equal(read.decomposition[name], long_findings.decomposition[name])
+    every = read.tables["every_set_point"]
+    assert not any(variable._in_memory for variable in every.data_vars.values())
+    kept = gd.decompose(two_link, long_swing, christoffel=False)
+    for name in set(every.data_vars) & set(kept.data_vars):
+        # Blocks begin elsewhere, as above.
+        np.testing.assert_allclose(every[name], kept[name], rtol=0, atol=8e-16 * abs(kept[name]).max())
+    torque = read.model.torque(long_swing.q, long_swing.qd, long_swing.qdd)
+    np.testing.assert_allclose(every.simplified_torque, torque, rtol=1e-13)
+    assert "christoffel" not in every
     assert render_html(read) == render_html(long_findings)
     gd.save_results(read, path)  # over the file that is being read
     read = gd.load_findings(path)
-    assert read.decomposition.inertia.shape[0] == LONG
-    values = long_findings.decomposition.inertia.isel(time=slice(0, 2)).values.tobytes()
+    every = read.tables["every_set_point"]
+    assert every.inertia.shape[0] == LONG
+    # What was read once would be taken from HDF5's cache.
+    written = long_findings.tables["every_set_point"].inertia
+    values = written.isel(time=slice(LONG - 9, LONG - 7)).values.tobytes()
     raw = bytearray(path.read_bytes())
-    raw[raw.index(values)] ^= 1
+    raw[raw.rindex(values)] ^= 1
     path.write_bytes(raw)
     with pytest.raises(gd.GdAnalyzeError, match="the results file is damaged") as caught:
-        read.decomposition.inertia.load()
+        every.inertia.load()
     assert str(path) in caught.value.details["where"]
+
+
+def test_what_is_stored_of_a_long_motion_can_be_chosen(two_link, long_swing, monkeypatch):
+    every = gd.find(two_link, long_swing, gd.Settings(level="element", christoffel=True))
+    assert {"christoffel", "inertia"} <= {*every.tables["every_set_point"]}
+    some = gd.find(two_link, long_swing, gd.Settings(level="element", every_set_point=False))
+    assert "every_set_point" not in some.tables
+    monkeypatch.setattr(main_job, "MOST_STORED", LONG - 1)
+    assert "every_set_point" not in gd.find(two_link, long_swing, gd.Settings(level="element")).tables
 
 
 PEAK = """
@@ -136,11 +191,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak is counted in other units")
 def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
     """Per set point of a six-joint arm there stay 8 bytes each of
-    - time, q, qd and qdd: 19 numbers, and 18 once more with the set points last;
-    - torque: exact, of two models, of the model once more for its table, their difference, of a kilogram,
-      and up to eight temporary arrays where two torques are compared: 6 numbers each.
-    That is 970 bytes. D, h and h_ijk by effect are 540 numbers, 4 320 bytes, and what each part makes of
-    torque 324 numbers, 2 592 bytes.
+    - time, q, qd and qdd: 19 numbers, as made and in the trajectory, and 12 sines and cosines.
+    That is 400 bytes; blocks and searches take the same of any motion, but for some MB. D, h and h_ijk by
+    effect are 540 numbers, 4 320 bytes, and what each part makes of torque 324 numbers, 2 592 bytes.
     """
     few, many = 10_000, 40_000
     peaks = []

@@ -50,6 +50,30 @@ def test_motions_through_all_numbers_lie_in_the_range(seed, begin, width):
             np.testing.assert_allclose(between.differences[interval, :, joint], apart, atol=1e-9)
 
 
+@examples(40)
+@given(st.integers(0, 2**32 - 1))
+def test_limits_along_lines_hold_all_motions(seed):
+    motion, s = drawn(seed), np.linspace(0.0, 1.0, 30)
+    low, high, differences = Between.along_lines(motion, EXACTLY, slice(0, 3))
+    # Some tens of roundings of accelerations over a width of 0.05 s.
+    slack = 1e-12 * float(np.abs(high).max())
+    for interval, joint in np.ndindex(3, 3):
+        taken = motions(motion, interval, joint, s)
+        assert (taken.min(axis=(0, 2)) >= low[interval, :, joint] - slack).all()
+        assert (taken.max(axis=(0, 2)) <= high[interval, :, joint] + slack).all()
+    assert (differences >= Between.of(motion, EXACTLY, slice(0, 3)).differences - slack).all()
+
+
+def test_limits_along_lines_are_close_where_set_points_are_near():
+    time = np.arange(200) * 1e-3
+    motion = Trajectory(time, *(np.sin(2.0 * time + k * np.pi / 2)[:, None] * 2.0**k for k in range(3)))
+    lower, upper = Between.of(motion, np.zeros((2, 1)), slice(0, 199)).ranges(np.zeros(199), np.ones(199))
+    low, high, _ = Between.along_lines(motion, np.zeros((2, 1)), slice(0, 199))
+    # A thousandth of an interval of 1 ms is of the order of its time.
+    assert np.abs(low - lower).max() <= 1e-3 * np.ptp(upper)
+    assert np.abs(high - upper).max() <= 1e-3 * np.ptp(upper)
+
+
 def test_a_range_is_close_to_what_the_motions_take():
     """In a tenth of an interval Bernstein coefficients leave hardly anything free."""
     motion = drawn(3, 2)

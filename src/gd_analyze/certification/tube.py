@@ -7,15 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray, chunks
+from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.between import Between
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import taken_apart
+from gd_analyze.motions.spool import release
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, named_joints
+
+Indices = NDArray[np.intp]
 
 # Most boxes, a second's work: intervals of a long recording share boxes.
 MOST_PIECES = 2048
@@ -25,6 +28,8 @@ _MOST_OF_ONE = 32
 _ROUNDING = 1e-3
 # Share of a joint's largest value that replaces a margin of zero where sizes are compared with margins.
 _LEAST_SHARE = 0.02
+# Intervals and groups of them that are kept apart: several times the boxes there may be.
+_MOST_APART = 8 * MOST_PIECES
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +149,7 @@ class Tube:
             end[order],
             margins,
             f"{margin.in_words(arm)} of {motion.name}",
-            int(path.unsure.any(axis=(1, 2)).sum()),
+            int(path.coarse.sum()),
             path.note(),
             str(margin),
             motion.fingerprint,
@@ -173,29 +178,47 @@ class Tube:
 
 
 class _Path:
-    """The motion between set points, interval by interval; an interval across a gap has nan for limits."""
+    """The motion between set points, interval by interval; an interval across a gap has nan for limits.
+
+    Of a long motion, groups of consecutive intervals stand in place of intervals.
+    """
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
         self.motion, self.margins = motion, margins
-        count = motion.n_set_points - 1
-        self.known = np.ones(count, dtype=bool)
-        self.known[np.array(motion.gaps, dtype=int) - 1] = False
-        # Limits, and largest differences of the possible motions, shape (intervals, 3, n).
+        length = 1
+        while (motion.n_set_points - 1) / length > _MOST_APART:
+            length *= 2
+        # First intervals of the groups; place of each in its stretch; whether it is none across a gap.
+        firsts, places, are_known = list[Indices](), list[Indices](), list[NDArray[np.bool_]]()
+        for part in motion.stretches:
+            inside = np.arange(part.start, part.stop - 1, length)
+            gap = [part.stop - 1] if part.stop < motion.n_set_points else []
+            firsts += [inside, np.array(gap, dtype=np.intp)]
+            places += [np.arange(len(inside) + len(gap))]
+            are_known += [np.ones(len(inside), dtype=bool), np.zeros(len(gap), dtype=bool)]
+        self.edges = np.append(np.concatenate(firsts), motion.n_set_points - 1)
+        self.place, self.apart = np.concatenate(places), length == 1
+        self.known = np.concatenate(are_known)
+        count = len(self.edges) - 1
+        # Limits, largest differences of the possible motions, shape (groups, 3, n), and in how many intervals
+        # these are more than the margins.
         self.lower, self.upper, self.differences = (np.empty((count, *margins.shape)) for _ in range(3))
+        self.coarse = np.zeros(count, dtype=np.intp)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             # There is no memory for all coefficients of a long recording at once.
-            for part in chunks(count):
-                between = self._between(part)
-                begin = np.zeros(len(between.coefficients))
-                self.lower[part], self.upper[part] = between.ranges(begin, begin + 1.0)
-                self.differences[part] = between.differences
+            step = max(1, CHUNK // length)
+            for k, first in enumerate(range(0, count, step)):
+                self._reduce(first, min(first + step, count))
+                if k % 8 == 7:
+                    release(motion.q, motion.qd, motion.qdd)
         across = ~self.known
         self.lower[across] = self.upper[across] = np.nan
-        self.differences[across] = 0.0
+        self.differences[across], self.coarse[across] = 0.0, 0
         largest = np.maximum(np.abs(self.lower), np.abs(self.upper))
         wrong = np.flatnonzero(~(largest <= LARGEST).all(axis=(1, 2)) & self.known)
         if wrong.size:
-            at, time = wrong[0], motion.time
+            at, time = int(self.edges[wrong[0]]), motion.time
+            at += int(np.diff(time[at : self.edges[wrong[0] + 1] + 1]).argmin())
             raise TrajectoryError(
                 "no possible motion leads from one set point to the next",
                 where=f"set points {at + 1} and {at + 2} of trajectory {motion.name}",
@@ -203,11 +226,33 @@ class _Path:
                 found=f"{time[at + 1] - time[at]:.3g} s between them",
                 next_step="check that no two set points share almost the same instant",
             )
-        noise = 64 * np.finfo(float).eps * np.nan_to_num(largest)
-        self.unsure = self.differences > np.maximum(margins, noise)
+        self.unsure = self.differences > self._sure(np.nan_to_num(largest))
 
-    def _between(self, chosen: slice | NDArray[np.intp]) -> Between:
-        return Between.of(self.motion, _ROUNDING * self.margins[:2], chosen)
+    def _sure(self, largest: FloatArray) -> FloatArray:
+        """Difference that counts as none."""
+        return np.maximum(self.margins, 64 * np.finfo(float).eps * largest)
+
+    def _reduce(self, first: int, last: int) -> None:
+        """Enclose the motion in some groups."""
+        edges = self.edges[first : last + 1]
+        part = slice(int(edges[0]), int(edges[-1]))
+        groups, rounding = slice(first, last), _ROUNDING * self.margins[:2]
+        exact = self.apart
+        if not exact:
+            lower, upper, differences = Between.along_lines(self.motion, rounding, part)
+            exact = not (differences <= self.margins).all()
+        if exact:
+            between = Between.of(self.motion, rounding, part)
+            begin = np.zeros(len(between.coefficients))
+            lower, upper = between.ranges(begin, begin + 1.0)
+            differences = between.differences
+        starts = edges[:-1] - edges[0]
+        largest = np.nan_to_num(np.maximum(np.abs(lower), np.abs(upper)))
+        coarse = (differences > self._sure(largest)).any(axis=(1, 2))
+        self.lower[groups] = np.minimum.reduceat(lower, starts)
+        self.upper[groups] = np.maximum.reduceat(upper, starts)
+        self.differences[groups] = np.maximum.reduceat(differences, starts)
+        self.coarse[groups] = np.add.reduceat(coarse.astype(np.intp), starts)
 
     def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Limits and times of at most `most` boxes, as small as the margins if possible."""
@@ -227,7 +272,7 @@ class _Path:
             kept = self.known[first]
             first, count = first[kept], count[kept]
             pieces = np.clip(np.ceil(shares[first] / size), 1, _MOST_OF_ONE)
-            parts = np.where(count == 1, pieces, 1).astype(int)
+            parts = np.where((count == 1) & self.apart, pieces, 1).astype(int)
             # Every stretch takes one box at least.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
@@ -238,7 +283,7 @@ class _Path:
 
         Neighbours of one stretch are joined in pairs, the pairs in pairs, and so on.
         """
-        place = np.concatenate([np.arange(part.stop - part.start) for part in self.motion.stretches])
+        place = self.place
         first, count = np.arange(len(self.lower)), np.ones(len(self.lower), dtype=np.intp)
         lower, upper = self.lower.copy(), self.upper.copy()
         span = 1
@@ -268,13 +313,14 @@ class _Path:
         edges = edges[edges < len(self.lower)]
         lower = np.minimum.reduceat(self.lower, edges)[::2][groups]
         upper = np.maximum.reduceat(self.upper, edges)[::2][groups]
-        starts, ends = self.motion.time[first], self.motion.time[first + count]
+        starts, ends = self.motion.time[self.edges[first]], self.motion.time[self.edges[first + count]]
         begin = starts[groups] + place * ((ends - starts) / parts)[groups]
         end = np.where(place + 1 < parts[groups], np.append(begin[1:], 0.0), ends[groups])
         cut = np.flatnonzero(parts[groups] > 1)
         if cut.size:
             among, each, intervals = place[cut], parts[groups[cut]], first[groups[cut]]
-            low, high = self._between(intervals).ranges(among / each, (among + 1) / each)
+            between = Between.of(self.motion, _ROUNDING * self.margins[:2], intervals)
+            low, high = between.ranges(among / each, (among + 1) / each)
             lower[cut] = np.where(self.unsure[intervals], lower[cut], low)
             upper[cut] = np.where(self.unsure[intervals], upper[cut], high)
         return lower, upper, begin, end
@@ -292,10 +338,11 @@ class _Path:
             quantity = ("position", "velocity", "acceleration")[kinds[most]]
             by = f"{float(f'{times[most]:.2g}'):g} times its margin"
             by = by if np.isfinite(times[most]) else "its margin being zero"
-            begin, end = self.motion.time[intervals[most] : intervals[most] + 2]
+            begin, end = self.motion.time[self.edges[intervals[most] : intervals[most] + 2]]
             numbers = [int(joint) + 1 for joint in np.unique(joints)]
+            known = int(np.diff(self.edges)[self.known].sum())
             notes.append(
-                f"Set points too far apart in {len(np.unique(intervals))} of {self.known.sum()} intervals "
+                f"Set points too far apart in {self.coarse.sum()} of {known} intervals "
                 f"({named_joints(numbers, self.motion.n_joints)}): the tube is wider there. "
                 f"Largest ambiguity: {quantity} of joint {joints[most] + 1}, {by}, "
                 f"from {begin:.4g} to {end:.4g} s."

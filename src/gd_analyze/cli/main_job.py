@@ -47,7 +47,16 @@ class MainJobContext(click.Context):
 @options.dominance
 @click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(
-    "--no-christoffel", is_flag=True, help="Leave h_ijk out of analysis.h5: 2 n^3 numbers per set point."
+    "--christoffel/--no-christoffel",
+    default=None,
+    help="Store h_ijk, 2 n^3 numbers per set point, or leave them out.  [default: stored of up to 8192 set "
+    "points]",
+)
+@click.option(
+    "--every-set-point/--no-every-set-point",
+    default=None,
+    help="Of more than 8192 set points, of which some stand for all in tables and figures: store D, h, c and "
+    "torques at every one besides, or do not.  [default: of up to 131072]",
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")
@@ -60,7 +69,6 @@ def analyze(
     overwrite: bool,
     formats: tuple[str, ...],
     payload: str | None,
-    no_christoffel: bool,
     top: int,
     output: Output,
     **settings: Any,
@@ -70,7 +78,7 @@ def analyze(
         from gd_analyze.studies.main_job import default_folder, source_of
         from gd_analyze.studies.study_files import write_findings
 
-        how = gd.Settings(christoffel=not no_christoffel, **settings)
+        how = gd.Settings(**settings)
         arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, how) if out is None else out

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from pathlib import Path
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import Array, FloatArray, chunks, round_off_of
+from gd_analyze.arrays import CHUNK, Array, FloatArray, chunks, round_off_of
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.spool import release
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import Batch, Program
+from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
@@ -28,8 +32,12 @@ from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 if TYPE_CHECKING:
     import xarray as xr
 
-# Set points whose decomposition is kept: some 40 MB for six joints, and no fewer than a search looks at.
+# Set points whose decomposition is kept: some 40 MB for six joints, and no fewer than a search looks at. For
+# more of them it is worth writing the arithmetic as a program, which takes some hundredths of a second.
 MOST_KEPT = 8192
+
+# What there is of every arm and motion.
+_LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 # Takes the numbers of some rows, increasing, and gives these rows, shape (rows, ...).
 Read = Callable[[NDArray[np.intp]], Array]
@@ -92,8 +100,10 @@ def decompose(
     return labelled(arm, trajectory, arrays)
 
 
-def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
-    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+def decomposition_coordinates(
+    arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Coordinates of a table of these arrays."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(dalembert.EFFECTS),
@@ -105,6 +115,12 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     if "coriolis_centrifugal_terms" in arrays:
         coords["term"] = [term.name for term in dalembert.terms_of(arm)]
         coords["term_effect"] = ("term", [term.effect for term in dalembert.terms_of(arm)])
+    return coords
+
+
+def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
+    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+    coords = decomposition_coordinates(arm, trajectory, arrays)
     explained = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"]
     attrs = {
         "schema": SCHEMA_VERSION,
@@ -118,6 +134,8 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "drives": int("drive_torque" in arrays),
         "torque_round_off": round_off_of(np.asarray(arrays["torque"]), explained),
     }
+    if trajectory.whole is not None:
+        attrs["set_points"] = trajectory.n_stated
     if motions := trajectory.motions:
         attrs["motions"] = [motion.name for motion in motions]
         attrs["motion_ends"] = [motion.end for motion in motions]
@@ -130,10 +148,12 @@ def decompose_states(
     states: States,
     *,
     christoffel: bool = True,
+    shares: bool = True,
     by_link: bool = False,
     terms: bool = False,
     drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
+    written: bool | None = None,
 ) -> dict[str, FloatArray]:
     """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
 
@@ -145,6 +165,11 @@ def decompose_states(
         Joint variables, velocities and accelerations, shape (..., n).
     christoffel, by_link, terms, drives, progress
         As for `decompose`.
+    shares
+        Give centrifugal and Coriolis shares of h.
+    written
+        Write the arithmetic as a program without what is zero or there twice, and run that; by default of
+        more than `MOST_KEPT` states. Numbers are the same but for round-off.
 
     Returns
     -------
@@ -162,29 +187,74 @@ def decompose_states(
     require_states_fit(arm, states)
     leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
     q, qd, qdd = states.last
-    n, count = q.shape
-    names = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading", "torque"]
+    count = q.shape[1]
+    names = [*_LEAN, *["centrifugal", "coriolis"] * shares]
     names += ["christoffel"] * christoffel + ["drive_torque"] * drives
     names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
     names += ["coriolis_centrifugal_terms"] * terms
-    sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
-    out = {
-        name: np.empty((*(sizes.get(dim, n) for dim in GROUPS["decomposition"][name].dims[1:]), count))
-        for name in names
-    }
+    out = _empty(arm, names, count)
     # glibc hands freed memory back to the system beyond a threshold, and every page that is taken again costs
     # a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises that
     # threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
     np.empty(2**25 - 2**16, dtype=np.uint8)
-    for chunk in chunks(count):
-        views = {name: array[..., chunk] for name, array in out.items()}
-        _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
-        if progress is not None:
-            progress(chunk.stop - chunk.start)
+    if count > MOST_KEPT if written is None else written:
+        _run(arm, names, (q, qd, qdd), out, progress)
+    else:
+        for chunk in chunks(count):
+            views = {name: array[..., chunk] for name, array in out.items()}
+            _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
+            if progress is not None:
+                progress(chunk.stop - chunk.start)
     out = {"q": q, "qd": qd, "qdd": qdd} | out
     # Set points first, without copying: the memory keeps them last.
     firsts = {name: np.moveaxis(array, -1, 0) for name, array in out.items()}
     return {name: array.reshape(*leading, *array.shape[1:]) for name, array in firsts.items()}
+
+
+def _empty(arm: RobotArm, names: Sequence[str], count: int, dtype: type = float) -> dict[str, Array]:
+    """Make arrays for what a decomposition consists of, the set points last."""
+    n = arm.n_joints
+    sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
+    dims = {name: GROUPS["decomposition"][name].dims[1:] for name in names}
+    return {name: np.empty((*(sizes.get(dim, n) for dim in dims[name]), count), dtype) for name in names}
+
+
+@lru_cache(maxsize=8)
+def _program(arm: RobotArm, names: tuple[str, ...], wanted: tuple[str, ...]) -> Program:
+    """The arithmetic of `_fill` of what is named, with what is wanted of its results one after another."""
+    trace, out = Trace(), _empty(arm, names, 1, object)
+    q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
+    _fill(arm, q, qd, qdd, out)
+    return Program.of(trace, [x for name in wanted for x in out[name].ravel().tolist()])
+
+
+@lru_cache(maxsize=4)
+def _batch(program: Program, count: int, thread: int) -> Batch:
+    """Memory for a program, of which every thread needs its own."""
+    return Batch(program, count)
+
+
+def _run(
+    arm: RobotArm,
+    names: Sequence[str],
+    states: Sequence[Array],
+    out: Mapping[str, Array],
+    progress: Callable[[int], None] | None,
+) -> None:
+    """Evaluate many states (n, N) by a program, block by block, into those arrays that are wanted."""
+    count, kinds = states[0].shape[-1], ("q", "qd", "qdd")
+    rows = [row for array in out.values() for row in array.reshape(-1, count)]
+    inputs = {f"{kind}{i + 1}": row for kind, x in zip(kinds, states, strict=True) for i, row in enumerate(x)}
+    batch = _batch(_program(arm, tuple(names), tuple(out)), min(count, CHUNK), get_ident())
+    for done, chunk in zip(range(0, count, CHUNK), batch.blocks(count), strict=True):
+        batch.at({name: row[chunk] for name, row in inputs.items()}, [row[chunk] for row in rows])
+        if progress is not None:
+            progress(chunk.stop - done)
+
+
+def torque_program(arm: RobotArm, drives: bool) -> Program:
+    """The torque as the sum of what it consists of, written as a program."""
+    return _program(arm, (*_LEAN, *["drive_torque"] * drives), ("torque",))
 
 
 def torque_of(
@@ -197,6 +267,11 @@ def torque_of(
     """Torque at states (..., n), N m, of their shape, without keeping what it consists of."""
     require_states_fit(arm, states)
     flat = states.in_a_row
+    if len(flat) > MOST_KEPT:
+        names = [*_LEAN, *["drive_torque"] * arm.counts_drives(drives)]
+        rows = _empty(arm, ["torque"], len(flat))
+        _run(arm, names, flat.last, rows, progress)
+        return np.ascontiguousarray(rows["torque"].T).reshape(states.q.shape)
     out = np.empty((len(flat), arm.n_joints))
     evaluate = partial(decompose_states, arm, christoffel=False, drives=drives, progress=progress)
     for chunk in chunks(len(flat)):
@@ -213,8 +288,10 @@ def _fill(arm: RobotArm, q: Array, qd: Array, qdd: Array, out: dict[str, Array])
     if "christoffel" in out:
         composite.christoffel(moments, pairs, out["christoffel"])
     h, centrifugal = composite.coriolis_centrifugal(moments, pairs, qd)
-    out["coriolis_centrifugal"][:], out["centrifugal"][:] = h, centrifugal
-    np.subtract(h, centrifugal, out=out["coriolis"])
+    out["coriolis_centrifugal"][:] = h
+    if "coriolis" in out:
+        out["centrifugal"][:] = centrifugal
+        np.subtract(h, centrifugal, out=out["coriolis"])
     out["gravity_loading"][:] = composite.gravity_loading(arm, moments)
     torque = out["torque"]
     np.einsum("eijn,jn->in", inertia, qdd, out=torque)
@@ -247,32 +324,41 @@ def decompose_on_demand(
     if trajectory.n_set_points <= MOST_KEPT:
         return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
     require_joints(trajectory, arm)
-    states = states_of(trajectory)
-    kept = dict(zip(("q", "qd", "qdd"), states.arrays, strict=True))
-    kept["torque"] = torque_of(arm, states, drives=drives, progress=progress)
-    # What takes long or is large is evaluated only where it is read.
-    lean = _Rows(states, partial(decompose_states, arm, christoffel=False, drives=drives))
-    full = _Rows(states, partial(decompose_states, arm, drives=drives, **parts))
+    kept = {kind: getattr(trajectory, kind) for kind in ("q", "qd", "qdd")}
+    kept["torque"] = torque_of(arm, states_of(trajectory), drives=drives, progress=progress)
+    return labelled(arm, trajectory, arrays_on_demand(arm, trajectory, drives, **parts) | kept)
+
+
+def arrays_on_demand(
+    arm: RobotArm, trajectory: Trajectory, drives: bool | None, **parts: Any
+) -> dict[str, Any]:
+    """What `decompose` gives, evaluated where it is read."""
+    # What takes long or is large is evaluated only where it is read itself.
+    lean = _Rows(trajectory, partial(decompose_states, arm, christoffel=False, drives=drives, written=True))
+    full = _Rows(trajectory, partial(decompose_states, arm, drives=drives, written=True, **parts))
     first = np.arange(1)
     in_lean = set(lean.at(first))
     arrays: dict[str, Any] = {}
     for name, row in full.at(first).items():
         shape = (trajectory.n_set_points, *row.shape[1:])
         read = partial((lean if name in in_lean else full).variable, name)
-        arrays[name] = kept[name] if name in kept else on_demand(shape, read)
-    return labelled(arm, trajectory, arrays)
+        arrays[name] = on_demand(shape, read)
+    return arrays
 
 
 class _Rows:
-    """Decompositions of some states, the last of them kept: variables of a table are read one by one."""
+    """Decompositions of some set points, the last kept: variables of a table are read one by one."""
 
-    def __init__(self, states: States, evaluate: Callable[[States], dict[str, FloatArray]]) -> None:
-        self._states, self._evaluate = states, evaluate
+    def __init__(self, motion: Trajectory, evaluate: Callable[[States], dict[str, FloatArray]]) -> None:
+        self._motion, self._evaluate = motion, evaluate
         self._rows, self._last = np.empty(0, dtype=np.intp), dict[str, FloatArray]()
 
     def at(self, rows: NDArray[np.intp]) -> dict[str, FloatArray]:
         if not np.array_equal(rows, self._rows):
-            self._last, self._rows = self._evaluate(self._states.at(rows)), rows
+            arrays = [getattr(self._motion, kind) for kind in ("q", "qd", "qdd")]
+            states = States(*(array[rows] for array in arrays))
+            release(*arrays)
+            self._last, self._rows = self._evaluate(states), rows
         return self._last
 
     def variable(self, name: str, rows: NDArray[np.intp]) -> FloatArray:
@@ -296,7 +382,9 @@ def on_demand(shape: tuple[int, ...], read: Read) -> Any:
 
 
 def _chosen(shape: tuple[int, ...], read: Read, key: tuple[Any, ...]) -> Array:
-    rows, rest = np.arange(shape[0])[key[0]], key[1:]
+    chosen, rest = key[0], key[1:]
+    rows = np.arange(*chosen.indices(shape[0])) if isinstance(chosen, slice) else np.asarray(chosen)
+    rows = np.where(rows < 0, rows + shape[0], rows)
     every = np.atleast_1d(rows)
     of_a_row = _at(np.empty((1, *shape[1:])), rest).shape[1:]
     out = np.moveaxis(np.empty((*of_a_row, len(every))), -1, 0)  # as formulations lay out what they give

@@ -90,6 +90,7 @@ def rank(
     threshold: float = DOMINANCE_THRESHOLD,
     budget: float | FloatArray = DEFAULT_BUDGET,
     christoffel: bool = False,
+    extremes: Extremes | None = None,
 ) -> xr.Dataset:
     """Rank the elements of D, h and c by the torque they move.
 
@@ -109,6 +110,9 @@ def rank(
         makes stays below budget / (n + 2), so that all negligible elements may go at once.
     christoffel
         Also rank every h_ijk of the dataset; they are what h consists of.
+    extremes
+        What the elements come to along a longer motion of which the dataset has some set points, those of the
+        peak torques among them.
 
     Returns
     -------
@@ -144,12 +148,16 @@ def rank(
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
     every = elements(n, christoffel=christoffel)
-    peaks, squares, torque_peaks, largest = _extremes(dataset, every)
+    if extremes is None:
+        extremes = Extremes(n, every)
+        for chunk in chunks(dataset.sizes["time"]):
+            extremes.add({name: x.values for name, x in dataset[extremes.read].isel(time=chunk).items()})
+    peaks, torque_peaks = extremes.peaks, extremes.torques
     # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
     # some tens of terms as large as the quantity's largest element.
-    noise = 64 * np.finfo(float).eps * np.array([largest[element.quantity] for element in every])
+    noise = 64 * np.finfo(float).eps * np.array([extremes.largest[element.quantity] for element in every])
     is_there: Array = peaks[:, :2] > noise[:, None]
-    rms = np.sqrt(squares / dataset.sizes["time"])
+    rms = np.sqrt(extremes.squares / extremes.count)
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
     # The whole is the sum where both parts are there, else the one that is.
     whole = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
@@ -208,30 +216,44 @@ def rank(
     )
 
 
-def _extremes(
-    dataset: xr.Dataset, every: Sequence[Element]
-) -> tuple[FloatArray, FloatArray, FloatArray, dict[str, float]]:
-    """Read block by block what elements come to: translation, rotation and their sum along the last axis.
+class Extremes:
+    """What elements come to along a motion, given block by block: translation, rotation and their sum.
 
-    Peaks and sums of squares, (elements, 3), peaks of torque, (elements, n, 3), -1 at joints that an element
-    does not act on, and the largest magnitude of each quantity.
+    Parameters
+    ----------
+    n_joints, every
+        Number of joints, and the elements, E in number.
     """
-    peaks, squares = np.zeros((2, len(every), 3))
-    torques = np.full((len(every), dataset.sizes["joint"], 3), -1.0)
-    largest = dict.fromkeys((element.quantity for element in every), 0.0)
-    read = [*largest, "qdd", *(["qd"] if "christoffel" in largest else [])]
-    for chunk in chunks(dataset.sizes["time"]):
-        block = {name: values.values for name, values in dataset[read].isel(time=chunk).items()}
-        for name in largest:
-            largest[name] = max(largest[name], float(np.abs(block[name]).max()))
-        for k, element in enumerate(every):
+
+    def __init__(self, n_joints: int, every: Sequence[Element]) -> None:
+        self.every, self.count = every, 0
+        # Largest magnitudes and sums of squares; largest torques, -1 at joints that an element does not act
+        # on; and at which set point these are reached, from 0.
+        self.peaks, self.squares = np.zeros((2, len(every), 3))
+        self.torques = np.full((len(every), n_joints, 3), -1.0)
+        self.reached = np.zeros((len(every), n_joints + 1, 3), dtype=np.intp)
+        self.largest = dict.fromkeys((element.quantity for element in every), 0.0)  # of a whole quantity
+        self.read = [*self.largest, "qdd", *(["qd"] if "christoffel" in self.largest else [])]
+
+    def add(self, block: Mapping[Any, Any]) -> None:
+        """Take the next set points, as `decompose` gives them."""
+        for name in self.largest:
+            self.largest[name] = max(self.largest[name], float(np.abs(block[name]).max()))
+        for k, element in enumerate(self.every):
             parts = element.parts(block)
             curves = np.vstack([parts, parts.sum(axis=0)])
-            peaks[k] = np.maximum(peaks[k], np.abs(curves).max(axis=1))
-            squares[k] += (curves**2).sum(axis=1)
+            self._reach(self.peaks[k], self.reached[k, -1], curves)
+            self.squares[k] += np.einsum("cn,cn->c", curves, curves)
             for joint, factor in element.torque_factors(block).items():
-                torques[k, joint] = np.maximum(torques[k, joint], np.abs(curves * factor).max(axis=1))
-    return peaks, squares, torques, largest
+                self._reach(self.torques[k, joint], self.reached[k, joint], curves * factor)
+        self.count += len(block["qdd"])
+
+    def _reach(self, peaks: FloatArray, reached: Array, curves: FloatArray) -> None:
+        size = np.abs(curves)
+        at = size.argmax(axis=1)
+        top = size[np.arange(len(at)), at]
+        beyond = top > peaks
+        peaks[beyond], reached[beyond] = top[beyond], self.count + at[beyond]
 
 
 def _ratio(values: FloatArray, whole: FloatArray) -> FloatArray:

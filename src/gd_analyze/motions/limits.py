@@ -125,7 +125,8 @@ def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[
     found = []
     for order in range(3):
         if isinstance(motion, Trajectory):
-            instants, values = motion.time, (motion.q, motion.qd, motion.qdd)[order][:, joint]
+            instants = motion.time[motion.extreme_at[order, :, joint]]
+            values = motion.extremes[order, :, joint]
         else:
             instants, values = _candidates(motion.derivative(order) if order else motion, joint)
         values = np.abs(values) if order else values
@@ -163,11 +164,12 @@ def angle(value: float, unit: str) -> str:
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory of another number of joints; warn of limits exceeded and of what looks wrong."""
     require_joints(trajectory, arm)
-    suspects = _degree_suspects(arm, trajectory.q)
+    low, high = trajectory.extremes[0]
+    suspects = _degree_suspects(arm, low, high)
     found = []
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
-        largest = float(np.abs(trajectory.q[:, suspects]).max())
+        largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
         step = f"name the columns q{suspects[0] + 1}_deg and so on, or say --degrees"
         found.append(f"{reached}, which looks like degrees; if they are, {step}")
@@ -183,11 +185,11 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         if violation.joint - 1 not in suspects:
             found.append(message)
     # Velocities that come of positions and instants alone, and would be usual in another unit of time.
-    span = np.ptp(trajectory.q, axis=0)
+    span = high - low
     moving = span > _MOVES
     limits = arm.limits("velocity_limit")[moving]
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
-        share = float((np.abs(trajectory.qd[:, moving]).max(axis=0) / limits).max())
+        share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
         period = float(np.median(np.diff(trajectory.time)))
         usual = [unit for unit, of in _UNITS.items() if 0.0 < of * share <= _USUAL]
         # A controller's rate tells more than how fast it may move the arm.
@@ -227,9 +229,8 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
-def _degree_suspects(arm: RobotArm, q: FloatArray) -> list[int]:
+def _degree_suspects(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
     """Joints (from 0) that turn beyond their limits, within in degrees; without limits, beyond two turns."""
-    low, high = q.min(axis=0), q.max(axis=0)
     lower, upper = arm.limits("lower"), arm.limits("upper")
     reach = np.maximum(np.abs(low), np.abs(high))
     outside = (reach > 2 * math.pi) & ((low < lower) | (high > upper))

@@ -118,5 +118,5 @@ class Margin:
     def along(self, arm: RobotArm, motion: Trajectory) -> FloatArray:
         """Margins of q, qd and qdd of every joint along a motion, SI, shape (3, n)."""
         position = np.where(np.array(arm.is_revolute), self.revolute, self.prismatic)
-        velocity, acceleration = (np.abs(values).max(axis=0) for values in (motion.qd, motion.qdd))
+        velocity, acceleration = np.abs(motion.extremes[1:]).max(axis=1)
         return np.stack([position, self.velocity * velocity, self.acceleration * acceleration])

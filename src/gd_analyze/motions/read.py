@@ -26,6 +26,7 @@ from gd_analyze.motions.mapping_file import choice_by, read_mapping, write_mappi
 from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, Treatment, refusal
 from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
+from gd_analyze.motions.spool import Spool, blocks, is_mapped
 from gd_analyze.motions.table import Columns, LogTable, ParquetTable, Progress, in_seconds, no_progress
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
@@ -114,7 +115,8 @@ def motion_of(
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
     if degrees:
-        warn_if_radians(trajectory.name, np.degrees(logged.q[:, degrees]))
+        ends = trajectory.extremes[0][:, degrees] if trajectory.recording is None else logged.q[:, degrees]
+        warn_if_radians(trajectory.name, np.degrees(ends))
     check_against_arm(trajectory, arm)
     return trajectory
 
@@ -349,8 +351,10 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
             families, times = found.families, ()
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
-        moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
-        dead = {family.key for family in families if not moving & set(family.all_columns)}
+        dead: set[object] = set()
+        if families:
+            moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+            dead = {family.key for family in families if not moving & set(family.all_columns)}
         if dead <= zero:
             if isinstance(found, Choice):
                 return found, columns
@@ -366,12 +370,11 @@ def _logged(
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
         uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
-        found = [
-            held[column] * units_of(role, joint.kind == "revolute")[of]
-            for (column, of), joint in zip(uses, arm.joints, strict=False)
-        ]
-        if found and (role == "q" or np.isfinite(found).any()):
-            arrays[role] = np.column_stack(found)
+        paired = [*zip(uses, arm.joints, strict=False)]
+        factors = np.array([units_of(role, joint.kind == "revolute")[of] for (_, of), joint in paired])
+        found = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
+        if paired and (role == "q" or any(np.isfinite(found[chunk]).any() for chunk in blocks(found))):
+            arrays[role] = found
     if reading.torque_constant is not None:
         constants = len(reading.torque_constant) * ("torque" in arrays)
         if constants != arm.n_joints:
@@ -384,12 +387,17 @@ def _logged(
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
     gaps = None
-    if not choice.measured:
+    if not choice.measured and any(
+        np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
+    ):
         _require_numbers(table, held, choice.set_points)
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
-        time = held[choice.time.columns[0]] * TIME_UNITS[unit]
-        _require_increasing(table, choice.time.columns[0], held[choice.time.columns[0]])
+        column = choice.time.columns[0]
+        rows = columns.numbers[:, numbers.index(column)]
+        instants = np.concatenate([rows[chunk].copy() for chunk in blocks(rows)])
+        _require_increasing(table, column, instants)
+        time = instants * TIME_UNITS[unit]
         gaps = columns.gaps
     elif choice.time is None:
         time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
@@ -399,7 +407,9 @@ def _logged(
         place = (table.label(column), table.where(None, column))
         time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
     # Rows of other topics, and those without an instant, say nothing of the motion.
-    known = np.isfinite(time) & np.isfinite(q).any(axis=1)
+    known = np.isfinite(time)
+    for chunk in blocks(q):
+        known[chunk] &= np.isfinite(q[chunk]).any(axis=1)
     if not known.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
@@ -421,6 +431,16 @@ def _logged(
         gaps=gaps,
         judged=reading.measured is None,
     )
+
+
+def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
+    """Take columns, each times its factor; what is mapped remains so."""
+    if is_mapped(numbers) and (factors == 1.0).all() and (np.diff(places) == 1).all() and places:
+        return numbers[:, places[0] : places[-1] + 1]
+    spool = Spool(len(places))
+    for chunk in blocks(numbers):
+        spool.add(numbers[chunk][:, places] * factors)
+    return spool.array()
 
 
 def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: bool) -> None:

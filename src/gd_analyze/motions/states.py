@@ -126,7 +126,7 @@ def states_of(trajectory: Trajectory) -> States:
     described: dict[str, str | int] = {
         "trajectory": trajectory.name,
         "trajectory_fingerprint": trajectory.fingerprint,
-        "set_points": trajectory.n_set_points,
+        "set_points": trajectory.n_stated,
     }
     if trajectory.motions:
         described["motions"] = motion.listed(trajectory.motions)

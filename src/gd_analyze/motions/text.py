@@ -19,11 +19,12 @@ from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.roles import is_of_set_points, unit_in_words
+from gd_analyze.motions.spool import Spool
 from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Stamps, no_progress
 from gd_analyze.motions.trajectory import GAP
 from gd_analyze.text import LARGEST, in_python, number_in
 
-_BLOCK = 8_000_000  # bytes read at once
+_BLOCK = 2_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000
 # Lines by which a file's layout is judged.
 _JUDGED = 8
@@ -32,6 +33,7 @@ _LONGEST_NAME = 200
 # Doubles hold smaller instants to a few nanoseconds; of larger ones the whole part is taken off first.
 _EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
+_NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
 _EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
 _NOT_GIVEN = sorted({word for empty in _EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
@@ -238,7 +240,7 @@ class TextTable(LogTable):
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        parts: list[Any] = [np.empty((0, len(numbers)))]
+        spool = Spool(len(numbers))
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
         gaps, rows = list[int](), 0
         for block in self._blocks(progress):
@@ -249,13 +251,11 @@ class TextTable(LogTable):
                 values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
                 if np.isinf(values).any() or (np.abs(values) > LARGEST).any():
                     self._locate(block, numbers, frozenset())
-                parts.append(values)
+                spool.add(values)
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
-        table = np.concatenate(parts)
-        parts.clear()
         instants = tuple(map(self._stamps, map(np.concatenate, texts), stamps))
-        return Columns(table, instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
+        return Columns(spool.array(), instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
         """Columns of a block, and the last one, as a frame; a fault is refused with its line and column."""
@@ -381,8 +381,11 @@ class TextTable(LogTable):
 
 def _block_of(lines: bytes, number: int, begin: int) -> _Block:
     """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
-    if number >= begin and not _NEEDS_LOOK.search(lines[:-1]):
-        return _Block(lines, range(number, number + lines.count(b"\n")))
+    read = np.frombuffer(lines, dtype=np.uint8)
+    firsts = read[np.append(0, np.flatnonzero(read[:-1] == _NEWLINE) + 1)]
+    # A line that begins otherwise is a row, which is told in a tenth of the time that the pattern takes.
+    if number >= begin and not (np.isin(firsts, _BEFORE_NO_ROW).any() and _NEEDS_LOOK.search(lines[:-1])):
+        return _Block(lines, range(number, number + len(firsts)))
     kept: dict[int, bytes] = {}
     gaps: list[int] = []
     for k, line in enumerate(lines[:-1].split(b"\n"), number):

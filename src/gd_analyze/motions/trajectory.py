@@ -6,9 +6,10 @@ import hashlib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,11 +18,12 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
+from gd_analyze.motions.spool import blocks, gathered, is_mapped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, html_of, number
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 # A line of its own where nothing is known of the motion between the set points above and below.
 GAP = "# gap"
@@ -64,6 +66,13 @@ def in_words(names: Sequence[str], most: int = 4) -> str:
     return f"{len(names)} motions" + (f" ({', '.join(names)})" if len(names) <= most else "")
 
 
+class Whole(NamedTuple):
+    """What is known of a motion of which there are some set points."""
+
+    n_set_points: int
+    fingerprint: str
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Set points of one motion, or of several one after the other.
@@ -87,6 +96,8 @@ class Trajectory:
         The readings behind a measured motion; None of a plan.
     motions
         Which set points are whose, where the trajectory is a pool of several motions.
+    whole
+        The longer motion of which these are some set points; None where they are all.
 
     Raises
     ------
@@ -105,12 +116,14 @@ class Trajectory:
     gaps: tuple[int, ...] = ()
     recording: Recording | None = None
     motions: tuple[Motion, ...] = ()
+    whole: Whole | None = None
 
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
         for what, given in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = given.copy()
-            for row in np.argwhere(~(np.abs(array) <= LARGEST))[:1, 0].tolist():
+            array = given.view() if is_mapped(given) else given.copy()
+            wrong = (chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in blocks(array))
+            for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
                 problem = f"{what} is not finite, or too large for any motion, at set point {row + 1}"
                 step = "check units, and that no two set points share almost the same instant"
                 expected = f"finite numbers up to {LARGEST:g} in SI units"
@@ -243,11 +256,48 @@ class Trajectory:
         return [slice(first, last) for first, last in pairwise([0, *self.gaps, self.n_set_points])]
 
     @property
+    def n_stated(self) -> int:
+        """Number of set points of the motion, of which there may be some here."""
+        return self.n_set_points if self.whole is None else self.whole.n_set_points
+
+    def at(self, points: NDArray[np.intp]) -> Trajectory:
+        """Take some set points, ascending, which stand for the whole."""
+        time, q, qd, qdd = (gathered(x, points) for x in (self.time, self.q, self.qd, self.qdd))
+        gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
+        about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
+        return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)
+
+    @cached_property
+    def extreme_at(self) -> NDArray[np.intp]:
+        """Set points of the least and the largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
+        found = np.zeros((3, 2, self.n_joints), dtype=np.intp)
+        for chunk in blocks(*arrays):
+            for array, at in zip(arrays, found, strict=True):
+                block = array[chunk]
+                for row, pick, sign in zip(
+                    at, (block.argmin(axis=0), block.argmax(axis=0)), (-1, 1), strict=True
+                ):
+                    beyond = sign * block[pick, joints] > sign * array[row, joints]
+                    row[beyond] = chunk.start + pick[beyond]
+        return found
+
+    @cached_property
+    def extremes(self) -> FloatArray:
+        """Least and largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        joints = np.arange(self.n_joints)
+        pairs = zip((self.q, self.qd, self.qdd), self.extreme_at, strict=True)
+        return np.stack([array[at, joints] for array, at in pairs])
+
+    @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of the numbers."""
+        if self.whole is not None:
+            return self.whole.fingerprint
         digest = hashlib.sha256(repr(self.gaps).encode() if self.gaps else b"")
         for array in (self.time, self.q, self.qd, self.qdd):
-            digest.update(np.ascontiguousarray(array).tobytes())
+            for chunk in blocks(array):
+                digest.update(np.ascontiguousarray(array[chunk]).data)
         return digest.hexdigest()
 
 

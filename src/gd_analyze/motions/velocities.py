@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,8 @@ _NEAR, _LEFT_OVER = 0.1, 0.2
 # Accelerations of which more than half changes from one set point to the next are noise; those of planned
 # motions change by a fifth, those of real arms, derived from positions, by three times.
 _NOISE, _FEWEST_JUDGED = 0.5, 32
+# Set points of a motion that is judged, some windows of as many: what slips, slips throughout.
+_WINDOWS, _WINDOW = 16, 8192
 # Farther from the middle of its neighbours, rad or m, a set point is one of few, and no reading.
 _FINE = 0.01
 # Largest values left out, and one more for so many: jumps.
@@ -52,6 +55,19 @@ _MEANING = {
 }
 
 
+def _some(
+    arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
+) -> tuple[tuple[Any, ...], Sequence[int]]:
+    """Windows of a long motion, evenly spaced, with gaps between; all of another."""
+    count = len(arrays[0])
+    if count <= _WINDOWS * _WINDOW:
+        return arrays, gaps
+    starts = np.linspace(0, count - _WINDOW, _WINDOWS).astype(int)
+    rows = (starts[:, None] + np.arange(_WINDOW)).ravel()
+    own = {int(gap) for gap in np.searchsorted(rows, gaps)} | {k * _WINDOW for k in range(1, _WINDOWS)}
+    return tuple(None if x is None else x[rows] for x in arrays), sorted(own - {0, len(rows)})
+
+
 def are_noise(
     time: FloatArray, q: FloatArray, qd: FloatArray | None, qdd: FloatArray | None, gaps: Sequence[int] = ()
 ) -> bool:
@@ -60,6 +76,7 @@ def are_noise(
     Told by the mean square of their changes over their own (von Neumann): 2 of white noise, 3 and more of
     noise that was differentiated, 0 of a smooth motion.
     """
+    (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
     parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
     values, order = (q, 2) if qd is None else (qd, 1) if qdd is None else (qdd, 0)
     found, bends = [], []
@@ -142,6 +159,7 @@ def contradictions(
     """Which given velocities, or else accelerations, are not derivatives: one line for each likely slip."""
     if len(time) < FEWEST_COMPARED:
         return []
+    (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
     for name, of, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
         joints_of: dict[float | None, list[int]] = {}
         if v is not None and name not in derived:

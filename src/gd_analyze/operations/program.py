@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.operations.trace import Expression, Operation, Trace, reached
 from gd_analyze.text import LARGEST_COEFFICIENT
 
@@ -28,8 +28,8 @@ _ARGUMENTS: dict[str, int] = {"input": 1} | {
     name: ufunc.nin for name, ufunc in UFUNCS.items() if name not in ("divide", "sign")
 }
 
-# Set points per pass: a program of a thousand intermediates then stays within a few megabytes.
-_CHUNK = 1024
+# Bytes that vector instructions load at once: across such a boundary they take twice as long.
+_ALIGNED = 64
 
 
 @dataclass(frozen=True)
@@ -110,32 +110,42 @@ class Program:
         """Outputs on many set points at once, shape (outputs, N), from an array (N,) per input such as q1."""
         count = len(next(iter(inputs.values())))
         out = np.empty((len(self.outputs), count))
-        for start in range(0, count, _CHUNK):
-            chunk = {name: values[start : start + _CHUNK] for name, values in inputs.items()}
-            value = self.carried_out(chunk.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
-            for row, output in zip(out, self.outputs, strict=True):
-                row[start : start + _CHUNK] = value(output)
+        batch = Batch(self, min(count, CHUNK))
+        for chunk in batch.blocks(count):
+            batch.at({name: values[chunk] for name, values in inputs.items()}, out[:, chunk])
         return out
 
 
 class Batch:
-    """A program with memory for a fixed number of states: a call costs one array operation per step."""
+    """A program with memory for a fixed number of states: a call costs one array operation per step.
+
+    Intermediate results share rows as soon as nothing needs them any more, so that they stay in the cache.
+    """
 
     def __init__(self, program: Program, count: int) -> None:
         self.count = count
         self._inputs: dict[str, FloatArray] = {}
         self._calls: list[tuple[Any, tuple[Any, ...]]] = []
         rows: dict[int, FloatArray] = {}
+        free: list[FloatArray] = []
+        last = {x.order: k for k, step in enumerate(program.steps) for x in _expressions(step.arguments)}
+        last |= {x.order: len(program.steps) for x in _expressions(program.outputs)}
 
-        def of(x: Any) -> Any:
-            return rows[x.order] if isinstance(x, Expression) else float(x)
+        def of(x: Any) -> FloatArray:
+            # An array of one number is taken faster than the number.
+            return rows[x.order] if isinstance(x, Expression) else np.array(float(x))
 
-        for step in program.steps:
-            row = rows[step.order] = np.zeros(count)
+        for k, step in enumerate(program.steps):
             if step.operation == "input":
-                self._inputs[step.arguments[0]] = row
-            else:
-                self._calls.append((UFUNCS[step.operation], (*map(of, step.arguments), row)))
+                rows[step.order] = self._inputs[step.arguments[0]] = _row(count)
+                last[step.order] = len(program.steps)  # whoever writes them may write them once
+                continue
+            arguments = [*map(of, step.arguments)]
+            free += [
+                rows[order] for order in {x.order for x in _expressions(step.arguments)} if last[order] == k
+            ]
+            row = rows[step.order] = free.pop() if free else _row(count)
+            self._calls.append((UFUNCS[step.operation], (*arguments, row)))
         self._outputs = [of(output) for output in program.outputs]
 
     def rows(self, name: str, joints: int, *shape: int) -> list[tuple[int, FloatArray]]:
@@ -146,20 +156,36 @@ class Batch:
             if f"{name}{i + 1}" in self._inputs
         ]
 
-    def at(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
-        """Outputs for inputs by name, shape (outputs, count)."""
+    def blocks(self, count: int) -> Iterator[slice]:
+        """Cut at least as many states as there is memory for into blocks; the last may overlap another."""
+        ends = (min(start + self.count, count) for start in range(0, count, self.count or 1))
+        return (slice(end - self.count, end) for end in ends)
+
+    def at(self, inputs: Mapping[str, FloatArray], out: Any = None) -> FloatArray:
+        """Outputs for inputs by name, see `run`."""
         for name, row in self._inputs.items():
             row[:] = inputs[name]
-        return self.run()
+        return self.run(out)
 
-    def run(self) -> FloatArray:
-        """Outputs for the inputs written to the rows, shape (outputs, count)."""
+    def run(self, out: Any = None) -> FloatArray:
+        """Outputs for the inputs that were written, shape (outputs, count); into the rows `out` if given."""
         for function, arguments in self._calls:
             function(*arguments)
-        out = np.empty((len(self._outputs), self.count))
+        out = np.empty((len(self._outputs), self.count)) if out is None else out
         for row, output in zip(out, self._outputs, strict=True):
             row[:] = output
-        return out
+        return cast("FloatArray", out)
+
+
+def _expressions(values: Sequence[Any]) -> Iterator[Expression]:
+    return (x for x in values if isinstance(x, Expression))
+
+
+def _row(count: int) -> FloatArray:
+    """Memory for so many numbers that begins where vector instructions load best."""
+    whole = np.zeros(count + _ALIGNED // 8)
+    begin = -whole.ctypes.data % _ALIGNED // 8
+    return whole[begin : begin + count]
 
 
 def slopes_of(

@@ -134,8 +134,8 @@ def read_attributes(item: Any) -> dict[str, Any]:
 def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
 
-    Of more than `most_rows` set points, a variable that is not one number per joint is read when somebody
-    asks for its values, and holds the file open until then.
+    Of more than `most_rows` set points, a variable that is not one number per joint, or of the group of every
+    set point, is read when somebody asks for its values, and holds the file open until then.
     """
     import xarray as xr
 
@@ -148,7 +148,8 @@ def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: 
         if _DIMS in attributes:  # what has none is the scale of a dimension without labels
             dims = tuple(attributes.pop(_DIMS).split())
             _require_plain(dataset)
-            if dims[0] == "time" and len(dims) > 2 and len(dataset) > most_rows:
+            is_large = key in declared and (len(dims) > 2 or name == "every_set_point")
+            if dims[0] == "time" and is_large and len(dataset) > most_rows:
                 values: Any = _later(dataset, name, key)
             else:
                 values = _restored(np.asarray(dataset[()]), attributes)

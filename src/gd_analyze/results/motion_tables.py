@@ -6,20 +6,23 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, round_off_of
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.tube import Tube
+from gd_analyze.dynamics.decomposition import arrays_on_demand, decomposition_coordinates, on_demand
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.logged import ColumnUse, Recording
-from gd_analyze.motions.trajectory import Motion, Trajectory
+from gd_analyze.motions.trajectory import Motion, Trajectory, Whole
 from gd_analyze.results.run_tables import joint_names
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import Accuracy
+from gd_analyze.simplification.model import SimplifiedModel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,8 +53,22 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
             "origin": trajectory.origin,
             "velocities": trajectory.derivatives_from,
             "fingerprint": trajectory.fingerprint,
-        },
+        }
+        | ({} if trajectory.whole is None else {"set_points": trajectory.n_stated}),
     )
+
+
+def every_set_point_table(
+    arm: RobotArm, motion: Trajectory, model: SimplifiedModel, *, drives: bool | None, **kept: bool
+) -> xr.Dataset:
+    """Tabulate the decomposition and the model's torque at all set points, evaluated where they are read."""
+    arrays = arrays_on_demand(arm, motion, drives, **kept)
+
+    def simplified(rows: NDArray[np.intp]) -> FloatArray:
+        return model.torque(*(getattr(motion, kind)[rows] for kind in ("q", "qd", "qdd")))
+
+    arrays["simplified_torque"] = on_demand(motion.q.shape, simplified)
+    return table("every_set_point", arrays, arm.is_revolute, decomposition_coordinates(arm, motion, arrays))
 
 
 def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
@@ -67,6 +84,9 @@ def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
         motion.attrs["origin"],
         motion.attrs["velocities"],
         gaps=tuple(gaps),
+        whole=Whole(int(motion.attrs["set_points"]), motion.attrs["fingerprint"])
+        if "set_points" in motion.attrs
+        else None,
         motions=_motions_in(tables["motions"]) if "motions" in tables else (),
         recording=_recording_in(tables) if "recording" in tables else None,
     )

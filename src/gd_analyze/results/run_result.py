@@ -78,7 +78,7 @@ def subtitle(findings: Findings) -> str:
     drives = drives_text(findings.arm, findings.model.drives)
     motions = findings.trajectory.motions
     along = in_words([motion.name for motion in motions]) if motions else findings.trajectory.name
-    where = f"along {along}, {findings.trajectory.n_set_points} set points"
+    where = f"along {along}, {findings.trajectory.n_stated} set points"
     return f"{where}, {drives}" if drives else where
 
 
@@ -144,7 +144,7 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
     model, accuracy, trajectory = findings.model, findings.model.accuracy, findings.trajectory
     quick = "" if model.level is ELEMENT else "Search"
     return (
-        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_set_points),
+        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_stated),
         Fact("budget", "Budget", accuracy.budget),
         Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
         *_for_json(drives=model.drives, refitted=model.refitted),
@@ -229,7 +229,24 @@ def notices(findings: Findings) -> tuple[str, ...]:
     note = str(findings.tables["tube"].attrs["note"])
     of_motions = *motion_result.recording_notices(findings), motion_result.strict_notice(findings)
     others = findings.model.notice, note, _drives_notice(findings), _symmetry_notice(findings)
-    return tuple(filter(None, (*of_motions, *others)))
+    return tuple(filter(None, (*of_motions, *others, _long_notice(findings))))
+
+
+def _long_notice(findings: Findings) -> str:
+    """Say of which set points of a long motion there are curves and numbers."""
+    motion = findings.trajectory
+    if motion.whole is None:
+        return ""
+    stored = "D, h and c are stored at all"
+    if "every_set_point" not in findings.tables:
+        stored = "--every-set-point stores D, h and c at all"
+    if "christoffel" not in findings.decomposition:
+        stored += "; h_ijk are not stored (--christoffel)"
+    shown, whole = thousands(motion.n_set_points), thousands(motion.n_stated)
+    return (
+        f"Curves show {shown} of {whole} set points, the extremes of every quantity among them; peaks, RMS "
+        f"values and the budget are of all. {stored}."
+    )
 
 
 def _drives_notice(findings: Findings) -> str:

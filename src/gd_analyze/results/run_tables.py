@@ -57,8 +57,9 @@ def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Datase
     )
 
 
-def model_table(model: SimplifiedModel, dataset: xr.Dataset, torque: FloatArray) -> xr.Dataset:
-    """Tabulate budget and errors, and the model's torque along the trajectory, shape (N, n)."""
+def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
+    """Tabulate budget and errors, and the model's torque at the set points of a decomposition."""
+    torque = model.torque(*(dataset[kind].values for kind in ("q", "qd", "qdd")))
     accuracy, errors = model.accuracy, model.accuracy.errors
     return table(
         "simplified_model",

@@ -106,7 +106,7 @@ def load_findings(path: str | Path) -> Findings:
         require_fit(tables, arm, (model, elements, ranked))
         warn_of_others(path, str(attributes.get("run", "")))
         del tables["documents"]
-        if tables["trajectory"].sizes["time"] <= MOST_KEPT:
+        if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):
             file.close()
         lines = attributes.pop("warnings")
         return Findings(

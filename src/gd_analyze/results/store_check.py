@@ -55,6 +55,8 @@ def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
             yield f"joint_name of {group}", table.joint_name.values.tolist(), names
         if "time" in table.dims:
             some = time[np.isin(time, table.time.values)] if group in _OF_SOME_SET_POINTS else time
+            if group == "every_set_point":
+                some = table.time.values if np.isin(time, table.time.values).all() else time
             yield f"time of {group}", np.array_equal(table.time.values, some), True
     kinds = tables["decomposition"].joint_kind.values.tolist()
     yield "joint_kind of decomposition", kinds, [joint.kind for joint in arm.joints]

@@ -279,7 +279,7 @@ class ExactDynamics:
         else:
             require_dataset(given)
             described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
-            described["set_points"] = given.sizes["time"]
+            described["set_points"] = given.attrs.get("set_points", given.sizes["time"])
             if motions := motions_in(given):
                 described["motions"] = listed(motions)
             q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))

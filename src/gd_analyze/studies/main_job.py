@@ -18,7 +18,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, expansion_of
 from gd_analyze.certification.holding import Held, proven, simplify_held
 from gd_analyze.certification.tube import Tube
-from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.dynamics.measured_torque import compared, require_torques
@@ -51,6 +51,7 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, measured, no_dearer
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
+from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
 
 if TYPE_CHECKING:
@@ -61,6 +62,9 @@ _QUICK_CURVES = (ELEMENT, TERM, ENERGY)
 # Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
+# Set points whose decomposition is stored by default, 150 MB for six joints: to evaluate one again takes less
+# time than to write it.
+MOST_STORED = 2**17
 # Arms drawn from the stated uncertainties: probabilities near 95 % are known to within 0.5 %.
 _SAMPLES = 2000
 # Of certificates: close to the truth in a box as small as a trajectory's, and around a motion.
@@ -97,7 +101,11 @@ class Settings:
     fit_friction
         Fit friction to measured torques beside the model; it does not become part of the model.
     christoffel, by_link, terms
-        What else to keep of the decomposition, see `decompose`.
+        What else to keep of the decomposition, see `decompose`; by default h_ijk of up to `MOST_KEPT` set
+        points.
+    every_set_point
+        Of more than `MOST_KEPT` set points, of which some stand for all, store D, h, c and torques at every
+        one besides; by default of up to `MOST_STORED`.
 
     Raises
     ------
@@ -116,9 +124,10 @@ class Settings:
     dominance: float = DOMINANCE_THRESHOLD
     uncertainty: str | None = None
     fit_friction: bool = False
-    christoffel: bool = True
+    christoffel: bool | None = None
     by_link: bool = False
     terms: bool = False
+    every_set_point: bool | None = None
 
     def __post_init__(self) -> None:
         budget = Budget.of(self.budget).require_per_joint(
@@ -282,8 +291,16 @@ def find(
         warn_of_implausible(arm, stacklevel=2)
         for motion in taken_apart(trajectory):
             check_against_arm(motion, arm)
-        kept = {"christoffel": how.christoffel, "by_link": how.by_link, "terms": how.terms}
-        dataset = decompose_on_demand(arm, trajectory, **kept, drives=how.drives, progress=stage.advance)
+        kept: dict[str, Any] = {"by_link": how.by_link, "terms": how.terms, "drives": how.drives}
+        kept["christoffel"] = (
+            trajectory.n_set_points <= MOST_KEPT if how.christoffel is None else how.christoffel
+        )
+        long = None
+        if trajectory.n_set_points > MOST_KEPT and not trajectory.motions and trajectory.recording is None:
+            long = LongMotion.of(arm, trajectory, how.drives, stage.advance)
+            dataset = decompose(arm, trajectory.at(long.searched), drives=how.drives, christoffel=False)
+        else:
+            dataset = decompose_on_demand(arm, trajectory, **kept, progress=stage.advance)
         stage("checking and ranking")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
@@ -296,28 +313,30 @@ def find(
             measured_torque = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
             if not is_described(measured_torque):
                 warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
-        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked))
-        # Of a long motion set points are taken evenly; peaks are those of all.
-        taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
-        over_time = dominance_over_time(taken, dominance)
-        elements = simplify_exact(exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source)
+        extremes = None if long is None else long.extremes
+        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked), extremes=extremes)
         level = None if how.level is None else level_named(how.level)
         many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
         search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
         at_set_points = how.at_set_points or how.operations is not None
-        if level is ELEMENT and how.operations is None:
-            held = Held(no_dearer(exact, elements))
-        elif at_set_points or not is_known:
-            held = Held(
-                simplify_exact(
-                    exact, how.asked, search, provenance=source, progress=stage.advance, stage=stage
-                )
+
+        def found(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
+            options: dict[str, Any] = {"provenance": source, "stage": stage}
+            elements = simplify_exact(
+                exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source
             )
+            if level is ELEMENT and how.operations is None:
+                return elements, Held(no_dearer(exact, elements))
+            if at_set_points or not is_known:
+                searched = simplify_exact(exact, how.asked, search, progress=stage.advance, **options)
+                return elements, Held(searched)
+            return elements, simplify_held(exact, how.asked, tube, search, effort=_EFFORTS[1], **options)
+
+        if long is None:
+            elements, held = found(exact)
         else:
-            held = simplify_held(
-                exact, how.asked, tube, search, effort=_EFFORTS[1], provenance=source, stage=stage
-            )
+            exact, elements, held, worst = long.settled(exact, found)
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
@@ -339,7 +358,7 @@ def find(
     points = trade_off(
         near, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through, stated_at=exact
     )
-    path = tuple(measured(exact, one) for one in path)
+    path = tuple(measured(exact, one) for one in path) if long is None else long.path(exact, path)
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
     if is_known and held.certificate is None and efforts is not None:
@@ -348,13 +367,19 @@ def find(
         held = held._replace(certificate=certificate)
     elif is_known and held.certificate is None:
         tube = replace(tube, note=_why_unproven(model))
+    if long is not None:
+        trajectory = trajectory.at(np.union1d(long.shown, worst))
+        dataset = decompose(arm, trajectory, **kept)
+        dataset.attrs |= source
+    # Of a pool so long set points are taken evenly; peaks are those of all.
+    taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT)) if long is None else dataset
     tables = {
         "trajectory": motion_tables.trajectory_table(arm, trajectory),
         "decomposition": dataset,
         "cross_check": run_tables.cross_check_table(residuals, arm),
         "dominance": dominance,
-        "dominance_over_time": over_time,
-        "simplified_model": run_tables.model_table(model, dataset, model.torque(*exact.states.arrays)),
+        "dominance_over_time": dominance_over_time(taken, dominance),
+        "simplified_model": run_tables.model_table(model, dataset),
         "parts": run_tables.parts_table(elements, exact, dominance),
         "by_verdicts": run_tables.verdicts_table(exact, how.dominance),
         "terms": run_tables.terms_table(ranking, arm, not many),
@@ -373,6 +398,10 @@ def find(
         tables["motions"] = motion_tables.motions_table(
             arm, trajectory, dominance, ranked, model.accuracy, held.certificate
         )
+    if long is not None and (
+        long.motion.n_set_points <= MOST_STORED if how.every_set_point is None else how.every_set_point
+    ):
+        tables["every_set_point"] = motion_tables.every_set_point_table(arm, long.motion, model, **kept)
     if arm.spread is not None or any(link.uncertainty is not None for link in arm.links):
         tables["robustness"] = robustness(arm, trajectory, threshold=how.dominance, samples=_SAMPLES)
     return Findings(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
+from gd_analyze.motions.spool import trim
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
@@ -64,12 +65,17 @@ def write_findings(
     The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
     that which the others can be made from.
     """
+    is_long = findings.trajectory.whole is not None
+    if is_long:
+        trim()
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        pdf = beside.submit(prepare_pdf(findings, report)) if "pdf" in places else None
+        typeset = prepare_pdf(findings, report) if "pdf" in places else None
+        # Of a long motion memory is scarcer than time.
+        pdf = None if typeset is None or is_long else beside.submit(typeset)
         if "html" in places:
             places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:
@@ -84,8 +90,8 @@ def write_findings(
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
             write_results(findings, places["h5"])
-        if pdf is not None:
-            places["pdf"].write_bytes(pdf.result())
+        if typeset is not None:
+            places["pdf"].write_bytes(typeset() if pdf is None else pdf.result())
     for path in strangers:
         path.unlink(missing_ok=True)
 

@@ -1,0 +1,95 @@
+"""Rows of numbers that may be very many: in memory, or in a temporary file that is mapped into it."""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import CHUNK, FloatArray, chunks
+
+# Numbers that are kept in memory, 32 MB; and rows after which memory of mapped ones is given back.
+_MOST, _ROWS = 2**22, 8 * CHUNK
+# Rows taken here and there after which it is given back: the system maps 64 kB with each.
+_GATHERED = 256
+
+
+class Spool:
+    """Takes rows of `width` numbers block by block; a file without a name takes more than `_MOST` numbers."""
+
+    def __init__(self, width: int) -> None:
+        self._width, self._rows = width, 0
+        self._parts: list[FloatArray] = []
+        self._file: Any = None
+
+    def add(self, rows: FloatArray) -> None:
+        """Take rows, shape (N, width)."""
+        self._rows += len(rows)
+        self._parts.append(rows)
+        if self._file is None and self._rows * self._width > _MOST:
+            # What is mapped from it lasts after it is closed.
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115
+        if self._file is not None:
+            for part in self._parts:
+                np.ascontiguousarray(part).tofile(self._file)
+            self._parts.clear()
+
+    def array(self) -> FloatArray:
+        """All rows, shape (N, width); read only where they are mapped."""
+        if self._file is None:
+            return np.concatenate([np.empty((0, self._width)), *self._parts])
+        self._file.flush()
+        shape = (self._rows, self._width)
+        return cast("FloatArray", np.memmap(self._file, dtype=float, mode="r", shape=shape))
+
+
+def _map_of(array: FloatArray) -> mmap.mmap | None:
+    """What an array is mapped from."""
+    base: Any = array
+    while isinstance(base, np.ndarray):
+        base = base.base
+    return base if isinstance(base, mmap.mmap) else None
+
+
+def is_mapped(array: FloatArray) -> bool:
+    """Whether an array is mapped from a file."""
+    return _map_of(array) is not None
+
+
+def release(*arrays: FloatArray) -> None:
+    """Give back the memory that mapped arrays take, which are read from their file again when asked for."""
+    for array in arrays:
+        found = _map_of(array)
+        if found is not None and hasattr(mmap, "MADV_DONTNEED"):
+            found.madvise(mmap.MADV_DONTNEED)
+
+
+def gathered(array: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+    """Take some rows, and give back memory on the way: each that is read brings its neighbours."""
+    out = np.empty((len(rows), *array.shape[1:]))
+    for start in range(0, len(rows), _GATHERED):
+        part = slice(start, start + _GATHERED)
+        out[part] = array[rows[part]]
+        release(array)
+    return out
+
+
+def blocks(*arrays: FloatArray) -> Iterator[slice]:
+    """Cut rows into slices of `CHUNK`, and give back memory on the way."""
+    for chunk in chunks(len(arrays[0])):
+        yield chunk
+        if chunk.stop % _ROWS == 0:
+            release(*arrays)
+    release(*arrays)
+
+
+def trim() -> None:
+    """Give the system what glibc keeps of freed memory, some 100 MB after a search."""
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)

@@ -1,0 +1,168 @@
+"""A long motion block by block: set points that stand for all of it, and models held against all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import CHUNK, evenly
+from gd_analyze.certification.holding import Held
+from gd_analyze.dynamics.decomposition import decompose_states, torque_program
+from gd_analyze.dynamics.dominance import Extremes, elements
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.motions.spool import blocks, gathered
+from gd_analyze.motions.states import States
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import Batch, Program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.model import SimplifiedModel, exactly
+
+# Evenly spaced set points that a search looks at besides extremes, and parts of the motion in each of which
+# the extremes of torques and of the motion are shown.
+_SEARCHED, _PARTS = 400, 12
+# Set points that tables and figures show at least, some times as many as a figure has columns of pixels.
+_SHOWN = 1500
+# Rounds in which set points at which a model breaks its budget join those that a search looks at.
+_ROUNDS = 20
+
+_KINDS = ("q", "qd", "qdd")
+# Set points, from 0, ascending.
+Points = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class LongMotion:
+    """A motion of more set points than are kept, and some that stand for it.
+
+    Positions, velocities, accelerations, torques, elements of D, h and c, their parts and the torque that
+    each of these makes are at the extremes of the whole motion at some of the set points `searched`.
+    """
+
+    arm: RobotArm
+    drives: bool
+    motion: Trajectory
+    extremes: Extremes  # of the elements, at all set points
+    searched: Points  # set points that searches look at
+    shown: Points  # these and others for tables and figures
+
+    @classmethod
+    def of(
+        cls, arm: RobotArm, motion: Trajectory, drives: bool | None, progress: Callable[[int], None]
+    ) -> LongMotion:
+        """Decompose the motion once, and note where extremes are."""
+        drives, extremes = arm.counts_drives(drives), Extremes(arm.n_joints, elements(arm.n_joints))
+        values, places = [], []
+        for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
+            states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
+            block = decompose_states(
+                arm, states, christoffel=False, shares=False, drives=drives, written=True
+            )
+            extremes.add(block)
+            rows = np.hstack([block[kind] for kind in (*_KINDS, "torque")]).T
+            at = np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
+            values.append(np.take_along_axis(rows, at.T, axis=1).T)
+            places.append(chunk.start + at)
+            progress(len(states))
+        value, place = np.array(values), np.array(places)
+        parts = np.array_split(np.arange(len(value)), min(_PARTS, len(value)))
+        whole = evenly(motion.n_set_points, _SEARCHED), *_reached(value, place, [np.arange(len(value))])
+        searched = np.unique(np.concatenate([*whole, extremes.reached.ravel()]))
+        some = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
+        left = evenly(motion.n_set_points, max(_SHOWN - len(some), 2))
+        return cls(arm, drives, motion, extremes, searched, np.union1d(some, left))
+
+    def states(self, points: Points) -> States:
+        """Take some set points."""
+        q, qd, qdd = (gathered(getattr(self.motion, kind), points) for kind in _KINDS)
+        return States(q, qd, qdd)
+
+    def settled(
+        self, exact: ExactDynamics, search: Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
+    ) -> tuple[ExactDynamics, SimplifiedModel, Held, Points]:
+        """Search until both models found keep their budgets at every set point.
+
+        Gives the dynamics at the states looked at last, the models with their errors at all set points, and
+        where these are largest. A GdAnalyzeError where that takes too many rounds.
+        """
+        for _ in range(_ROUNDS):
+            elements, held = search(exact)
+            exactly_so = torque_program(self.arm, self.drives)
+            (elements, model), worst, broken = self.stated(exact, (elements, held.model), exactly_so)
+            if not broken.any():
+                return exact, elements, held._replace(model=model), worst.ravel()
+            states = np.stack(self.states(np.unique(worst[broken])).arrays)
+            exact = exact.joined_by(states, np.ones(states.shape[1:]))
+        what, next_step = "the model misses its budget", "please report this with the arm file and the motion"
+        raise GdAnalyzeError(what, where=f"trajectory {self.motion.name}", next_step=next_step)
+
+    def stated(
+        self, exact: ExactDynamics, models: Sequence[SimplifiedModel], torques: Program
+    ) -> tuple[list[SimplifiedModel], Points, NDArray[np.bool_]]:
+        """State the errors of models at all set points, given a program of the exact torques.
+
+        Also at which set point the error of each at each joint is largest, shape (models, n), and whether it
+        is more than allowed. All models are one program, so that they share steps.
+        """
+        n, count = self.arm.n_joints, self.motion.n_set_points
+        trace = Trace()
+        own = {id(model.program): model.program for model in models}
+        programs = (torques, *own.values())
+        values = [(program.folded(trace, {}), program.outputs) for program in programs]
+        joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
+        batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
+        largest, squares = np.zeros((2, len(own), n))
+        worst = np.zeros((len(own), n), dtype=np.intp)
+        arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
+        for chunk in blocks(*arrays.values()):
+            # The last block overlaps the one before.
+            block = slice(chunk.stop - batch.count, chunk.stop)
+            inputs = {
+                f"{kind}{i + 1}": x for kind, rows in arrays.items() for i, x in enumerate(rows[block].T)
+            }
+            torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(programs), n, -1)
+            error = torque[1:] - torque[0]
+            error[np.abs(error) <= floor] = 0.0
+            squares += np.einsum("min,min->mi", error, error)
+            np.abs(error, out=error)
+            at = error.argmax(axis=2)
+            top = np.take_along_axis(error, at[..., None], axis=2)[..., 0]
+            worst = np.where(top > largest, chunk.start + at, worst)
+            largest = np.maximum(largest, top)
+        place = [[*own].index(id(model.program)) for model in models]
+        largest, squares, worst = largest[place], squares[place], worst[place]
+        found = []
+        for model, most, square in zip(models, largest, squares, strict=True):
+            errors = ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
+            found.append(replace(model, accuracy=replace(model.accuracy, errors=errors)))
+        allowed = np.array([model.accuracy.allowed for model in models])
+        return found, worst, largest > allowed
+
+    def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
+        """State the errors of models for growing budgets; one that breaks its own is that before it."""
+        found, _, broken = self.stated(exact, models, exact.form.program)
+        kept: list[SimplifiedModel] = []
+        for model, breaks in zip(found, np.any(broken, axis=1).tolist(), strict=True):
+            asked = model.accuracy
+            if breaks and kept:
+                last = kept[-1]
+                accuracy = replace(last.accuracy, allowed=asked.allowed, budget=asked.budget)
+                kept.append(replace(last, accuracy=accuracy))
+            else:
+                kept.append(exactly(exact, model.level, asked.allowed, asked.budget) if breaks else model)
+        return tuple(kept)
+
+
+def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:
+    """Set points of the least and the largest values, shape (blocks, 2, rows), of groups of blocks."""
+    found = []
+    for group in groups:
+        for side, pick in enumerate((np.argmin, np.argmax)):
+            best = pick(values[group, side], axis=0)
+            found.append(np.take_along_axis(places[group, side], best[None], axis=0)[0])
+    return found
