@@ -38,7 +38,10 @@ html_extra_path = ["site_root"]  # index.html, which leads to docs/index.html
 html_static_path = ["static"]
 html_css_files = ["formulas.css"]
 html_copy_source = False
+html_show_copyright = False
 html_math_renderer = "mathml"
+
+man_pages = [("docs/cli", project, "robot-arm dynamics, by effect", author, 1)]
 
 
 def inline(translator: Any, node: nodes.math) -> None:
