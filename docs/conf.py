@@ -8,6 +8,7 @@ from typing import Any
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx import addnodes
 from sphinx.application import Sphinx
 
 from gd_analyze import __version__
@@ -56,6 +57,18 @@ def block(translator: Any, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def opened(translator: Any, node: addnodes.download_reference) -> None:
+    """Write a link to a file, such as a report, that opens it in place; Sphinx's own saves it."""
+    href = f"{translator.builder.dlpath}/{node['filename']}"
+    translator.body.append(translator.starttag(node, "a", "", href=href))
+
+
+def left(translator: Any, _: addnodes.download_reference) -> None:
+    """End the link."""
+    translator.body.append("</a>")
+
+
 def setup(app: Sphinx) -> None:
-    """Add MathML to the renderers of formulas."""
+    """Add MathML to the renderers of formulas, and links that open files."""
     app.add_html_math_renderer("mathml", (inline, None), (block, None))
+    app.add_node(addnodes.download_reference, override=True, html=(opened, left))
