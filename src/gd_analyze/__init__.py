@@ -15,7 +15,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # The stub lists what is public, with the module of each name.
 _HOMES = {

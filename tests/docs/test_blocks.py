@@ -64,6 +64,7 @@ def test_the_readme_runs_in_a_shell(folder: Path):
             done = subprocess.run(call, env=environment, capture_output=True, text=True, check=False)
             assert done.returncode == 0, f"line {block.line}:\n{call[-1]}\n{done.stderr}"
             assert "Traceback" not in done.stderr
+    assert (folder / "controller" / "my_robot.c").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -1,0 +1,63 @@
+"""README's figures are those of the pages that scripts write."""
+
+from __future__ import annotations
+
+import re
+
+from markdown_pages import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def cells(page: str, *first: str) -> list[list[str]]:
+    """Cells of the tables' rows that start with these."""
+    lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")]
+    return [row for row in rows if row[: len(first)] == list(first)]
+
+
+def said(*patterns: str) -> list[str]:
+    """What README says where patterns match, once each."""
+    found = [re.findall(pattern, " ".join(README.split())) for pattern in patterns]
+    assert all(len(matches) == 1 for matches in found), found
+    return [matches[0] for matches in found]
+
+
+def test_operations_are_those_of_the_tables() -> None:
+    near, exact, within, certified = said(
+        r"takes (\d+) operations near this motion",
+        r"near this motion instead of (\d+)",
+        r"within the limits: (\d+) operations",
+        r"PUMA's model takes (\d+) operations",
+    )
+    page = "docs/simplification.md"
+    assert cells(page, "puma560 near pick-and-place", "`simplify`")[0][4] == near
+    assert cells(page, "puma560 within its limits", "`simplify`")[0][4] == within
+    assert cells(page, "drives, `term --certified`")[0][2] == certified
+    study = cells("analysis/explicit_puma_560.md", "exact, Newton-Euler with regrouped parameters, rewritten")
+    assert study[0][2].split()[0] == exact
+
+
+def test_the_real_robot_is_that_of_the_study() -> None:
+    ((share, joint),) = said(r"seen, ([\d.]+) % is left at joint (\d)")
+    ((file, measured),) = said(r"file alone leaves ([\d.]+) of ([\d.]+) N m")
+    column = 2 + int(joint)
+    rows = {
+        row[2]: row[column]
+        for row in cells(
+            "analysis/identified_robots.md", "ur-20_02_19_14harm50sec", "ur-20_02_12-40sec_12harm"
+        )
+    }
+    assert rows["identified, of measured"] == f"{share} %"
+    assert (rows["left by the file"], rows["measured"]) == (file, measured)
+
+
+def test_the_chains_are_those_of_the_study() -> None:
+    ((chains, refused),) = said(r"\[(\d+) chains of published robots\]\S+ were tried; (\d+) were refused")
+    page = (ROOT / "analysis" / "arms_as_published.md").read_text(encoding="utf-8")
+    assert f": {chains} chains" in page
+    assert f"{refused} of these refused or given up" in page
+
+
+def test_it_is_short() -> None:
+    assert len(README.splitlines()) <= 120
