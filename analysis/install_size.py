@@ -1,0 +1,137 @@
+"""Size and import time of every dependency, and what installing takes, written into docs/install.md.
+
+Run it with the Python of an environment that holds `pip install .` and nothing else: `python analysis/install_size.py`.
+Packages should be in the caches of pip and uv already.
+"""
+
+from __future__ import annotations
+
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from gd_analyze.files import write_text
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "install.md"
+MODULES = {"pin": "pinocchio", "pyyaml": "yaml", "pillow": "PIL"}
+TRIES = 5
+
+
+def canonical(name: str) -> str:
+    """Name of a distribution as PyPI compares it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def required(name: str) -> Iterator[str]:
+    """Names that a distribution needs here, without its extras."""
+    for line in distribution(name).requires or []:
+        wanted = canonical(re.split(r"[^\w.-]", line, maxsplit=1)[0])
+        try:
+            distribution(wanted)
+        except PackageNotFoundError:
+            continue  # of another system
+        if "extra ==" not in line:
+            yield wanted
+
+
+def closure(name: str) -> set[str]:
+    """A distribution, and all that it needs."""
+    found, open_ones = set[str](), {name}
+    while open_ones:
+        one = open_ones.pop()
+        found.add(one)
+        open_ones |= set(required(one)) - found
+    return found
+
+
+def megabytes(names: set[str]) -> float:
+    """Size of what distributions install, without the byte code that pip adds."""
+    paths = {
+        Path(str(file.locate()))
+        for name in names
+        for file in distribution(name).files or []
+        if file.suffix != ".pyc"
+    }
+    return sum(path.stat().st_size for path in paths if path.is_file()) / 1e6
+
+
+def seconds(statement: str) -> float:
+    """Least time of a Python process that executes a statement."""
+    times = []
+    for _ in range(TRIES):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-c", statement], check=True)
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def purposes() -> dict[str, str]:
+    """What each library is for, as decision 3 says, to its first semicolon."""
+    text = (ROOT / "docs" / "decisions" / "0003-dependencies.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\w, ]+)[^|]*\| ([^|;]*)", text, re.MULTILINE)
+    return {canonical(name): use.strip() for names, use in rows for name in re.split(r",? +", names) if name}
+
+
+def table() -> str:
+    """A row for each dependency; what several need counts for the first of them."""
+    direct, uses, seen = sorted(set(required("gd-analyze"))), purposes(), {"gd-analyze"}
+    bare, numpy = seconds("pass"), seconds("import numpy")
+    rows, order = [], ["numpy", *(name for name in direct if name != "numpy")]
+    for name in order:
+        others = closure(name) - seen - set(direct) | {name}
+        seen |= others
+        before, statement = (bare, "") if name == "numpy" else (numpy, "import numpy, ")
+        module = MODULES.get(name, name)
+        taken = max(seconds(f"{statement or 'import '}{module}") - before, 0.0)
+        brought = ", ".join(sorted(others - {name}))
+        rows.append(
+            (
+                megabytes(others),
+                f"| {name} | {uses[name]} | {brought} | {megabytes(others):.1f} | {taken:.2f} |\n",
+            )
+        )
+    own = f"| gd-analyze | | | {megabytes({'gd-analyze'}):.1f} | {max(seconds('import gd_analyze') - bare, 0.0):.2f} |\n"
+    total = f"| all | | | {megabytes(seen):.0f} | |\n"
+    rows.sort(key=lambda row: -row[0])
+    head = "| library | for | brings | MB | import, s |\n| --- | --- | --- | --- | --- |\n"
+    return head + "".join(row for _, row in rows) + own + total
+
+
+def installing() -> str:
+    """Processor time of installing into an empty environment."""
+    text = "| command | processor time, s |\n| --- | --- |\n"
+    for installer in ("pip install", "pip install --no-compile", "uv pip install"):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+            python = str(Path(folder, "bin", "python"))
+            words = [*installer.split(), "--quiet", str(ROOT)]
+            if words[0] == "uv":
+                words = [shutil.which("uv") or "uv", *words[1:3], "--python", python, *words[3:]]
+            else:
+                words = [python, "-m", *words]
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run(words, check=True, capture_output=True)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        taken = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        text += f"| `{installer} .` | {taken:.0f} |\n"
+    return text
+
+
+def main() -> None:
+    """Write the tables where the page marks them."""
+    for name, make in (("sizes", table), ("installing", installing)):
+        page, text, mark = PAGE.read_text(encoding="utf-8"), make(), f"<!-- table: {name} -->\n"
+        print(text)
+        write_text(PAGE, re.sub(rf"{mark}(\|.*\n)*", f"{mark}{text}".replace("\\", r"\\"), page))
+
+
+if __name__ == "__main__":
+    main()
