@@ -159,7 +159,7 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number):
         work.send_signal(number)
         said = work.communicate(timeout=60)[1].decode()
         assert work.returncode in (0, 128 + number, -number)
-        assert "Traceback" not in said or "gd_analyze" not in said
+        assert "Traceback" not in said or "gd_analyze/" not in said  # no frame, but Python's .pth of us
 
 
 def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
