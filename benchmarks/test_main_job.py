@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import pytest
 
-ROUNDS = 2
+ROUNDS = 1
 COMMAND = str(Path(sys.executable).with_name("gd-analyze"))
 IMPORTS = (sys.executable, "-c", "import numpy, xarray, matplotlib, pinocchio")
 ENVIRONMENT = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
