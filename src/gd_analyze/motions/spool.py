@@ -34,7 +34,7 @@ class Spool:
         self._parts.append(rows)
         if self._file is None and self._rows * self._width > _MOST:
             # What is mapped from it lasts after it is closed.
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open from block to block, for no `with`
         if self._file is not None:
             for part in self._parts:
                 np.ascontiguousarray(part).tofile(self._file)

@@ -33,7 +33,6 @@ def each(
         Processes of this machine.
     scheduler
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of these.
-
     at_once
         Tasks that are sent together.
 
