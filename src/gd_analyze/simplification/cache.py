@@ -51,8 +51,12 @@ def folder() -> Path | None:
 
 
 def name_of(key: Any) -> str:
-    """Name of the entry under a key, which is a JSON value; the version of gd-analyze is part of it."""
-    return hashlib.sha256(json.dumps([__version__, key]).encode()).hexdigest()
+    """Name of the entry under a key, a JSON value with arrays; the version of gd-analyze is part of it."""
+
+    def digest(array: Any) -> list[Any]:
+        return [array.shape, array.dtype.str, hashlib.sha256(array.tobytes()).hexdigest()]
+
+    return hashlib.sha256(json.dumps([__version__, key], default=digest).encode()).hexdigest()
 
 
 def kept(name: str) -> Any:

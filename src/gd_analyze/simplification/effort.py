@@ -75,7 +75,7 @@ class Work:
 
 
 # What programs come from; a change there is another program.
-_CODE = ("dynamics", "harmonics", "operations", "simplification", "robots")
+_CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Task:
 
 
 def named(key: Any) -> str:
-    """Name programs by everything they depend on: `key`, a JSON value, this code and what it runs on."""
+    """Name what everything it depends on gives: `key`, see `name_of`, this code and what it runs on."""
     return name_of([_surroundings(), key])
 
 

@@ -62,7 +62,7 @@ _MOST_JOINTS, _FEW_JOINTS = 8, 4
 # Of so many terms at most it is looked for what they share: half a second.
 _SHARED = Effort(250)
 # Rewriting rounds otherwise: by 1e-15 of a joint's torque on arms of up to eight joints.
-_REWRITTEN = 1e-11
+REWRITTEN = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +123,8 @@ class ExactForm:
         known = self.recursion.program
         if program.count.total > known.count.total:
             return False
-        apart, size = largest_apart(program, known, self.arm.is_revolute, _REWRITTEN)
-        return bool((apart <= _REWRITTEN * size).all())
+        apart, size = largest_apart(program, known, self.arm.is_revolute, REWRITTEN)
+        return bool((apart <= REWRITTEN * size).all())
 
     @cached_property
     def recursion(self) -> Recursion:
