@@ -11,6 +11,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
@@ -101,7 +102,8 @@ def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
 def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
     monkeypatch.setattr("gd_analyze.certification.holding._proof", lambda *_, **__: None)
     monkeypatch.setattr("gd_analyze.studies.main_job._efforts", lambda *_: None)
-    found = find(two_link, swing, Settings(budget="30%"))
+    with without_cache():
+        found = find(two_link, swing, Settings(budget="30%"))
     tube, model = found.tables["tube"], found.model
     assert model.saves
     assert tube.attrs["tried"] == 200_000
