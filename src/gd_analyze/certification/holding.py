@@ -10,12 +10,12 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import EFFORT, Certificate, certify, expansion_of
 from gd_analyze.certification.tube import Tube
@@ -23,6 +23,7 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
+from gd_analyze.operations.program import Batch
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
@@ -431,10 +432,15 @@ def _tried(
     # more operations, and twice the time to find.
     climbs = isinstance(region, Tube) or not model.level.always_refits
 
+    @cache
+    def batches(count: int) -> tuple[Batch, Batch]:
+        return Batch(model.program, count), Batch(exact.form.program, count)
+
     def share(states: FloatArray, counts: FloatArray) -> FloatArray:
         """Errors over what is allowed at states (3, N, n), shape (n, N); counts (M, n) repeat."""
         inputs = inputs_of(States(*states))
-        off = model.program.run(inputs) - exact.form.program.run(inputs)
+        found, torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
+        off = found - torque
         each = np.abs(off) / allowed[:, None]
         return np.asarray((each.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
 

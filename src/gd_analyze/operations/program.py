@@ -108,12 +108,7 @@ class Program:
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
         """Outputs on many set points at once, shape (outputs, N), from an array (N,) per input such as q1."""
-        count = len(next(iter(inputs.values())))
-        out = np.empty((len(self.outputs), count))
-        batch = Batch(self, min(count, CHUNK))
-        for chunk in batch.blocks(count):
-            batch.at({name: values[chunk] for name, values in inputs.items()}, out[:, chunk])
-        return out
+        return Batch(self, min(len(next(iter(inputs.values()))), CHUNK)).over(inputs)
 
 
 class Batch:
@@ -160,6 +155,14 @@ class Batch:
         """Cut at least as many states as there is memory for into blocks; the last may overlap another."""
         ends = (min(start + self.count, count) for start in range(0, count, self.count or 1))
         return (slice(end - self.count, end) for end in ends)
+
+    def over(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
+        """Outputs for at least as many states as there is memory for, see `Program.run`."""
+        count = len(next(iter(inputs.values())))
+        out = np.empty((len(self._outputs), count))
+        for chunk in self.blocks(count):
+            self.at({name: values[chunk] for name, values in inputs.items()}, out[:, chunk])
+        return out
 
     def at(self, inputs: Mapping[str, FloatArray], out: Any = None) -> FloatArray:
         """Outputs for inputs by name, see `run`."""
