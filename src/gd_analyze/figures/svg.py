@@ -30,9 +30,9 @@ on_paper: Paint = ON_PAPER.__getitem__
 
 def figure_svg(figure: Figure) -> str:
     """Draw a whole figure for paper."""
-    head = _LEGEND if figure.legend else 0.0
-    width, height = figure.columns * figure.width, len(figure.rows) * figure.height + head
-    parts = [_legend(figure.legend)] if figure.legend else []
+    width = figure.columns * figure.width
+    legend, head = _legend(figure.legend, width)
+    height, parts = len(figure.rows) * figure.height + head, [legend]
     for r, c, panel in figure.places:
         x, y = c * figure.width, r * figure.height + head
         inside = "".join(_drawn(panel, figure.width, figure.height, on_paper))
@@ -262,21 +262,23 @@ def _text(
     )
 
 
-def _legend(keys: tuple[Key, ...]) -> str:
-    """Draw a legend in a line."""
-    parts, x, size = [], 0.0, 7.5
+def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
+    """Draw a legend in as many lines as the width, pt, asks for; also their height, pt."""
+    parts, x, y, size = [], 0.0, 0.0, 7.5
     for key in keys:
-        colour = on_paper(key.colour)
+        mark, label = 15.0 if key.kind == "area" else 18.0, 0.46 * size * len(key.label)
+        if x and x + mark + label > width:
+            x, y = 0.0, y + _LEGEND
+        colour, at = on_paper(key.colour), f"M{_int(x)} {_int(y) + (80 if key.kind == 'area' else 150)}"
         if key.kind == "area":
-            parts.append(f'<path style="fill:{colour}" d="M{_int(x)} 80h240v120h-240z"/>')
+            parts.append(f'<path style="fill:{colour}" d="{at}h240v120h-240z"/>')
         else:
             dashes = " ".join(str(_int(1.4 * length)) for length in key.dashes)
             dashes = f' stroke-dasharray="{dashes}"' * bool(dashes)
-            parts.append(f'<path style="stroke:{colour}" stroke-width="28"{dashes} d="M{_int(x)} 150h300"/>')
-        x += 15.0 if key.kind == "area" else 18.0
-        parts.append(_text(x, 9.6, key.label, size, on_paper("ink")))
-        x += 0.46 * size * len(key.label) + 14.0
-    return "".join(parts)
+            parts.append(f'<path style="stroke:{colour}" stroke-width="28"{dashes} d="{at}h300"/>')
+        parts.append(_text(x + mark, y + 9.6, key.label, size, on_paper("ink")))
+        x += mark + label + 14.0
+    return "".join(parts), y + _LEGEND if keys else 0.0
 
 
 def _int(value: float) -> int:

@@ -131,7 +131,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         proven,
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
-        Fact("kept_terms", "Kept", len(model.terms), text=kept if model.saves else "everything"),
+        Fact("kept_terms", "Model", len(model.terms), text=kept if model.saves else "everything"),
         Fact("beside", "", None if (other := beside(findings)) is None else other._asdict()),
     )
 

@@ -354,7 +354,7 @@ class RecursiveLevel(Level):
     """Changes of the recursion, see `recursion.Change`; without any it is exact."""
 
     name: ClassVar[str] = "recursive"
-    keeps: ClassVar[str] = "simplified steps"
+    keeps: ClassVar[str] = "steps simplified"
     always_refits: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_ChangeEntry])
 
