@@ -126,28 +126,29 @@ class Columns:
 
     def __init__(self, columns: FloatArray) -> None:
         self._size = sizes_of(columns)
-        self._scaled = columns / self._size[:, None]
+        # A row for each error: rows that count are then taken at once.
+        self._scaled = np.ascontiguousarray((columns / self._size[:, None]).T)
         self._one = np.eye(len(columns))
-        self._inverse = np.linalg.inv(self._scaled @ self._scaled.T + _HELD_BACK * self._one)
+        self._inverse = np.linalg.inv(self._scaled.T @ self._scaled + _HELD_BACK * self._one)
 
     def least(self, errors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
         """Coefficients (K,) that bring errors (S,) to the least norm of that power, and what is left."""
-        x = self._inverse @ (self._scaled @ errors)
+        x = self._inverse @ (errors @ self._scaled)
         for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
             for _ in range(_STEPS):
-                left = errors - x @ self._scaled
+                left = errors - self._scaled @ x
                 size = np.abs(left)
                 largest = size.max(initial=0.0)
                 if largest == 0.0:
                     break
                 # Those that hardly count are left out, and held back with the numbers.
                 rows = np.flatnonzero(size > _COUNTING * largest)
-                scaled, weights = self._scaled[:, rows], (size[rows] / largest) ** (p - 2.0)
+                weights = (size[rows] / largest) ** (p - 2.0)
                 root = np.sqrt(weights / weights.sum() * len(size))
-                weighed = scaled * root
-                gram = weighed @ weighed.T + _HELD_BACK_MORE * self._one
-                x = x + np.linalg.solve(gram, weighed @ (root * left[rows])) / (p - 1.0)
-        return x / self._size, errors - x @ self._scaled
+                weighed = self._scaled[rows] * root[:, None]
+                gram = weighed.T @ weighed + _HELD_BACK_MORE * self._one
+                x = x + np.linalg.solve(gram, (root * left[rows]) @ weighed) / (p - 1.0)
+        return x / self._size, errors - self._scaled @ x
 
 
 def sizes_of(columns: FloatArray) -> FloatArray:
