@@ -63,6 +63,22 @@ def test_as_text(result):
     assert row.split()[-2:] == ["–", "∞"]
 
 
+def test_long_cells_wrap():
+    said = ["follows", "follows roughly; friction leaves 4.8 times the noise of the readings", ""]
+    numbers = Column("torque", "largest torque", [1.5, 2.5, 3.5], "N m")
+    columns = (
+        Column("joint", "joint", [1, 2, 3], shown="count"),
+        numbers,
+        Column("v", "verdict", said, "", "text"),
+    )
+    lines = text_of(Result("Table", parts=(Table("t", "", columns),)), 50).splitlines()
+    assert max(map(len, lines)) <= 50
+    (row,) = (k for k, line in enumerate(lines) if "2.5" in line)
+    assert lines[row - 1].split() == ["1", "1.5", *said[0].split()]
+    assert " ".join(lines[row:-1]).split() == ["2", "2.5", *said[1].split()]
+    assert lines[-1].split() == ["3", "3.5"]
+
+
 def test_as_json(result):
     document = result.document()
     assert document["joints"][0] == {

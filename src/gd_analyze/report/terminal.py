@@ -15,11 +15,13 @@ WIDTH = 80
 # Of a name that is shortened stay so many characters.
 _LEAST_NAME = 12
 _NARROWEST_HEADING = 9
+# Lines of a column's heading, and its cells.
+_Block = tuple[list[str], list[str]]
 _UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b|×)")
 
 
 def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str) -> str:
-    """Write a result as lines of `width` columns; a table that needs more is written at its full width.
+    """Write a result as lines of `width` columns; a table that needs more of numbers alone is wider.
 
     `bold` marks up headings.
     """
@@ -83,7 +85,7 @@ def _table(table: Table, width: int) -> list[str]:
     columns = table.shown()
     if not columns or not columns[0][2]:
         return []
-    blocks = []
+    blocks: list[_Block] = []
     for column, unit, texts in columns:
         cells = list(map(visible, texts))
         words = visible(column.label).split(" ")
@@ -97,6 +99,8 @@ def _table(table: Table, width: int) -> list[str]:
             room = max(_LEAST_NAME, _width(heading, cells) - excess)
             excess -= max(_width(heading, cells) - room, 0)
             blocks[k] = heading, [short_name(cell, room) for cell in cells]
+    if excess > 0:
+        blocks = _wrapped_cells(blocks, sides, excess)
     deepest = max(len(heading) for heading, _ in blocks)
     whole = [[""] * (deepest - len(heading)) + heading + cells for heading, cells in blocks]
     padded = [
@@ -106,6 +110,31 @@ def _table(table: Table, width: int) -> list[str]:
     lines = ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
     rule = "  ".join("─" * _length(cells[0]) for cells in padded)
     return [*lines[:deepest], rule, *lines[deepest:]]
+
+
+def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) -> list[_Block]:
+    """Wrap the widest column of text, where that leaves it room enough."""
+    room, widest = max(
+        (is_text * max(map(_length, cells)), k)
+        for k, (is_text, (_, cells)) in enumerate(zip(are_text, blocks, strict=True))
+    )
+    if room - excess < _LEAST_NAME:
+        return blocks
+    pieces = [wrapped(cell, room - excess) or [""] for cell in blocks[widest][1]]
+    out = []
+    for k, (heading, cells) in enumerate(blocks):
+        rows = zip(cells, pieces, strict=True)
+        out.append(
+            (
+                heading,
+                [
+                    line
+                    for cell, own in rows
+                    for line in (own if k == widest else [cell, *[""] * (len(own) - 1)])
+                ],
+            )
+        )
+    return out
 
 
 def _formula(line: str, width: int) -> list[str]:
