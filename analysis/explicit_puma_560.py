@@ -134,7 +134,7 @@ def report() -> str:
         "By hand, published 1986: recursive Newton-Euler 1560 operations, the full explicit model 1165, abbreviated by the "
         "1 % rule 305; no torque error stated. The arm is that of 1986 in [FGL87]'s lengths: its exact terms give 26 of "
         "the 28 printed constants, the other two contradict the printed link table "
-        "([docs/arms.md](../docs/arms.md#the-puma-560-and-the-paper-of-1986)). Below: drive inertia on, errors over "
+        "([compared](../docs/puma560.md)). Below: drive inertia on, errors over "
         f"{STATES} states drawn evenly from the arm's ranges and its velocity and acceleration limits, as shares of each "
         "joint's peak torque; certified: no state within the limits exceeds it.",
         "",
