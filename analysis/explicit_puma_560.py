@@ -169,7 +169,7 @@ def report() -> str:
             *lines,
             "",
             f"The exact torque takes {whole.operations.total} operations, so that the 305 of 1986, and the "
-            f"{ruled.operations.total} that its rule leaves here, save next to nothing: the regrouped parameters that "
+            f"{ruled.operations.total} that its rule leaves here, save almost nothing: the regrouped parameters that "
             "the exact program rests on were published in 1987 (Khalil, Kleinfinger). What the rule keeps can be "
             "written in fewer operations, and what a torque budget keeps in fewer still.",
             "",
@@ -178,7 +178,7 @@ def report() -> str:
             "",
             "## What each step of the search gains",
             "",
-            "Operations as a quick way of writing the program takes them, after each step; and as the final program does.",
+            "Operations after each step, written quickly, and of the final program.",
             "",
             "| model | steps | program |",
             "|---|---|---|",
