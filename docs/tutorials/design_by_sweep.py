@@ -34,7 +34,7 @@ def changes(found):
 # %%
 forearm = gd.sweep(arm, motion, "joint3.xyz.x=0.35..0.55:5", budget=BUDGET)
 elbow = forearm.peak_torque.sel(joint=2)
-print(elbow.values, "N m at the elbow;", forearm.operations.values, "operations;", changes(forearm))
+print(elbow.values, "N m;", forearm.operations.values, "operations;", changes(forearm))
 assert abs(elbow.sel({"joint3.xyz.x": 0.45}) / elbow[0] - 1.09) < 0.005
 
 # %% [markdown]
@@ -47,10 +47,11 @@ assert abs(elbow.sel({"joint3.xyz.x": 0.45}) / elbow[0] - 1.09) < 0.005
 # Coriolis and centrifugal torques are left out. Changes between neighbours on the grid are bisected.
 
 # %%
-tool = gd.sweep(arm, motion, ["link3.mass=0.6..3.6:3", "speed=0.2..1:5"], budget=BUDGET, operations="none")
+vary = ["link3.mass=0.6..3.6:3", "speed=0.2..1:5"]
+tool = gd.sweep(arm, motion, vary, budget=BUDGET, operations="none")
 below = {}
 for element, _, verdict, (mass, speed) in changes(tool):
-    if element == "without h1" and verdict == "beyond budget" and mass in tool["link3.mass"]:
+    if (element, verdict) == ("without h1", "beyond budget") and mass in tool["link3.mass"]:
         below[mass] = speed
 print("h1 may be left out below these speeds:", below)
 assert abs(below[0.6] - 0.52) < 0.005
@@ -67,7 +68,7 @@ assert abs(below[3.6] - 0.28) < 0.005
 # %%
 balance = gd.sweep(arm, motion, "link2.com.x=-0.05..0.175:10", budget=BUDGET)
 elbow = balance.peak_torque.sel(joint=2)
-print(elbow.values, "N m at the elbow;", balance.operations.values, "operations;", changes(balance))
+print(elbow.values, "N m;", balance.operations.values, "operations;", changes(balance))
 assert abs(elbow[2] - 2.4) < 0.05
 assert balance.operations[[2, -1]].values.tolist() == [17, 22]
 
