@@ -54,8 +54,7 @@ for element, _, verdict, (mass, speed) in changes(tool):
     if (element, verdict) == ("without h1", "beyond budget") and mass in tool["link3.mass"]:
         below[mass] = speed
 print("h1 may be left out below these speeds:", below)
-assert abs(below[0.6] - 0.52) < 0.005
-assert abs(below[3.6] - 0.28) < 0.005
+assert [round(below[mass], 2) for mass in (0.6, 3.6)] == [0.52, 0.28]
 
 # %% [markdown]
 # A controller without h may run at 0.52 of the speed with the tool of 0.6 kg, at 0.28 with 3.6 kg. At full
