@@ -48,6 +48,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         shutil.copy(ROOT / "docs" / "tutorials" / file, work)
     monkeypatch.chdir(work)
     monkeypatch.syspath_prepend(work)  # as of a script in that folder
+    monkeypatch.setenv("COLUMNS", "80")
     return work
 
 
