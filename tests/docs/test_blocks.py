@@ -1,4 +1,4 @@
-"""The commands and Python blocks of README and docs run, in order, in one folder per page, and print what is shown."""
+"""Commands and Python blocks of README and docs run in order, one folder per page, and print what is shown."""
 
 from __future__ import annotations
 
