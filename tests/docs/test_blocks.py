@@ -1,4 +1,4 @@
-"""Commands and Python blocks of README and docs run in order, one folder per page, and print what is shown."""
+"""Commands and Python blocks of README and docs run in order, a folder per page, and print what is shown."""
 
 from __future__ import annotations
 
