@@ -273,11 +273,10 @@ def report(found: Sequence[Row], alike: Mapping[Chain, int]) -> str:
         f"{len(refused)} of these refused or given up.",
         "",
         f"- **Against Pinocchio**, which reads the same file and holds the other joints: torques at {_STATES} random states differ "
-        f"by at most {worst:.2g} of what explains a difference, that is round-off and the angles taken as right ones.",
-        f"- **The main job** ran to both reports for every other one. It found a model of fewer operations than exact, at 1 % of each "
-        f"joint's peak torque at the set points of a motion through most of its range, for {len(saving)} of {len(went)}. Of the {len(seven)} of "
-        f"seven and eight joints that is {sum(row.simplified < row.exact for row in seven)}: where equations are too long to be "
-        "cut, with thousands of terms, the recursion of Newton and Euler is.",
+        f"by at most {worst:.2g} of what round-off and angles set to right angles explain.",
+        f"- **The main job** wrote both reports for all others. At 1 % of each joint's peak torque, at the set points of a motion "
+        f"through most of its range, it found a model cheaper than exact for {len(saving)} of {len(went)} chains, and for "
+        f"{sum(row.simplified < row.exact for row in seven)} of the {len(seven)} of seven and eight joints.",
         f"- **Seconds** are processor time of one run with an empty cache, at most {max(row.seconds for row in went):.0f}.",
         f"- **Warnings** were given for {sum(bool(row.warnings) for row in went)} arms; what they say is listed below.",
         "",

@@ -134,7 +134,7 @@ def report() -> str:
         "By hand, published 1986: recursive Newton-Euler 1560 operations, the full explicit model 1165, abbreviated by the "
         "1 % rule 305; no torque error stated. The arm is that of 1986 in [FGL87]'s lengths: its exact terms give 26 of "
         "the 28 printed constants, the other two contradict the printed link table "
-        "([docs/arms.md](../docs/arms.md#the-puma-560-and-the-paper-of-1986)). Below: drive inertia on, errors over "
+        "([compared](../docs/puma560.md)). Below: drive inertia on, errors over "
         f"{STATES} states drawn evenly from the arm's ranges and its velocity and acceleration limits, as shares of each "
         "joint's peak torque; certified: no state within the limits exceeds it.",
         "",
@@ -169,7 +169,7 @@ def report() -> str:
             *lines,
             "",
             f"The exact torque takes {whole.operations.total} operations, so that the 305 of 1986, and the "
-            f"{ruled.operations.total} that its rule leaves here, save next to nothing: the regrouped parameters that "
+            f"{ruled.operations.total} that its rule leaves here, save almost nothing: the regrouped parameters that "
             "the exact program rests on were published in 1987 (Khalil, Kleinfinger). What the rule keeps can be "
             "written in fewer operations, and what a torque budget keeps in fewer still.",
             "",
@@ -178,7 +178,7 @@ def report() -> str:
             "",
             "## What each step of the search gains",
             "",
-            "Operations as a quick way of writing the program takes them, after each step; and as the final program does.",
+            "Operations after each step, written quickly, and of the final program.",
             "",
             "| model | steps | program |",
             "|---|---|---|",

@@ -248,19 +248,19 @@ def report(found: list[Timed], rnea: CDLL | str) -> str:
                 ours = f"{what}, {how}, {flags}"
                 times = [row.faster(ours, than) for than in (f"CasADi, {flags}", "rnea C++", "rnea Python")]
                 lines.append(f"| {row.name} | {what} | {how} {flags} | {' | '.join(map(_rounded, times))} |")
-    return "\n".join([*lines, "", *aims(found), ""])
+    return "\n".join([*lines, "", *in_short(found), ""])
 
 
-def aims(found: list[Timed]) -> Iterator[str]:
-    """Say what was aimed at, and what came of it."""
+def in_short(found: list[Timed]) -> Iterator[str]:
+    """Say what the tables add up to."""
     puma = found[0]
     many, one = (puma.faster(f"1 %, {how}, {FAST}", f"CasADi, {FAST}") for how in ("many", "one"))
-    yield "## Aims"
+    yield "## In short"
     yield ""
-    yield f"- The simplified PUMA at least 4 times faster than CasADi's exact C: {many:.1f} times at once, {one:.1f} times one by one."
+    yield f"- The simplified PUMA is {many:.1f} times faster than CasADi's exact C at once, {one:.1f} times one by one."
     slower = [f"{row.name}: {what}" for row in found for what in row.slower_than_exact]
-    yield "- No simplified model slower than an exact one, called in the same way or CasADi's: " + (
-        "; ".join(slower) + "." if slower else "none is."
+    yield "- Simplified models slower than an exact one, called in the same way or CasADi's: " + (
+        "; ".join(slower) + "." if slower else "none."
     )
     gains = [
         row.nanoseconds[f"{what}, one, {FAST}"] / row.nanoseconds[f"{what}, many, {FAST}"]

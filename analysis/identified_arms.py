@@ -33,7 +33,7 @@ mass by 20 mm), with drives and friction that the file does not state. It moves 
 from `gd-analyze plan --exciting`, sampled at {RATE:g} Hz. Positions have noise of {NOISE[0]:g} rad, torques of {NOISE[1]:.0%} of their RMS.
 `gd.identify` gets the file and the log, and fits its first two thirds. The script is `analysis/identified_arms.py`.
 
-- *Within three standard errors*: of all base parameters told in all runs; and the parameter that is so in the fewest.
+- *Within three standard errors*: base parameters of all runs that the log tells; and the parameter that is so in the fewest runs.
 - *Torque of a fresh motion over the noise floor*: RMS of the error on a random Fourier series within the arm's limits,
   with the noise of the log beside it, over that noise alone, the worst joint's.
 - *Bodies possible*: runs in which every link's pseudo-inertia is positive definite.

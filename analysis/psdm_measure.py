@@ -290,19 +290,18 @@ def report() -> str:
             "",
             "## Simplified",
             "",
-            "`share`: the least share of the norm that so many of the states keep, and the same of as many states drawn with "
+            "`share`: the largest share of the norm at so many of the states; `elsewhere`: the same at as many states drawn with "
             "another seed. `largest`: the largest error of any joint at any state, over the joint's peak torque. The norm is "
-            "that of the joints with the largest torques: what is left of the others may be little, and is told beside it. "
-            "PSDM gives its times at 0.1 % as a range, whose ends stand where they must be.",
+            "dominated by the joints with the largest torques, and little may be left of the others. PSDM gives its times at "
+            "0.1 % as a range: its lower end stands at slow, 95 %, its upper end at fast, 99.9 %.",
             "",
             "| arm | profile | error | of states | operations | level | share | elsewhere | largest | seconds | nanoseconds | PSDM |",
             "|" + "---|" * 12,
             *simple,
             "",
-            "Of the SCARA, joints that turn have a norm in N m and the one that slides one in N. PSDM puts both into one "
-            "norm, which depends on the units chosen; here the larger share of the two counts, which implies theirs in any "
-            "units. An error is sampled in either tool; ours states it of the program that runs, and can bound it "
-            "([certificate](../docs/certificate.md)), joint by joint, for all states.",
+            "The SCARA's revolute joints have a norm in N m, its prismatic joint one in N. PSDM puts both into one norm, which "
+            "depends on the units chosen; here the larger share of the two counts, which implies theirs in any units. The "
+            "error is sampled in either tool; [a certificate](../docs/certificate.md) bounds ours for all states.",
             "",
         ]
     )

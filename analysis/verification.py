@@ -213,19 +213,17 @@ def report() -> str:
     lines = [
         "# Verification",
         "",
-        "This page states how exact D, h and c are. Every identity that they must satisfy is measured on the "
-        "built-in arms and compared with what floating-point round-off explains. Each run of the main job also compares its own "
-        "trajectory with Pinocchio: it prints the largest difference, stores it (`residual_*` in the HDF5 file), "
-        "and fails if the difference exceeds round-off.",
+        "How exact D, h and c are: every identity that they must satisfy, measured on the built-in arms. Each run of the "
+        "main job also compares its own trajectory with Pinocchio: it prints the largest difference, stores it (`residual_*` "
+        "in the HDF5 file), and fails if it exceeds round-off.",
         "",
         f"Measured: largest difference over {N_STATES} random states, drawn evenly from each arm's ranges and its "
         "velocity and acceleration limits. Bound: what round-off, or the truncation of a central difference, "
-        "explains; it is derived in `gd_analyze.dynamics.pinocchio_check.round_off_bounds` and beside each "
-        "measurement. D and h are computed from composite moments, by effect; Pinocchio and the closed forms give "
+        "explains. D and h are computed from composite moments, by effect; Pinocchio and the closed forms give "
         "the sum of both effects. Entries of the Stanford arm's prismatic joint are in N, kg m and kg.",
         "",
-        "`python analysis/verification.py` writes this page. The tests measure the same and fail if a bound is "
-        "exceeded. The digits measured vary with the machine.",
+        "`python analysis/verification.py` writes this page, and the tests measure the same. The digits measured vary with "
+        "the machine.",
         "",
         "| identity | arm | measured | bound | unit |",
         "|---|---|---|---|---|",

@@ -1,4 +1,4 @@
-"""The commands and Python blocks of README and docs run, in order, in one folder per page."""
+"""Commands and Python blocks of README and docs run in order, a folder per page, and print what is shown."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from markdown_pages import ROOT, Block, blocks
 
 from gd_analyze.cli import main
 
-NOT_RUN = "not run"
+NOT_RUN, PRINTED = "not run", "printed"
 README = ROOT / "README.md"
 
 
@@ -48,6 +48,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         shutil.copy(ROOT / "docs" / "tutorials" / file, work)
     monkeypatch.chdir(work)
     monkeypatch.syspath_prepend(work)  # as of a script in that folder
+    monkeypatch.setenv("COLUMNS", "80")
     return work
 
 
@@ -71,10 +72,14 @@ def test_the_readme_runs_in_a_shell(folder: Path):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_the_blocks_run(page: Path, folder: Path):
+def test_the_blocks_run(page: Path, folder: Path, capsys: pytest.CaptureFixture[str]):
     for block in runnable(page):
         if block.language == "python":
             exec(compile(block.text, f"{page.name}, line {block.line}", "exec"), {"__name__": "__main__"})
             continue
         for command in commands(block):
             main(shlex.split(command, comments=True)[1:])
+    lines = {"...", *capsys.readouterr().out.splitlines()}
+    for block in blocks(page):
+        if block.marked == PRINTED:
+            assert [line for line in block.text.splitlines() if line not in lines] == [], f"line {block.line}"

@@ -95,8 +95,10 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     assert run_headline(long_findings) == run_headline(kept)
 
 
-@pytest.mark.parametrize("level", ["element", "term"])
-def test_the_budget_holds_where_the_first_search_did_not_look(two_link, long_swing, level, monkeypatch):
+@pytest.mark.parametrize(("level", "at_set_points"), [("element", True), ("term", True), ("term", False)])
+def test_the_budget_holds_where_the_first_search_did_not_look(
+    two_link, long_swing, level, at_set_points, monkeypatch
+):
     """Of two set points and nothing else the first model breaks its budget elsewhere."""
     searches = []
     monkeypatch.setattr(long_motion, "_SEARCHED", 2)
@@ -110,7 +112,7 @@ def test_the_budget_holds_where_the_first_search_did_not_look(two_link, long_swi
     monkeypatch.setattr(LongMotion, "of", blind)
     stated = LongMotion.stated
     monkeypatch.setattr(LongMotion, "stated", lambda *given: searches.append(1) or stated(*given))
-    found = gd.find(two_link, long_swing, gd.Settings(level=level, budget="3%", at_set_points=True))
+    found = gd.find(two_link, long_swing, gd.Settings(level=level, budget="3%", at_set_points=at_set_points))
     assert len(searches) > 2
     for model in (found.model, found.element_model):
         torque = model.torque(long_swing.q, long_swing.qd, long_swing.qdd)

@@ -204,9 +204,9 @@ def simplify_certified(
 
 
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
-    """Weigh errors near each of several motions as at its set points."""
+    """Weigh errors near each of several motions as at its set points; states that joined later belong to none."""
     states = exact.states
-    if states.weights is None or not isinstance(region, Tube):
+    if not states.motions or not isinstance(region, Tube):
         return region
     if region.motion is None or region.fingerprint != states.described.get("trajectory_fingerprint"):
         expected, what = f"one around {states.in_words}", "the tube is around other motions"

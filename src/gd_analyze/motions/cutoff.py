@@ -1,6 +1,6 @@
 """The cut-off of the low-pass, by rule or as asked for, and the readings that accelerations come from.
 
-Motion and noise are told apart by their spectra: see "The cut-off" in docs/trajectories.md.
+Motion and noise are told apart by their spectra: see docs/decisions/0021-cut-off.md.
 """
 
 from __future__ import annotations
