@@ -90,8 +90,8 @@ class Held(NamedTuple):
         """One with the arm's own coefficients beside a refitted one; a refitted one where much cheaper."""
         model = self.model
         most = model.operations_full.total - 1 if model.refitted else _MUCH * model.operations.total
-        levels = (one for one in model.accuracy.levels if one.refitted != model.refitted)
-        others = [one for one in levels if one.operations is not None and one.operations <= most]
+        levels = (one for one in model.accuracy.levels if one.of_allowed is not None)
+        others = [one for one in levels if one.refitted != model.refitted and (one.operations or 0) <= most]
         return min(others, key=lambda one: one.operations or 0, default=None)
 
 
@@ -206,7 +206,7 @@ def simplify_certified(
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
     """Weigh errors near each of several motions as at its set points; states that joined later belong to none."""
     states = exact.states
-    if not states.motions or not isinstance(region, Tube):
+    if states.weights is None or not states.motions or not isinstance(region, Tube):
         return region
     if region.motion is None or region.fingerprint != states.described.get("trajectory_fingerprint"):
         expected, what = f"one around {states.in_words}", "the tube is around other motions"
