@@ -75,6 +75,7 @@ class Cells:
     opacity: FloatArray  # (R, N), from 0 to 1
     words: tuple[str, ...]  # what a page tells of a row's cells, {0}, {1}, ... in place of their numbers
     numbers: FloatArray  # (R, N, numbers), as shown
+    gap: float = 0.1  # between rows
 
 
 @dataclass(frozen=True)
