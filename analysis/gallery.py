@@ -1,47 +1,84 @@
 """Runs the commands of the gallery and writes docs/gallery.md, its figures and reports: `python analysis/gallery.py`.
 
-README's picture is a screenshot of the sample report, taken where there is a Chromium.
+`python analysis/gallery.py ur10 panda` makes these sections and leaves the others, and so is a section left whose
+input is missing. UR10 and Panda come from `pip install example-robot-data`; the page says where the UR10's log comes
+from, and `--log FOLDER` where it lies. README's picture is a screenshot of the sample report, taken where there is a
+Chromium and nothing is chosen.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import json
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
+from textwrap import wrap
 
+import xarray as xr
+
+import gd_analyze as gd
 from gd_analyze.cli import main as gd_analyze
+from gd_analyze.figures.figure import Figure
+from gd_analyze.figures.svg import figure_svg
+from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.files import write_text
+from gd_analyze.studies.identification_result import torque_figure
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gallery"
+PAGE = ROOT / "docs" / "gallery.md"
 HEAD = """# Gallery
 
-Results for the shipped arms: a figure, its commands, and the report that they write.
+Results for shipped and published arms: a figure, its commands, and the report that they write.
 
 <!-- Written by analysis/gallery.py. -->
 """
+LOG = "ur10_exciting_trajectory.db3"
+# Files of example-robot-data.
+PUBLISHED = {
+    "ur10_robot.urdf": "ur_description/urdf/ur10_robot.urdf",
+    "panda.urdf": "panda_description/urdf/panda.urdf",
+}
+DATA = "[example-robot-data](https://pypi.org/project/example-robot-data/)"
+SALERNO = "https://github.com/unisa-acg/inverse-dynamics-solver"
 BLANK = '<rect width="100%" height="100%" fill="#fff"/>'  # also where a page is dark
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 @dataclass(frozen=True)
 class Result:
-    """One section: they draw figures into folder NAME, and may write NAME-report."""
+    """One section: its commands draw figures into folder NAME, or `figure` draws one, and may write NAME-report."""
 
     name: str
     title: str
     commands: tuple[str, ...]
-    figure: str
+    figure: str | Callable[[], Figure]
     alternative: str
     sentence: str
     report: str = ""
+    inputs: tuple[str, ...] = ()
+
+
+def identified() -> Figure:
+    """Draw what the command finds: its figure is in the report alone."""
+    arm = gd.load_arm("ur10_robot.urdf")
+    return torque_figure(gd.identify(arm, gd.read_trajectory(LOG, arm)))
+
+
+def swept() -> Figure:
+    """Draw the maps of what the sweep stored."""
+    with xr.open_dataset("sweep-report/sweep.h5", engine="h5netcdf") as found:
+        return maps_figure(found.load())
 
 
 RESULTS = (
@@ -89,7 +126,80 @@ RESULTS = (
         "Elements of D of two slender rods by effect",
         "In a plane, rotation makes a constant part of D.",
     ),
+    Result(
+        "ur10",
+        "A UR10: what its log tells",
+        (f"gd-analyze identify ur10_robot.urdf {LOG} -o ur10.toml --report ur10-report",),
+        identified,
+        "Torque of the six joints of a UR10 over 27 s: measured, of the file, and identified",
+        f"The file knows neither friction nor drives; what is identified from the first two thirds (extras `logs` and "
+        f"`identify`) predicts the last, shaded. The file is that of {DATA} (ROS-Industrial, BSD), the log `ur10_inverse_dynamics_solver/bagfiles/{LOG}` "
+        f"of the [University of Salerno]({SALERNO}) (Petrone, Ferrentino, Chiacchio; BSD-3-Clause).",
+        inputs=("ur10_robot.urdf", LOG),
+    ),
+    Result(
+        "panda",
+        "A Panda: seven joints, full inertias",
+        (
+            "gd-analyze plan panda.urdf --tip panda_link8 --from 0,-45,0,-135,0,90,45 --to 90,0,30,-90,45,120,-30 "
+            "--duration 2.5 --profile quintic -o reach.csv",
+            "gd-analyze figures panda.urdf reach.csv --tip panda_link8 --no-marks --out panda",
+            "gd-analyze panda.urdf reach.csv --tip panda_link8 --format html --out panda-report",
+        ),
+        "inertia",
+        "The 28 elements of D of a Franka Panda by effect",
+        f"Translation suffices for the large joints, and rotation counts towards the hand; the file is that of {DATA} "
+        "(Franka Robotics, Apache-2.0).",
+        inputs=("panda.urdf",),
+    ),
+    Result(
+        "scara",
+        "A SCARA: three joints that turn, one that slides",
+        (
+            "gd-analyze plan scara --from -60,90,0.15,0 --via -50,75,0.1,20 --via 35,-55,0.1,160 --to 45,-70,0.15,180 "
+            "--points 46 --duration 0.9 -o place.csv",
+            "gd-analyze figures scara place.csv --no-marks --out scara",
+            "gd-analyze scara place.csv --format html --out scara-report",
+        ),
+        "inertia",
+        "The ten elements of D of a SCARA by effect",
+        "The spindle, joint 3, slides parallel to the other joints' axes and is coupled to none of them: D13, D23 and "
+        "D34 are zero. The numbers are those of Lloyd, Irani and Ahmadi 2021, Table 1.",
+    ),
+    Result(
+        "sweep",
+        "A sweep: two dimensions of a PUMA 560",
+        (
+            "gd-analyze sweep puma560 pick-and-place --vary link3.mass=1..8:24 --vary joint2.a=0.2..0.6:24 "
+            "--format h5,html --out sweep-report",
+        ),
+        swept,
+        "Maps of verdicts, operations and peak torques over the forearm's mass and the upper arm's length",
+        "Mass of the forearm across, length of the upper arm upward; dots mark where a verdict changes, and white is "
+        "negligible.",
+    ),
 )
+
+
+def fetched(log: Path | None) -> list[str]:
+    """Copy the inputs that there are into the current folder."""
+    places = {} if log is None else {LOG: log / LOG}
+    with contextlib.suppress(PackageNotFoundError):
+        robots = distribution("example-robot-data").locate_file(
+            "cmeel.prefix/share/example-robot-data/robots"
+        )
+        places |= {name: Path(str(robots), path) for name, path in PUBLISHED.items()}
+    there = [name for name, path in places.items() if path.is_file()]
+    for name in there:
+        shutil.copy(places[name], name)
+    return there
+
+
+def folded(command: str) -> str:
+    """Continue a long command on further lines, an option's value on that of the option."""
+    glued = re.sub(r"( --?[a-z][-a-z]*) ", "\\1\0", command)
+    lines = wrap(glued, 92, break_long_words=False, break_on_hyphens=False)
+    return " \\\n    ".join(lines).replace("\0", " ")
 
 
 def section(result: Result) -> str:
@@ -101,16 +211,18 @@ def section(result: Result) -> str:
             gd_analyze([*shlex.split(command)[1:], "--json"])
         told = json.loads(printed.getvalue())
     image = FOLDER / f"{result.name}.svg"
-    drawing = Path(result.name, f"{result.figure}.svg").read_text(encoding="utf-8")
+    if callable(result.figure):
+        drawing = figure_svg(result.figure())
+    else:
+        drawing = Path(result.name, f"{result.figure}.svg").read_text(encoding="utf-8")
     write_text(image, drawing.replace(">", f">{BLANK}", 1))
     parts = [f"\n## {result.title}", f"![{result.alternative}](gallery/{image.name})", result.sentence]
-    made = Path(f"{result.name}-report", "report.html")
-    if made.exists():
+    for made in Path(f"{result.name}-report").glob("*.html"):
         report = result.report or f"gallery/{result.name}.html"
         if not result.report:
             shutil.copy(made, FOLDER.parent / report)
         parts.append(f"[The report]({report}): {told['headline']}")
-    return "\n\n".join((*parts, "\n".join(("```sh", *result.commands, "```\n"))))
+    return "\n\n".join((*parts, "\n".join(("```sh", *map(folded, result.commands), "```\n"))))
 
 
 def picture() -> None:
@@ -125,15 +237,39 @@ def picture() -> None:
     subprocess.run([*words, f"--screenshot={image}", page], check=True, capture_output=True)
 
 
+def written() -> dict[str, str]:
+    """Sections that the page has, by title."""
+    page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    return {part.partition("\n")[0]: f"\n## {part}" for part in page.split("\n## ")[1:]}
+
+
 def main() -> None:
-    """Make all sections in a temporary folder."""
+    """Make sections in a temporary folder, and the page of these and those that it had."""
+    parser = argparse.ArgumentParser(description="Write docs/gallery.md, its figures and its reports.")
+    names = [result.name for result in RESULTS]
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"sections to make, of: {', '.join(names)}")
+    parser.add_argument("--log", type=Path, help=f"folder of {LOG}")
+    given = parser.parse_args()
+    if unknown := set(given.names) - {*names}:
+        parser.error(f"no section is called {', '.join(sorted(unknown))}; there are: {', '.join(names)}")
+    log = None if given.log is None else given.log.resolve()
     FOLDER.mkdir(exist_ok=True)
+    sections = written()
     with tempfile.TemporaryDirectory() as work:
         os.chdir(work)
-        text = HEAD + "".join(map(section, RESULTS))
+        there = fetched(log)
+        for result in RESULTS:
+            missing = [name for name in result.inputs if name not in there]
+            if given.names and result.name not in given.names:
+                continue
+            if missing:
+                print(f"{result.name} is left as it is, for want of {', '.join(missing)} (see --help)")
+                continue
+            sections[result.title] = section(result)
         os.chdir(ROOT)
-    write_text(ROOT / "docs" / "gallery.md", text)
-    picture()
+    write_text(PAGE, HEAD + "".join(sections.get(result.title, "") for result in RESULTS))
+    if not given.names:
+        picture()
 
 
 if __name__ == "__main__":

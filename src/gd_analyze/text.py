@@ -125,7 +125,10 @@ def thousands(count: int) -> str:
 def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
     text = re.sub(r"(?<=[a-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)
-    return re.sub(r"(?<=\d)e([+-]\d+)", lambda m: f" × 10{str(int(m[1])).translate(_SUPERSCRIPTS)}", text)
+    # Whole words only: an "e" between the digits of a hash is no exponent.
+    return re.sub(
+        r"\b(\d[\d.]*)e([+-]\d+)\b", lambda m: f"{m[1]} × 10{str(int(m[2])).translate(_SUPERSCRIPTS)}", text
+    )
 
 
 def unbroken(text: str) -> str:

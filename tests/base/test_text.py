@@ -21,6 +21,7 @@ from gd_analyze.text import (
     in_python,
     number_in,
     percent,
+    pretty,
     rounded_up,
     share_up,
     visible,
@@ -38,6 +39,12 @@ def test_three_digits_and_a_unit_with_a_prefix() -> None:
     assert amount(6.56e-5, "N m") == "65.6 µN m"
     assert amount(12_300.0, "N") == "12.3 kN"
     assert amount(4e-5, "kg m^2") == "40 mg m^2"
+
+
+def test_an_e_in_a_hash_is_no_exponent() -> None:
+    run = "gd-run:2c72af1e-3344aaf13a5dca1f"
+    assert pretty(run) == run
+    assert pretty("-2.1e-14 and 3e+05 kg m^2") == "-2.1 × 10⁻¹⁴ and 3 × 10⁵ kg m²"
     assert amount(2.1e-14, "N m") == "2.10e-14 N m"  # round-off is no quantity of the arm
     assert amount(0.01, "deg") == "0.01 deg"
 

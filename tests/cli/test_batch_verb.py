@@ -17,6 +17,7 @@ def test_a_table_with_a_row_that_fails(run, here, motion):
     assert {path.name for path in (here / "batch").iterdir()} == {"batch.csv", "batch.parquet", "rows.jsonl"}
     assert pd.read_csv(here / "batch" / "batch.csv").state.tolist() == ["done", "failed"]
     (here / "none.csv").write_bytes(motion.read_bytes())
+    (here / "rows.csv").write_text((here / "rows.csv").read_text().replace(",", ";"))
     json = run("batch rows.csv --json").json
     assert (json["rows"], json["done"], json["failed"]) == (2, 2, 0)
     assert [row["trajectory"] for row in json["table"]] == ["gentle.csv", "none.csv"]
@@ -27,11 +28,13 @@ def test_a_table_with_a_row_that_fails(run, here, motion):
 def test_bad_batches_write_nothing(run, here, motion, listing):
     (here / "rows.csv").write_text("arm,trajectory\ntwo_link,gentle.csv\n")
     (here / "wrong.csv").write_text("arm,trajektory\ntwo_link,gentle.csv\n")
+    (here / "long.csv").write_text("arm,trajectory\ntwo_link,gentle.csv,1%\n")
     (here / "wrong.yaml").write_text("arm: [two_link\n")
     before = listing()
     for line, says in {
         "batch wrong.csv": "did you mean 'trajectory'?",
         "batch wrong.yaml": "wrong.yaml, line 2",
+        "batch long.csv": "beyond the header",
         "batch nowhere.csv": "nowhere.csv",
         "batch gentle.csv": "there is no option 'time'",
         "batch rows.csv --format exe": "exe",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import xarray as xr
 
 import gd_analyze as gd
@@ -39,6 +41,11 @@ def test_every_kind_of_sweep_has_its_page(run, here, motion):
         page = (here / f"made{k}" / "sweep.html").read_text()
         assert "Peak torque over the points" in page
     assert (here / "made0" / "sweep.html").read_text().count("<svg") >= 2
+    # Above a map of a verdict stands no unit: that of the number upward is at its own axis.
+    run("sweep two_link gentle.csv --vary speed=0.5..2:3 --vary link2.mass=0.5..4:3 --out maps --format html")
+    page = (here / "maps" / "sweep.html").read_text()
+    assert re.findall(r">([\d.]+ kg)</text>", page)
+    assert ", kg</tspan>" not in page
 
 
 def test_bad_sweeps_write_nothing(run, motion, listing):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,15 @@ fclose(file);
 {f"if stated.joints ~= {n}; error('stated'); end" if what.torque else ""}
 rmpath('{place}'); clear('{what.name}');
 """
+
+
+def test_a_box_of_many_joints_is_named_in_full():
+    names = [f"joint_with_a_long_name_{k}" for k in range(1, 8)]
+    what = subject("two_link energy")
+    box = replace(what.certificate.box, where=f"a range is assumed of joint {', '.join(names)}")
+    what = replace(what, certificate=replace(what.certificate, region=box))
+    (text,) = (text for name, text in written(what, "c").files.items() if name.endswith(".h"))
+    assert all(name in text for name in names)
 
 
 @needs("octave")

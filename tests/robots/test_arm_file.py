@@ -152,7 +152,7 @@ def test_files_that_end_early_or_never(file):
 def test_unknown_arms(name):
     with pytest.raises(ArmError, match="there is no arm") as caught:
         gd.load_arm(name)
-    assert "puma560, stanford, two_link" in caught.value.details["expected"]
+    assert "puma560, scara, stanford, two_link" in caught.value.details["expected"]
     assert ("'puma560'" in caught.value.details["next"]) == (name == "puma506")
 
 

@@ -15,6 +15,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.states import States
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
+from psdm_measure import arm_of
 
 
 def test_puma_numbers(puma):
@@ -42,6 +43,17 @@ def test_two_link_numbers(two_link):
         assert rod.com.tolist() == [-0.5, 0.0, 0.0]
         assert rod.inertia_com.tolist() == np.diag([0.0, rod.mass / 12, rod.mass / 12]).tolist()
     assert two_link.gravity.tolist() == [0.0, -9.8062, 0.0]
+
+
+def test_scara_numbers():
+    """Lloyd, Irani, Ahmadi 2021, Table 1: the file, and the table as the study beside PSDM has it."""
+    scara, table = gd.load_arm("scara"), arm_of("SCARA")
+    assert scara.is_revolute == table.is_revolute == (True, True, False, True)
+    states = gd.states_in_box(scara, 50, seed=3)
+    torques = [decompose_states(arm, states)["torque"] for arm in (scara, table)]
+    # Some hundred operations on torques of up to 100 N m, of lengths that may be a rounding apart.
+    np.testing.assert_allclose(*torques, rtol=0, atol=1e-11)
+    assert np.abs(torques[0]).max() < 200.0
 
 
 @pytest.fixture(scope="module")

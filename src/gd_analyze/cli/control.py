@@ -116,8 +116,8 @@ def control(
         from gd_analyze.studies.control_result import control_result
         from gd_analyze.studies.study_files import StudyFolder
 
-        settings = gd.ControlSettings(**loop, tolerance=gd.Tolerance.parse(within))
         loaded = gd.load_model(model)
+        settings = gd.ControlSettings(**loop, tolerance=gd.Tolerance.parse(within, loaded.arm))
         moved = None if payload is None else carrying(loaded.arm, parse_payload(payload))
         motion = read_motion(trajectory, loaded.arm)
         files = None

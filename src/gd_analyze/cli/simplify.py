@@ -132,6 +132,7 @@ def simplify(
             raise click.UsageError("--budget tracking goes without --operations and --verdicts")
         start = time.perf_counter()
         exact, motion = given.exact()
+        tracking = tracking and TrackingBudget.parse(budget, exact.arm)
         source = provenance(command_line())
         at_states = at_set_points or operations is not None or asked.norm is not None
 

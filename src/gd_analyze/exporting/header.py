@@ -72,7 +72,8 @@ def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     if given.certificate is None:
         yield f"Nothing is proven of {'other' if stated is None else 'further'} states: {given.unproven}."
         return
-    where = foreign(given.certificate.box.where)
+    # Name by name, as a text of many joints would be cut.
+    where = ", ".join(map(foreign, given.certificate.box.where.split(", ")))
     yield f"Proven: no state of the following box ({where}) has an error above the bound."
     headings = ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"]
     yield from _table(headings, proven_rows(given.certificate))

@@ -75,6 +75,7 @@ class Cells:
     opacity: FloatArray  # (R, N), from 0 to 1
     words: tuple[str, ...]  # what a page tells of a row's cells, {0}, {1}, ... in place of their numbers
     numbers: FloatArray  # (R, N, numbers), as shown
+    gap: float = 0.1  # between rows
 
 
 @dataclass(frozen=True)
@@ -221,17 +222,20 @@ def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis
 
 
 def ticks(low: float, high: float, most: int = 3) -> list[float]:
-    """Round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many."""
+    """Round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many.
+
+    Where that left a single one, which tells no scale, there are the more of the next smaller step.
+    """
     width = high - low
     # A round value may have come out a rounding outside the range whose end it is.
     low, high = low - 1e-9 * width, high + 1e-9 * width
     decade = 10.0 ** (math.floor(math.log10(width / most)) - 1)
     found: list[float] = []
     for lead in (5, 10, 20, 50, 100):
-        step = lead * decade
+        step, finer = lead * decade, found
         found = [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
         if len(found) <= most + 1:
-            break
+            return finer if len(found) < 2 and finer else found
     return found
 
 

@@ -175,7 +175,7 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
         for row, same in enumerate(looks == look):
             ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
             for pair in ends.reshape(-1, 2):
-                corners = placed(item.x[pair], row + np.array([0.0, 0.9]))
+                corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
                 (left, top), (right, bottom) = np.rint(UNIT * corners).astype(int).tolist()
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
         yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'

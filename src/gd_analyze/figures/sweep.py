@@ -19,9 +19,11 @@ from gd_analyze.figures.figure import (
     Key,
     Panel,
     in_columns,
+    tick_label,
     ticks,
     value_axis,
 )
+from gd_analyze.text import pretty
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,18 +102,18 @@ def maps_figure(found: xr.Dataset) -> Figure:
     across, upward = map(str, found.parameter.values)
     x, grid = found[across].values, found[upward].values
     places = np.arange(len(grid)) + 0.5
-    shown = [(float(np.interp(at, grid, places)), f"{at:g}") for at in ticks(grid[0], grid[-1], 4)]
-    unit, axis = str(found.unit.values[1]), _axis(found, across)
-    y = Axis(
-        0.0, float(len(grid)), tuple(at for at, _ in shown), unit, names=tuple(text for _, text in shown)
-    )
+    at, axis = ticks(grid[0], grid[-1], 4), _axis(found, across)
+    names = [tick_label(value) for value in at]
+    # Above the panel the unit would be that of what the map shows.
+    names[-1:] = [f"{names[-1]} {pretty(str(found.unit.values[1]))}".rstrip()]
+    y = Axis(0.0, float(len(grid)), tuple(np.interp(at, grid, places).tolist()), names=tuple(names))
     panels = []
     for label in changing(found)[:_MAPS]:
         many = found.verdict.sel(element=label).transpose(upward, across).values
         at = found.change_at.values[found.change_element.values == label]
         marks = Curve(at[:, 0], np.interp(at[:, 1], grid, places), "ink", 0.0, marker="circle", size=1.8)
         words = [f"{label}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
-        panels.append(Panel(label, _named(label), axis, y, (_cells(x, many, words, x), marks)))
+        panels.append(Panel(label, _named(label), axis, y, (_cells(x, many, words, x, gap=0.0), marks)))
     numbers = {"operations": (found.operations, "")} if found.operations.notnull().any() else {}
     for i, effort in enumerate(found.effort_unit.values.tolist()):
         numbers[f"peak torque {i + 1}"] = (found.peak_torque[..., i], effort)
@@ -121,7 +123,7 @@ def maps_figure(found: xr.Dataset) -> Figure:
         shade = 0.1 + 0.9 * np.round((np.nan_to_num(held, nan=low) - low) / max(high - low, 1e-300), 1)
         words = [f"{title} {{1}} {effort}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
         told = np.stack([np.broadcast_to(x, held.shape), np.vectorize(_short)(held)], axis=-1)
-        cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told)
+        cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told, gap=0.0)
         corner = f"{low:.3g} to {high:.3g} {effort}"
         panels.append(Panel(title, title, axis, y, (cells,), corner))
     label = f"Maps over {across} (across) and {upward} (upward)"
@@ -131,13 +133,15 @@ def maps_figure(found: xr.Dataset) -> Figure:
 def _axis(found: xr.Dataset, name: str) -> Axis:
     values, unit = found[name].values, str(found.unit.sel(parameter=name).values)
     low, high = float(values.min()), float(values.max())
-    return Axis(low, high, tuple(ticks(low, high, 4)), unit)
+    return Axis(low, high, tuple(ticks(low, high, 4)), pretty(unit))
 
 
-def _cells(x: FloatArray, verdicts: np.ndarray, words: Sequence[str], told: FloatArray) -> Cells:
+def _cells(
+    x: FloatArray, verdicts: np.ndarray, words: Sequence[str], told: FloatArray, gap: float = 0.1
+) -> Cells:
     colours = np.vectorize(lambda verdict: _COLOURS.get(verdict, ""))(verdicts)
     numbers = np.broadcast_to(np.vectorize(_short)(told)[:, None], (*verdicts.shape, 1))
-    return Cells(_edges(x), colours, np.full(verdicts.shape, 0.85), tuple(words), numbers)
+    return Cells(_edges(x), colours, np.full(verdicts.shape, 0.85), tuple(words), numbers, gap)
 
 
 def _edges(x: FloatArray) -> FloatArray:

@@ -163,7 +163,8 @@ def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, i
             continue
         if of not in (*ROLES, "time") or ((of == "time") == bool(colon) and column != _NONE):
             expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; qd=none and such"
-            raise refusal(f"unknown role {role!r}", "--map", expected, f"{role}={column}")
+            what = f"{of} of which joint?" if of in ROLES else f"unknown role {role!r}"
+            raise refusal(what, "--map", expected, f"{role}={column}")
         if column == _NONE and of != "q":
             said[of, -1] = -1
         else:

@@ -282,7 +282,8 @@ def _stream(path: Path | None) -> bytes:
 
 def _unreadable(path: Path, error: OSError) -> TrajectoryError:
     found, step = error.strerror or str(error), "give a path you may read"
-    return refusal("cannot read the trajectory", Location(path), "a file, or a folder of files", found, step)
+    expected = "a file" if isinstance(error, IsADirectoryError) else "a file, or a folder of files"
+    return refusal("cannot read the trajectory", Location(path), expected, found, step)
 
 
 def _begin(path: Path) -> bytes:

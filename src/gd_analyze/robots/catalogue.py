@@ -158,12 +158,13 @@ def _path_of(name_or_path: object) -> Path:
         return builtin[given]
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is no file either
-        is_folder, is_log = bool(given) and path.is_dir(), path.suffix.lower() in _OF_LOGS
-        if path.is_file() and not is_log:
+        suffix, is_folder = path.suffix.lower(), bool(given) and path.is_dir()
+        others = "models" if suffix == ".json" else "logs and set points" * (suffix in _OF_LOGS)
+        if path.is_file() and not others:
             return path
         if is_folder or path.is_file():
-            found = "a folder" if is_folder else f"a {path.suffix} file, as logs and set points are"
-            way = "name the file in it" if is_folder else "name the robot first, then the log"
+            found = "a folder" if is_folder else f"a {suffix} file, as {others} are"
+            way = "name the file in it" if is_folder else "name the robot's own file first"
             raise ArmError("this is no robot's file", where=Location(path), found=found, next_step=way)
     near = difflib.get_close_matches(given, builtin, n=1)
     way = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"

@@ -55,7 +55,9 @@ def rows_in(path: Path) -> list[Row]:
             read = parsed_toml if kind == ".toml" else parsed_yaml
             rows = list(_combined(read(path, text, "table of a batch"), path))
         else:
-            lines = csv.DictReader(io.StringIO(text.removeprefix("\ufeff")))
+            text = text.removeprefix("\ufeff")
+            between = max(",;\t", key=text.partition("\n")[0].count)
+            lines = csv.DictReader(io.StringIO(text), delimiter=between, restkey="(beyond the header)")
             rows = [{str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines]
     return checked(rows, str(path))
 

@@ -114,17 +114,20 @@ class Tolerance:
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
-                what, wanted = "no error is within this tolerance", "a positive angle or length"
+                what, wanted = (
+                    "the tolerance is out of range",
+                    f"an angle or length above 0, up to {LARGEST:g}",
+                )
                 raise UsageError(what, where="tolerance", expected=wanted, found=f"{value:g}")
 
     @classmethod
-    def parse(cls, text: str) -> Tolerance:
+    def parse(cls, text: str, arm: RobotArm | None = None, where: str = "--within") -> Tolerance:
         """Read "0.1deg,1mm", or one of these; the other keeps its default.
 
         Raises
         ------
         UsageError
-            If an entry is not understood or is given twice.
+            If an entry is not understood or is given twice, or the arm has no joint that any is of.
 
         Examples
         --------
@@ -138,11 +141,20 @@ class Tolerance:
             if match is None or name in given:
                 raise UsageError(
                     "the tolerance is given twice" if match else "the tolerance is not understood",
-                    where=f"--within, entry {place}",
+                    where=f"{where}, entry {place}",
                     expected="an angle such as 0.1deg or 2mrad, a length such as 1mm, or both with a comma",
                     found=repr(entry.strip()),
                 )
             given[name] = float(match[1]) * worth
+        if arm is not None and given.keys().isdisjoint(joint.kind for joint in arm.joints):
+            kind, moves = ("a length", "turns") if "prismatic" in given else ("an angle", "slides")
+            wanted = "0.1deg" if moves == "turns" else "1mm"
+            raise UsageError(
+                "no joint has such a tolerance",
+                where=where,
+                expected=f"{wanted}, say: every joint {moves}",
+                found=f"{kind}: {text.strip()!r}",
+            )
         return cls(**given)
 
     def of(self, arm: RobotArm) -> FloatArray:

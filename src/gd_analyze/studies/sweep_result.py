@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # Changes that people see, of one parameter and of several.
 _TOP, _FEW = 40, 12
+_WHITE = "White: neither, negligible, or within budget."
 
 
 def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]) -> Result:
@@ -133,10 +134,10 @@ def _tables(found: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
 def _drawings(found: xr.Dataset, names: list[str]) -> list[Drawing]:
     drawn = "sample" in found.dims
     if len(names) == 2 and not drawn:
-        return [Drawing("maps", f"{names[0]} across, {names[1]} upward", maps_figure(found))]
+        return [Drawing("maps", f"{names[0]} across, {names[1]} upward.", maps_figure(found), _WHITE)]
     if len(names) > 1 and not drawn:
         return []
     torques = Drawing("torques", f"Peak torque over {names[0]}", torque_figure(found))
     if drawn:
         return [torques]
-    return [Drawing("verdicts", f"Verdicts over {names[0]}", verdict_figure(found)), torques]
+    return [Drawing("verdicts", f"Verdicts over {names[0]}.", verdict_figure(found), _WHITE), torques]

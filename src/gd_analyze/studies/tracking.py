@@ -66,7 +66,7 @@ class TrackingBudget:
     text: str
 
     @classmethod
-    def parse(cls, text: str) -> Self | None:
+    def parse(cls, text: str, arm: RobotArm | None = None) -> Self | None:
         """Read "tracking 0.1deg", "tracking 1mm at the end effector at 30 rad/s damping 0.7".
 
         None where the first word is another; the bandwidth is 20 rad/s and the damping ratio 1 by default.
@@ -74,7 +74,7 @@ class TrackingBudget:
         Raises
         ------
         UsageError
-            If the rest is not understood, or out of range.
+            If the rest is not understood, out of range, or of no joint of the arm.
 
         Examples
         --------
@@ -95,7 +95,7 @@ class TrackingBudget:
             )
         bandwidth, damping = float(match["bandwidth"] or 20.0), float(match["damping"] or 1.0)
         tip = float(length[1]) * (1e-3 if length[2] == "mm" else 1.0) if length else None
-        joints = Tolerance() if length else Tolerance.parse(match["error"])
+        joints = Tolerance() if length else Tolerance.parse(match["error"], arm, "--budget")
         rates = (CONTINUOUS, max(_RATE, _PERIODS * bandwidth))
         settings = ControlSettings(bandwidth, damping, rates, (1.0,), tolerance=joints)
         return cls(settings, tip, " ".join(text.split()))
