@@ -31,6 +31,8 @@ from gd_analyze.text import in_python, number, rounded_up
 # that many times more for every further angle, up to a number beyond which it would take hours.
 EFFORT = 250_000
 _ANGLES, _MOST_ANGLES, _FURTHER = 4, 7, 10
+# Terms of a program, written out, up to which a proof takes seconds: with that effort, and with a small one.
+_MANY_WRITTEN, _MOST_WRITTEN, _LITTLE = 20_000, 150_000, 2_000
 # Places per angle at which the size of the error is estimated before grids are chosen.
 _FEW = 3
 # Groups of harmonics with a grid of their own.
@@ -171,6 +173,17 @@ def certify(
 def expansion_of(model: SimplifiedModel) -> Expansion:
     """A model's program written out."""
     return expanded(model.program, [not revolute for revolute in model.arm.is_revolute])
+
+
+def usual_effort(model: SimplifiedModel, effort: int = EFFORT) -> int | None:
+    """Effort with which a proof takes seconds: of very many terms a small one, beyond these None.
+
+    A ModelError as of `certify`.
+    """
+    terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
+    if terms > _MOST_WRITTEN:
+        return None
+    return min(effort, _LITTLE) if terms > _MANY_WRITTEN else effort
 
 
 def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import EFFORT, Certificate, certify, expansion_of
+from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.harmonics.expansion import TooLongError
@@ -59,8 +59,6 @@ _DRAWN, _CORNERS = 300, 4000
 TRIED, _AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
 # Steps of an ascent, and within limits the share of every range by which it moves at most.
 _STEPS, _NEAR = 3, 0.03
-# Terms of a program, written out, up to which it is proven within seconds, and the effort beyond.
-_MOST_WRITTEN, _MANY_WRITTEN, _LITTLE = 150_000, 20_000, 2_000
 # A bound above the budget by more than this is not brought within it, nor any after so many rounds.
 _LOOSE, _CLOSING = 1.5, 8
 
@@ -204,7 +202,7 @@ def simplify_certified(
 
 
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
-    """Weigh errors near each of several motions as at its set points; states that joined later belong to none."""
+    """Weigh errors near each of several motions as at its set points."""
     states = exact.states
     if states.weights is None or not states.motions or not isinstance(region, Tube):
         return region
@@ -410,10 +408,8 @@ def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified
     if certified or model.level.has_torque_terms:
         return certify(model, region, effort=effort, harmonics=harmonics)
     with suppress(TooLongError):
-        terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
-        if terms <= _MOST_WRITTEN:
-            effort = min(effort, _LITTLE) if terms > _MANY_WRITTEN else effort
-            return certify(model, region, effort=effort, harmonics=harmonics)
+        if (some := usual_effort(model, effort)) is not None:
+            return certify(model, region, effort=some, harmonics=harmonics)
     return None
 
 

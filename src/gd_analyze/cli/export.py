@@ -90,6 +90,7 @@ def export(
     if single and set(languages) != {"c"}:
         raise click.UsageError("--float goes with --to c alone")
     with output.working() as stage:
+        from gd_analyze.certification.certificate import usual_effort
         from gd_analyze.exporting.export import CLASSES, written
         from gd_analyze.exporting.vectors import names_of_tests
 
@@ -109,7 +110,11 @@ def export(
         if subject.model is not None and bound:
             stage("certifying", 100 * subject.n)
             try:
-                certificate = gd.certify(subject.model, progress=stage.advance)
+                if (effort := usual_effort(subject.model)) is None:
+                    raise ModelError(
+                        "the model is too long for a bound in seconds; `gd-analyze certify` finds one"
+                    )
+                certificate = gd.certify(subject.model, effort=effort, progress=stage.advance)
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)

@@ -15,7 +15,7 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import certify, expansion_of
+from gd_analyze.certification.certificate import certify, usual_effort
 from gd_analyze.certification.holding import Held, proven, simplify_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on_demand
@@ -70,8 +70,8 @@ _SAMPLES = 2000
 # Of certificates: close to the truth in a box as small as a trajectory's, and around a motion.
 _Efforts: TypeAlias = tuple[int, int] | None
 _EFFORTS = 5_000, 100_000
-# The same of a model that is not chosen by its terms, where it has no more than so many: a few seconds.
-_LITTLE, _MOST_WRITTEN = (500, 2_000), 150_000
+# The same of a model that is not chosen by its terms: a few seconds.
+_LITTLE = 500, 2_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -428,9 +428,8 @@ def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
     if not many:
         return _EFFORTS
     with suppress(TooLongError):
-        if model.saves:
-            terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
-            return _LITTLE if terms <= _MOST_WRITTEN else None
+        if model.saves and usual_effort(model) is not None:
+            return _LITTLE
     return None
 
 
