@@ -271,6 +271,11 @@ class _Rounds:
         if held is None:
             held, entry = self._searched(how, level, allowed)
             keep(name, entry)
+        if (
+            level.always_refits and how.effort > 1.0
+        ):  # a longer search may end elsewhere, with more operations
+            quick = self.held(replace(how, effort=1.0, thorough=False), level)
+            held = min(held, quick, key=lambda one: _cost(one, how))
         return held
 
     def _again(self, entry: Any, level: Level, allowed: FloatArray) -> Held | None:
