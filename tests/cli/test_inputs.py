@@ -147,12 +147,12 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
         result = run(f"{verb} --json")
         assert result.code == (2 if arm is None else 0), verb
         assert "the robot branches at" in result.err
-        assert ("--tip takes another" in result.err) == (arm is not None)
+        assert ("--tip chooses another" in result.err) == (arm is not None)
     if arm is not None:
         columns = run("columns robot.urdf log.csv --json").json["columns"]
         assert [row["joint"] for row in columns if row["role"] == "q"] == arm
         tip = "lower" if robot is FINGERS else "left1"
-        assert "takes another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
+        assert "chooses another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
 
 
 @pytest.mark.parametrize(
