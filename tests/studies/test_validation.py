@@ -103,7 +103,7 @@ def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
     assert kept.keeps_promise.all()
     assert not broken.evaluation.keeps(model.accuracy.asked.norm)
     assert not broken.keeps_promise.any()
-    with pytest.raises(UsageError, match="promises no joint an error of its own"):
+    with pytest.raises(UsageError, match="promise is not per joint"):
         validate(model, SLOW, fail_over="promise")
 
 
