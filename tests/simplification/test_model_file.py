@@ -280,7 +280,7 @@ def test_errors_are_measured_again_where_the_states_are_at_hand(two_link, shippe
 def test_a_consistent_lie_is_a_statement_until_the_states_are_there(own, path, swing):
     stated = load_model(changed(own, path, scale(0, peak_torque=1e9, allowed_error=1e9)))
     assert not stated.accuracy.measured
-    with pytest.raises(ModelError, match="cannot be") as caught:
+    with pytest.raises(ModelError, match="impossible errors") as caught:
         measured_at(stated, states_of(swing))
     assert "peak_torque of joint 1" in caught.value.details["where"]
     save_model(own, path)
