@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from gd_analyze.figures.figure import (
     time_axis,
     value_axis,
 )
-from gd_analyze.identification.identification import Identification, IdentifiedParameter, Residuals
+from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
 from gd_analyze.simplification.budget import Budget
@@ -240,10 +240,6 @@ def _friction_table(found: Identification) -> Table:
         columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
     note = "With standard errors; –: not told. A drive's inertia is only partly separable from the links'."
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
-
-
-def _with_errors(parameters: Sequence[IdentifiedParameter]) -> list[str]:
-    return [f"{with_error(one.value, one.error, 1)} {one.unit}" for one in parameters]
 
 
 def _changed_table(found: Identification) -> Table:
