@@ -325,7 +325,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
     assert run("equations long.toml --element D10,11 --quiet").out.startswith("D10,11 = ")
     refused = run("equations long.toml --element D1,2")
     assert refused.code == 2
-    assert "next: elements from D22 on, and c, are found;" in refused.err
+    assert "next: elements from D22 on, and c, are possible;" in refused.err
 
 
 def test_base_parameters(run, here):
