@@ -411,8 +411,8 @@ def compared(request, monkeypatch) -> None:
 def test_what_computes_anything_else_is_refused(of_level, path, what):
     assert refused(with_added(of_level, path, what)).what in (
         "the program does not compute the terms",
-        "the program computes no torque of an arm: it uses an angle outside of sines and cosines",
-        "the program computes no torque of an arm: its numbers overflow",
+        "the program does not compute a torque of an arm: it uses an angle outside of sines and cosines",
+        "the program does not compute a torque of an arm: its numbers overflow",
     )
 
 

@@ -137,9 +137,9 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
     [
         ("1% frction", "not understood", "--fail-over, entry 1"),
         ("1%,1%,1%", "wrong number of entries", "--fail-over"),
-        ("1% norm", "cannot be had with a budget of the norm", "--fail-over"),
+        ("1% norm", "is not possible with a budget of the norm", "--fail-over"),
         ("10% friction", "the arm states none", "--fail-over, joint 1, shoulder, of two_link"),
-        (0.01, "this is no budget", "budget"),
+        (0.01, "this is not a budget", "budget"),
     ],
 )
 def test_what_is_no_verdict(rough, fail_over, says, where):

@@ -54,8 +54,7 @@ def figures(
     r"""Draw inertia, Coriolis and centrifugal, and gravity terms by effect, and which effect dominates when.
 
     The files are inertia, coriolis_centrifugal, gravity_loading and dominance; with --element, only those
-    that these elements need. dominance.csv gives each element's parts, shares, verdict and torque at every
-    set point.
+    that these elements need. dominance.csv: parts, shares, verdict and torque of elements at every set point.
 
     \b
     Examples:

@@ -69,8 +69,8 @@ def identify(
 
     One weighted least-squares fit covers all joints and logs, with physically consistent bodies; what the
     logs do not tell keeps the file's values. The result states how well the fit predicts torques that it has
-    not seen. Every verb accepts the TOML file as an arm; `--budget uncertainty` makes models as exact as the
-    logs support.
+    not seen. The TOML file is an arm for every verb; `--budget uncertainty` makes models as exact as the
+    logs.
 
     \b
     Examples:

@@ -94,8 +94,7 @@ def rank(
 ) -> xr.Dataset:
     """Rank the elements of D, h and c by their torque, and find the dominant effect of each.
 
-    Torques of elements are those of the links; shares are of the dataset's peak torque, with drives if it
-    includes them.
+    Torques of elements are those of the links; shares are of the dataset's peak torque, drives included.
 
     Parameters
     ----------

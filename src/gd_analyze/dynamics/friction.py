@@ -60,8 +60,7 @@ def correlation_time(
 
     A mean over N readings is as uncertain as one over N divided by this. The same holds for coefficients of a
     fit whose regressors change more slowly than the residuals, and is conservative otherwise. `residual`
-    gives a fit's residuals in a slice, `used` the set points that took part, `stretches` slices without a
-    gap.
+    gives a fit's residuals in a slice, `used` the set points used, `stretches` slices without a gap.
     """
     products, pairs = np.zeros(_BLOCK // 2), np.zeros(_BLOCK // 2)
     for stretch in stretches:

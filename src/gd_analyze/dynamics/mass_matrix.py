@@ -39,8 +39,7 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     length L_i from joint i to the centres of mass beyond (1 for a prismatic joint), and v_i and I_s pass some
     10 roundings per joint, as in `round_off_bounds`. Positions are rounded relative to their distance R from
     the base, which grows with the travel of prismatic joints. Hence the error of D_ij is at most 20 n eps
-    sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and by Gershgorin's theorem a diagonal of its row sums
-    outweighs it.
+    sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and a diagonal of its row sums outweighs it (Gershgorin).
     """
     travel = np.where(arm.is_revolute, 0.0, farthest)
     frames = [joint.placement for joint in arm.joints], [link.frame for link in arm.links]

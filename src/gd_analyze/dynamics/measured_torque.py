@@ -64,8 +64,7 @@ SIGMAS = 3.0
 # The residual after friction follows the joint's acceleration if that explains this share of its variance.
 _EXPLAINED = 0.3
 
-# Least readings to judge a joint, and to fit friction to a moving one: five for each of three terms and a
-# slope.
+# Least readings to judge a joint, and to fit friction to a moving one: five per term and for a slope.
 _FEWEST = 20
 # A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter leaves
 # some hundredths of it.

@@ -1,8 +1,8 @@
 """The recursive Newton-Euler algorithm (RNEA) with every vector in the base frame.
 
 [FGL87] section 3.3, Table 3.2. Outward: angular velocity, angular acceleration, linear accelerations; inward:
-forces, moments, torques. Every link's inertia tensor is rotated into the base frame, which the link-frame
-version avoids.
+forces, moments, torques. Inertia tensors are rotated into the base frame, which the link-frame version
+avoids.
 """
 
 from __future__ import annotations

@@ -42,9 +42,7 @@ class RegroupedLink:
     offset: float
     # Whether the axes of this joint and the previous revolute one are parallel for every q
     is_parallel: bool
-    is_round: (
-        bool  # whether the link is the last and symmetric about its axis, so that its angle does not matter
-    )
+    is_round: bool  # whether it is the last link and a body of revolution, so that its angle does not matter
     # Regrouped m, kg, first moment, kg m, shape (3,), and second moment, kg m^2, shape (3, 3)
     mass: Any
     first: Array

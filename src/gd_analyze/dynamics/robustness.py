@@ -50,8 +50,8 @@ def robustness(
     """Find the probability of each verdict on each element of D and h, by set point and over the motion.
 
     The uncertain parameters are drawn independently from normal distributions. A sampled link that is
-    physically inconsistent is drawn again, unless the link as given is inconsistent or a limiting case, such
-    as a point mass.
+    physically inconsistent is drawn again, unless the given link is inconsistent or a limiting case, as a
+    point mass.
 
     Parameters
     ----------
@@ -169,8 +169,7 @@ class Drawn:
     ) -> Drawn:
         """Draw from a joint covariance; inconsistent links are counted and kept.
 
-        Parameters of an identified arm are correlated. Drawing one link again would change sums that are well
-        known.
+        Parameters of an identified arm are correlated. Drawing one link again would change well-known sums.
         """
         drawn = nominal + np.einsum("mk,ksp->msp", rng.normal(size=(samples, len(spread))), spread)
         inconsistent = [int((~_is_consistent(link)).sum()) for link in np.moveaxis(drawn, 1, 0)]

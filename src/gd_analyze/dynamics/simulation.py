@@ -99,8 +99,7 @@ class Simulation:
     def energy_residual(self) -> FloatArray:
         """Energy gained, less work, plus dissipation, J, shape (N,): zero up to integration errors.
 
-        The integrator's tolerance holds per step for q, qd, work and dissipation; the residual accumulates
-        over all steps.
+        The integrator's tolerance holds per step for q, qd, work and dissipation; the residual accumulates.
         """
         return self.energy - self.energy[0] - self.work + self.dissipated
 

@@ -44,8 +44,7 @@ _HARDLY = 0.1
 _ENDS = 0.0228
 # Highest cut-off that a user may give, as a share of the sample rate: above it hardly anything is smoothed.
 _LARGEST_SHARE = 0.25
-# Share of the motion in the best readings that others must show, too: where all is noise, no motion is
-# missed.
+# Share of the motion in the best readings that others must show, too, unless all is noise.
 _SEEN = 0.5
 # Share of a joint's acceleration at too high frequencies that causes a warning, if above _AT_REST, per s^2.
 _MISSED, _AT_REST = 0.1, 1e-3

@@ -123,8 +123,7 @@ def _by_number(
 ) -> Family | None:
     """Match columns of a label by number.
 
-    Where words beside the numbers name joints, `written` are the names as written, and the arm's names must
-    be numbered.
+    Where words beside the numbers name joints, `written` are names as written; the arm's must be numbered.
     """
     counts = arms_numbers(names)
     if label and written is not None and counts is None:

@@ -125,9 +125,7 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         if role.startswith("joint:"):
             joint = _joint_named(role.removeprefix("joint:"), arm)
             known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
-    named = (
-        tuple(name or "-" for name in table.names) == reading.columns
-    )  # names given for a file without a header
+    named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
     only = set() if named else set(reading.columns)
     for name in sorted(only - set(table.names)):
         raise _no_column(name, table, "--columns")

@@ -134,10 +134,7 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
     first, taken = found[0], set[str]()
     for k, one in enumerate(found):
         if one.n_joints != first.n_joints:
-            what, where = (
-                f"trajectory {one.name} is for another arm than the others",
-                f"trajectory {one.name}",
-            )
+            what, where = f"trajectory {one.name} is for a different arm", f"trajectory {one.name}"
             expected, step = f"{first.n_joints} joints, as {first.name} has", "analyse the arms one by one"
             raise refusal(what, where, expected, f"{one.n_joints} joints", step)
         others = (f"{one.name}-{number}" for number in count(2))

@@ -134,8 +134,7 @@ class Treatment:
     largest_gap
         Longest time between two readings that is not a gap in the motion, s.
     use_velocities
-        Whether accelerations may be derived from measured velocities; they are if these leave less noise than
-        positions.
+        Whether accelerations may be derived from measured velocities; by default if they have less noise.
 
     Raises
     ------

@@ -19,8 +19,7 @@ from gd_analyze.text import figures, named_joints
 
 # Least readings of a stretch that is kept: fewer do not show accelerations.
 FEWEST = 16
-# A gap is longer than this many usual steps of the log, and longer than this, s, which a slow logger may
-# take.
+# A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger, s.
 _GAP_STEPS, _GAP = 5.0, 0.05
 # Stamps closer than this share of the usual step are equal; this share of equal stamps causes a warning.
 _SAME, _MANY_SAME = 0.01, 0.01

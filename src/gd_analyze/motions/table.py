@@ -123,8 +123,7 @@ def missing_library(library: str, path: str | Path) -> TrajectoryError:
 class ParquetTable(LogTable):
     """A Parquet file; columns of instants are read in nanoseconds, and [ns] is added to their names.
 
-    A column of lists, as LeRobot's `observation.state`, becomes one column per element,
-    `observation.state_1`.
+    A column of lists, as LeRobot's `observation.state`, gives a column per element, `observation.state_1`.
     """
 
     def __init__(self, path: str | Path) -> None:

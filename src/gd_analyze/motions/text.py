@@ -139,10 +139,7 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
     """Raise a TrajectoryError if a name is too long for a column."""
     for column, name in enumerate(names, start=1):
         if len(name) > _LONGEST_NAME:
-            what, place = (
-                f"the name of column {column} is far too long",
-                Location(where.path, where.line, column),
-            )
+            what, place = f"name {column} is far too long", Location(where.path, where.line, column)
             expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
             raise refusal(what, place, expected, in_python(name), "check that the file is a log")
 

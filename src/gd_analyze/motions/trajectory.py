@@ -102,8 +102,7 @@ class Trajectory:
     Raises
     ------
     TrajectoryError
-        If shapes disagree, a number is not finite or too large, time does not increase, or `gaps` are not set
-        points.
+        If shapes disagree, a number is not finite or too large, time does not increase, or gaps do not fit.
     """
 
     time: FloatArray

@@ -44,8 +44,7 @@ class RobotArm:
     doubts
         Implausible numbers found when the arm was read, a sentence each; every use of the arm warns of them.
     tip, tip_frame
-        The last link asked for, and its frame relative to that of the last moving link; a payload is given in
-        it.
+        The last link asked for, and its frame (of a payload) relative to that of the last moving link.
     spread
         For an identified arm: factor S of the covariance S^T S of the links' `PARAMETERS` and, last, the
         drives' inertia, shape (k, n, 11). It replaces the links' and drives' own uncertainties.

@@ -61,9 +61,7 @@ def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, flo
         if not joint or number is None:
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             found = f"{joint}={value}" if joint else str(value)
-            raise UsageError(
-                "this is not a joint with a value", where="--lock", expected=expected, found=found
-            )
+            raise UsageError("no joint with a value", where="--lock", expected=expected, found=found)
         if joint in values:
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number

@@ -83,9 +83,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
                 notes.doubts.append(("", doubt))
     _limit_efforts(root, model)
     if bodies.shaped:
-        sentence = (
-            f"Mass and inertia computed from primitive shapes, as none are stated: {named(bodies.shaped)}."
-        )
+        sentence = f"Mass and inertia not stated, computed from primitive shapes: {named(bodies.shaped)}."
         notes.assumptions.append(sentence)
     return tree
 
@@ -189,9 +187,7 @@ class _Bodies:
         for site in node.all("site"):
             self.sites[site.attributes.get("name", "")] = name
         if node.is_not_zero("gravcomp"):
-            self._doubt(
-                node, name, f"MuJoCo compensates the weight of body {name} (gravcomp); gd-analyze does not"
-            )
+            self._doubt(node, name, f"MuJoCo compensates the weight of body {name} (gravcomp); here not")
         joints = [self._joint(child, name) for child in node.all("joint", "freejoint")]
         within = [*self._inertia(node, name), *self.below(node, name)]
         pose = node.kept(("childclass",), {"name": name} | self._pose(node, name)).attributes

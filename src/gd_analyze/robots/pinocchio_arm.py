@@ -23,8 +23,7 @@ from gd_analyze.text import LARGEST, shortened, visible
 
 # Humanoids with both hands have 200.
 _MOST_LINKS = 2000
-# From here on 100, 1000 and so on mean no limit: joints of arms reach 40 rad/s and a few turns, or 100 m on a
-# gantry.
+# From here on 100, 1000 and so on mean no limit: arms reach 40 rad/s and a few turns, or 100 m on a gantry.
 _NO_VELOCITY, _NO_RANGE = 100.0, 1000.0
 
 

@@ -121,10 +121,7 @@ def massless_among_bodies(arm: RobotArm) -> Findings:
     for k, (place, link) in enumerate(stated):
         is_nothing = link.mass < _NO_MASS and not link.inertia_com.any()
         if is_nothing and heavy and heavy[0] < k < heavy[-1]:
-            yield (
-                place,
-                f"link {link.name} has no mass, but links before and after it have; was it forgotten?",
-            )
+            yield place, f"link {link.name} has no mass, but links before and after it have; is it missing?"
 
 
 def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
@@ -188,10 +185,7 @@ def mass_too_dense(arm: RobotArm) -> Findings:
         # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
         volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
         if link.mass > 1e8 * volume:
-            yield (
-                place,
-                f"no material is dense enough for {link.mass:g} kg with so small an inertia; is it in grams?",
-            )
+            yield place, f"no material is dense enough for {link.mass:g} kg with this inertia; in grams?"
 
 
 def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:

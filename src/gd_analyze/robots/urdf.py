@@ -1,7 +1,6 @@
 """Read a robot from URDF: what Pinocchio ignores silently is checked, and right angles are made exact.
 
-Pinocchio gets only links with their inertia, and joints: meshes, materials and simulators' tags are never
-read.
+Pinocchio gets only links with inertia, and joints: meshes, materials and simulators' tags are not read.
 """
 
 from __future__ import annotations
@@ -55,10 +54,7 @@ def _refuse_loops(joints: list[Node], notes: Notes) -> None:
         TopologicalSorter({child: [parent] for child, parent in notes.above.items()}).prepare()
     except CycleError as error:
         link = error.args[1][0]
-        what, next_step = (
-            f"link {link} closes a loop: it is its own ancestor",
-            "fix the parents of the joints",
-        )
+        what, next_step = f"link {link} closes a loop: it is its own ancestor", "fix the joints' parents"
         raise ArmError(what, where=leads[link].where, next_step=next_step) from None
 
 

@@ -156,8 +156,7 @@ def control(
     settings
         Gains, rates, speeds, limits and tolerance.
     arm
-        The arm that moves, such as the model's arm with a payload unknown to the controllers; the model's arm
-        by default.
+        The arm that moves, such as the model's with a payload unknown to controllers; by default the model's.
     command, warned
         What the user typed, and warnings given while the input was read.
     progress

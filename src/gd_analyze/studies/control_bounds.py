@@ -114,8 +114,7 @@ def torque_for(
     """Torque errors, in D's proportions, that keep fixed gains within a tracking error, N m (N), (n,).
 
     To first order, from the largest acceleration that simultaneous errors of any signs cause along the
-    motion. These give the proportions of the joints' errors, for which `tolerance` returns the allowed error,
-    rad (m), (n,).
+    motion. `tolerance` returns the allowed errors, rad (m), (n,), for errors in these proportions.
     """
     q, _, _ = reference.sampled()
     diagonal = mean_diagonal(exact, reference)

@@ -336,8 +336,7 @@ class Bank:
             return np.array([float(holds(controller)) for controller in controllers])
 
         self._gains, self._diagonal = world.gains, world.diagonal[:, None]
-        # Where no model's D is used, the constants multiply feedback and, for some laws, the desired
-        # acceleration.
+        # Without a model's D, the constants multiply feedback and, for some laws, the desired acceleration.
         self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
         self._multiplies = where(lambda c: c.multiplies)
         inertia = where(lambda c: c.knows_inertia)

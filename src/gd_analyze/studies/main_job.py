@@ -81,8 +81,7 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
-        default.
+        Allowed torque error, or its text such as "1% or 10% friction"; by default 1 % of peak torque.
     level, refit, operations
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; the default level is the one
         with the fewest operations among those promising for the arm.
@@ -109,8 +108,7 @@ class Settings:
     Raises
     ------
     UsageError
-        If level, budget or margin is not understood, the budget is of the norm, or dominance is not between 0
-        and 1.
+        If an option is not understood or not between its limits, or the budget is of the norm.
     """
 
     budget: Budget | str | None = None

@@ -115,8 +115,7 @@ def sweep(
     jobs
         Number of processes that evaluate geometries and count operations.
     stage, progress
-        Called with the name of a stage and its number of points, and with the points done since the last
-        call.
+        Called with the name of a stage and its number of points, and with points done since the last call.
 
     Returns
     -------
@@ -347,9 +346,6 @@ def _usable(budget: Budget | str | None) -> Budget:
     """A budget that can be evaluated from each arm's torque alone."""
     budget = Budget.of(budget).require_per_joint("verdicts on elements")
     if "uncertainty" in budget.wholes:
-        what, expected = (
-            "a sweep knows no uncertainty",
-            "shares of peak, limit or friction, or N m",
-        )
+        what, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
         raise UsageError(what, where=budget.option, expected=expected, found=str(budget))
     return budget

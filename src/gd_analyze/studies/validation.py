@@ -247,8 +247,7 @@ def validate(
     Warns
     -----
     GdAnalyzeWarning
-        If limits of the box are assumed because the arm states none, or a motion needs more torque than the
-        drives give.
+        If limits of the box are assumed as the arm states none, or a motion exceeds the drives' torque.
     """
     arm = model.arm if arm is None else arm
     asked, box, given = _asked(model, fail_over), box_of(box, arm), motions_of(motions, arm)
