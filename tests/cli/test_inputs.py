@@ -87,7 +87,7 @@ def test_every_verb_takes_what_is_picked(run, here, verb, picked):
     assert result.json
     if "html" in verb and picked == LOCKS:
         page = (here / "out" / "report.html").read_text(encoding="utf-8")
-        assert "Held, with what they carry: left_finger at 0 m, right_finger at 0.01 m." in page
+        assert "Held, with the bodies they carry: left_finger at 0 m, right_finger at 0.01 m." in page
         assert "--lock left_finger=0" in page  # the command
 
 

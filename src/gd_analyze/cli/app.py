@@ -43,8 +43,8 @@ Exit codes:
   130  interrupted
 
 \b
-Slow results are cached in a folder that --version names; GD_ANALYZE_CACHE
-sets another folder, or turns the cache off.
+Slow results are cached; --version shows the folder. GD_ANALYZE_CACHE sets
+another folder, or turns the cache off.
 """
 
 _FLAGS = {"--json", "--quiet", "--no-cache", "--debug"}

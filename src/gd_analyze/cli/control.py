@@ -45,7 +45,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     type=_numbers("continuous"),
     default="continuous,500,100",
     metavar="LIST",
-    help="Loop rates, Hz, comma-separated; torque is held for a period, with `continuous` it is not.",
+    help="Loop rates, Hz, comma-separated, with torque held for a period; or `continuous`.",
 )
 @click.option(
     "--speeds",

@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     ),
     default="torque",
     metavar="LIST",
-    help="Functions: torque, with D, h and c, always; derivatives of torque by q and qd; coriolis_matrix, C "
-    "with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
-    "friction of the drives. Or decomposition: the exact D and h by effect, and c, of the links alone.",
+    help="Functions: torque, with D, h and c, always; derivatives: of torque, by q and qd; coriolis_matrix: "
+    "C with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
+    "friction: of the drives. Or decomposition: the exact D and h by effect, and c, of the links alone.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
 @click.option("--float", "single", is_flag=True, help="In C: single precision.")

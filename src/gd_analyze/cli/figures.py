@@ -35,7 +35,7 @@ EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "corio
     help="Curves of each element; centrifugal and coriolis are shares of h.",
 )
 @click.option("--marks/--no-marks", default=None, help="Mark set points.  [default: if there are up to 50]")
-@options.share("--dominance", "10%", "Change of an element, over its peak, from which on a part counts.")
+@options.share("--dominance", "10%", "A part counts if dropping it changes the element by more.")
 @options.drives
 @options.payload
 @options.out("Folder for the files.  [default: figures]")

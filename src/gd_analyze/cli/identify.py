@@ -67,10 +67,10 @@ def identify(
 ) -> None:
     r"""Fit an arm's links, drives and friction to logs of motions and torques.
 
-    One weighted least-squares fit covers all joints and logs, with physically consistent bodies; what the
-    logs do not tell keeps the file's values. The result states how well the fit predicts torques that it has
-    not seen. The TOML file is an arm for every verb; `--budget uncertainty` makes models as exact as the
-    logs.
+    One weighted least-squares fit covers all joints and logs, with physically consistent bodies;
+    parameters that the logs do not determine keep the file's values. The result states how well the fit
+    predicts held-out torques. The TOML file is an arm for every verb; `--budget uncertainty` makes models as
+    exact as the logs.
 
     \b
     Examples:

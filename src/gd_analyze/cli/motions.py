@@ -113,8 +113,8 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
     "--exciting",
     is_flag=True,
     is_eager=True,
-    help="In place of --from and --to: plan Fourier series within the arm's limits that tell most about "
-    "links, drives and friction, for `gd-analyze identify`.",
+    help="In place of --from and --to: plan Fourier series within the arm's limits that determine "
+    "links, drives and friction best, for `gd-analyze identify`.",
 )
 @click.option(
     "--within",

@@ -221,7 +221,7 @@ dominance = together(
     share(
         "--dominance",
         "10%",
-        "A part counts where its loss changes the element by more than this share of the element's peak.",
+        "A part counts if dropping it changes the element by more than this share of the element's peak.",
     ),
     click.option(
         "--uncertainty",
@@ -265,8 +265,8 @@ simplify = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit what is kept to compensate for what is dropped (levels term and energy; level recursive "
-        "always does).",
+        help="Refit the kept terms to compensate for the dropped ones (levels term and energy; level "
+        "recursive always does).",
     ),
     number(
         "--operations",

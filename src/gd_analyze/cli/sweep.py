@@ -62,10 +62,10 @@ def sweep(
 ) -> None:
     r"""Vary numbers of an arm along a motion: peak torque by effect, verdicts, and where these change.
 
-    Everything else is held: a longer link keeps its mass, its inertia, and its centre of mass in the link
-    frame. The motion is that of the joints. Verdicts are those of the ranking; for every joint there is also
-    whether its torque without h stays within the budget. Changes between neighbours on the grid are bisected,
-    along one parameter at a time.
+    Everything else is kept: a longer link keeps its mass, its inertia, and its centre of mass in the link
+    frame, and the joints keep their motion. Verdicts are those of the ranking of elements; another one per
+    joint says whether its torque without h stays within the budget. Changes between neighbours on the grid
+    are bisected, along one parameter at a time.
 
     \b
     Examples:

@@ -175,7 +175,7 @@ def certify(
       gd-analyze certify model.json --check
     """
     if margin is not None and along is None:
-        raise click.UsageError("--margin goes with --along")
+        raise click.UsageError("--margin needs --along")
     if check and (margin is not None or not is_default("effort")):
         raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:

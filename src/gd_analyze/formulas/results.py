@@ -230,8 +230,6 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     parameters = [asdict(one) | {"combination": [s._asdict() for s in one.combination]} for one in base]
     return Result(
         title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
-        subtitle="Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
-        "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
         facts=(
             Fact("arm", "", base.arm.name),
             Fact("drives", "Drives included", base.drives),
@@ -247,13 +245,15 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
         parts=(
             _texts(
                 "Base parameters",
+                "Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
+                "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
                 symbol=[one.symbol for one in base],
                 **of_effects,
                 unit=[one.unit for one in base],
             ),
             written_equations("", "Combinations", map(base_formula, base), digits=digits),
             _texts(
-                "Parameters of the links that act",
+                "Effect of the links' parameters on the torques",
                 link=[*map(str, links)],
                 **dict(zip(("alone", "combined", "never"), acting, strict=True)),
             ),
@@ -266,8 +266,9 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     )
 
 
-def _texts(title: str, **columns: Sequence[str]) -> Table:
-    return Table("", title, tuple(Column("", name, cells, shown="text") for name, cells in columns.items()))
+def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:
+    texts = tuple(Column("", name, cells, shown="text") for name, cells in columns.items())
+    return Table("", title, texts, note)
 
 
 def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:

@@ -288,7 +288,7 @@ def _polynomials(
             table = np.moveaxis(np.tensordot(inverse, table, axes=(1, a)), 0, a)
         elif a != revolute[0]:
             digits[a - 1] = (digits[a - 1] + degree) % (2 * degree + 1) - degree
-    # m and -m are conjugate; the lexically larger one stands for both.
+    # m and -m are conjugate; the lexicographically larger one stands for both.
     mesh = np.ix_(*digits)
     number = np.zeros((1,) * len(digits), dtype=np.int64)
     for a in revolute:

@@ -187,7 +187,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     if text is not None:
         met = f"{text['agreed']} of {text['given']} elements"
         facts.append(Fact("", "Verdicts of the founding text met", met))
-    label = "" if unlisted is None else "Last terms within the torque's uncertainty"
+    label = "" if unlisted is None else "Lowest-ranked terms within the torque's uncertainty"
     facts.append(Fact("terms_not_worth_keeping", label, unlisted, shown="count"))
     mass = beyond.mass_within_budget.values
     joint = int(mass.argmin())

@@ -159,9 +159,9 @@ def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
         columns.append(Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text"))
     matrix = Table(
         "",
-        "Regrouped parameters of the links: products left, of all",
+        "Regrouped parameters of the links: products kept / total",
         tuple(columns),
-        f"{'; '.join(['* changed number', '· never acts', *notes])}. Inertia that a joint does not move is "
+        f"{'; '.join(['* changed number', '· no effect', *notes])}. Inertia that a joint does not move is "
         "added to the previous link.",
     )
     rows: dict[str, list[Any]] = {
@@ -183,7 +183,7 @@ def _left_out(model: SimplifiedModel, states: States, plain: Plain) -> Table:
     instead = [one.changed_by or first_terms(one.instead, plain) or "nothing" for one in found]
     return Table(
         "left_out",
-        "Left out, by torque alone at the states",
+        "Omissions by torque of each alone, at the states",
         (
             Column("link", "", [one.quantity.link + 1 for one in found]),
             Column("in", "in", [plain.symbol(one.quantity.symbol) for one in found], shown="text"),

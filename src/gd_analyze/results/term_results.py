@@ -69,7 +69,7 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
             Fact("torque_uncertainty", "", ranking.uncertainty),
             Fact(
                 "not_worth_keeping",
-                "Last terms within the torque's uncertainty",
+                "Lowest-ranked terms within the torque's uncertainty",
                 ranking.not_worth_keeping,
                 shown="count",
                 text="unknown: the arm states no uncertainty" if ranking.uncertainty is None else None,

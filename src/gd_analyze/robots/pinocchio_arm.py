@@ -175,7 +175,7 @@ def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, f
         if joint.index in held and joint.index in near
     ]
     if values:
-        yield f"Held, with what they carry: {named(values)}."
+        yield f"Held, with the bodies they carry: {named(values)}."
 
 
 def _identifier(name: str, stem: str) -> str:

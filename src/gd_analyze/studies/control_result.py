@@ -71,7 +71,7 @@ def control_result(study: ControlStudy) -> Result:
         Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
         Drawing("speeds", "Largest tracking error over the speed of the motion", speed_figure(study)),
     )
-    named = "Controllers of computed torque are named by what they know of the arm."
+    named = "Computed-torque controllers are named by their model of the arm."
     torques = (_torque_table(study), _bounds_table(study), _rest_table(study))
     scale = "" if settings.limits in (None, 1.0) else f", times {settings.limits:g}"
     limited = np.isfinite(study.limits).any()

@@ -52,7 +52,9 @@ def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]
         close = [
             f"{number(x)} {unit}".rstrip() for x, unit in zip(found.precision.values, units, strict=True)
         ]
-        facts.insert(-1, Fact("precision", "Changes within", found.precision.values, text=", ".join(close)))
+        facts.insert(
+            -1, Fact("precision", "Changes located within", found.precision.values, text=", ".join(close))
+        )
     notices = []
     if quick and not counted.size:
         notices.append("The arm has too many terms for a quick count; give --operations recursive.")

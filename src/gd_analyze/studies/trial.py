@@ -137,4 +137,4 @@ def _lost(accuracy: Accuracy, found: Evaluation, lost: Sequence[Loss]) -> list[T
         Column("", "joint", [loss.torque_joint for loss in lost], shown="count"),
         Column("", "of allowed", shares, shown="times"),
     )
-    return [Table("", "Left out, by torque alone here", columns, top=5), *tables]
+    return [Table("", "Omissions by torque of each alone", columns, top=5), *tables]

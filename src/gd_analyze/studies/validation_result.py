@@ -35,7 +35,7 @@ def validation_result(found: Validation, *, fit_friction: bool = False) -> Resul
     tried = len(found.motions) * model.arm.n_joints
     return Result(
         title=model.arm.title or model.arm.name,
-        subtitle=", ".join(filter(None, [drives_text(model.arm, model.drives), "model validated"])),
+        subtitle=", ".join(filter(None, ["model validated", drives_text(model.arm, model.drives)])),
         headline=verdict if is_judged else f"Not judged: {why}.",
         facts=(
             Fact("arm", "", model.arm.name),
