@@ -49,12 +49,9 @@ def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]
              note="quick count" if quick else attrs["operations_by"]),
     ]  # fmt: skip
     if not drawn:
-        close = [
-            f"{number(x)} {unit}".rstrip() for x, unit in zip(found.precision.values, units, strict=True)
-        ]
-        facts.insert(
-            -1, Fact("precision", "Changes located within", found.precision.values, text=", ".join(close))
-        )
+        within = found.precision.values
+        close = ", ".join(f"{number(x)} {unit}".rstrip() for x, unit in zip(within, units, strict=True))
+        facts.insert(-1, Fact("precision", "Changes located within", within, text=close))
     notices = []
     if quick and not counted.size:
         notices.append("The arm has too many terms for a quick count; give --operations recursive.")
