@@ -106,7 +106,7 @@ def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
     return UsageError(
         message[:1].lower() + message[1:],
         expected=" ".join(context.get_usage().removeprefix("Usage: ").split()) if context else None,
-        next_step=f"`{context.command_path} --help` explains them" if context else None,
+        next_step=f"see `{context.command_path} --help`" if context else None,
     )
 
 

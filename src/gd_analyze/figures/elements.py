@@ -68,7 +68,7 @@ class Look:
         there = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
         for label in self.elements:
             if label not in there:
-                expected = f"of {', '.join(there)}"
+                expected = f"one of {', '.join(there)}"
                 raise UsageError("there is no such element", where="elements", expected=expected, found=label)
         return [there[label] for label in self.elements or there]
 
