@@ -1,9 +1,9 @@
 """Arrays: vectors and tensors with the set points last, round-off, and checks of given arrays.
 
-The component axis comes just before the set-point axis: vectors are ``(..., 3, N)``, tensors
-``(..., 3, 3, N)``. One set point is N = 1. The long axis being contiguous, every operation below
-streams through memory; all of them also accept arrays of objects (numbers that count operations,
-symbols), whose methods `cos` and `sin` NumPy's functions of these names call.
+The component axis comes just before the set-point axis: vectors are ``(..., 3, N)``, tensors ``(..., 3, 3,
+N)``. One set point is N = 1. The long axis being contiguous, every operation below streams through memory;
+all of them also accept arrays of objects (numbers that count operations, symbols), whose methods `cos` and
+`sin` NumPy calls.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CHUNK = 4096
 
 
 def evenly(count: int, most: int) -> np.ndarray:
-    """Indices of evenly spaced set points, at most so many, first and last among them."""
+    """Indices of at most `most` evenly spaced set points, with the first and the last."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
@@ -120,7 +120,7 @@ ROUND_OFF_SHARE = 1e-12
 def round_off_of(torque: FloatArray, explained: float = 0.0) -> float:
     """Torque (N m) that is only round-off among torques (N, n).
 
-    `explained` is what round-off explains where no joint needs any torque to take a share of, see
+    `explained` is the torque that round-off explains where no joint needs any torque, see
     `pinocchio_check.round_off_bounds`.
     """
     largest = float(np.abs(torque).max())

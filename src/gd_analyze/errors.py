@@ -14,7 +14,7 @@ _LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1
 
 @dataclass(frozen=True)
 class Location:
-    """A place in a file, as exact as it is known; lines and columns count from 1."""
+    """A place in a file, as exactly as it is known; lines and columns count from 1."""
 
     path: str | Path
     line: int | None = None
@@ -42,7 +42,7 @@ class GdAnalyzeError(Exception):
     where
         File, line and column, or the argument or element concerned.
     expected, found
-        What was wanted, and what was there instead; of several things found each is cut to a length.
+        What was wanted, and what was found instead; each of several things found is cut to a length.
     next_step
         What to do now.
     """
@@ -112,4 +112,4 @@ class GdAnalyzeWarning(UserWarning):
 
 
 class TorqueLimitWarning(GdAnalyzeWarning):
-    """A motion takes more torque than the arm's drives give; it is told before all others."""
+    """A motion takes more torque than the arm's drives give; it is shown before all others."""

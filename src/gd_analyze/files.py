@@ -35,7 +35,7 @@ _BAD_PLACE = {
 _PIECE = 2**20  # bytes read at once
 # Seconds in which somebody has to begin to write to a pipe.
 _PATIENCE = 60.0
-# Of a file that is being written; what a killed process left of one goes after a day.
+# Prefix of a file being written; the remains of a killed process are removed after a day.
 _TEMPORARY, _ABANDONED_AFTER = ".gd-analyze.", 86400.0
 
 # Searched for in the bytes of any kind of file.
@@ -57,8 +57,8 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
     All are of one folder, which is made where there is none. Whatever stood there stays until then, and stays
     for good if the block raises or the process is killed. All content is on the disk before the first file is
     replaced, so no file is ever half written. A process killed between two replacements leaves files of both
-    sets, which `warn_of_others` notices. An `OutputError` says that the place will not do, a `StorageError`
-    that the machine fails.
+    sets, which `warn_of_others` notices. An `OutputError` says that the place is unsuitable, a `StorageError`
+    that the machine failed.
     """
     if not paths:
         yield ()
@@ -117,7 +117,7 @@ def _opened(path: Path) -> BinaryIO:
 
 
 def megabytes(size: int) -> str:
-    """Write a size as messages give it."""
+    """Write a size in megabytes."""
     return f"{size / 1e6:g} MB"
 
 
@@ -158,8 +158,8 @@ def shipped(kind: str, suffix: str) -> dict[str, Path]:
 def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
     """Mark of a run, which each of its files carries; the same JSON values give the same mark.
 
-    Its first part is of what was asked for: names of the arm and the motion, options. The second is also of
-    what the results depend on and state besides: inputs, versions.
+    Its first part identifies what was asked for: names of the arm and the motion, options. The second part
+    also covers what else the results depend on and state: inputs, versions.
     """
     first, second = (
         hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
@@ -187,7 +187,7 @@ def warn_of_others(path: Path, mark: str) -> None:
     if others:
         warnings.warn(
             f"files of different runs in {path.parent}: {', '.join(others)} differ from {path.name}; "
-            "`gd-analyze report` with the folder's analysis.h5 makes them anew",
+            "`gd-analyze report` with the folder's analysis.h5 rebuilds them",
             GdAnalyzeWarning,
             stacklevel=3,
         )
@@ -198,9 +198,9 @@ def require_one_run(
 ) -> tuple[Path, ...]:
     """Check that `formats` of a set of `files` can be written and that their folder will hold one run.
 
-    What was asked for once may be asked for again, and replaces what it gave before: of its mark only the
-    first part counts. Anything else that the set's names stand for is refused by an `OutputError`, unless it
-    shall be overwritten. Files of other runs are returned, to be removed when this one's are written.
+    A repeated run replaces its own files: only the first part of the mark is compared. Other files under the
+    set's names raise an `OutputError`, unless `overwrite` is set. Returns the files of other runs, to be
+    removed when this run's are written.
     """
     for unknown in sorted(set(formats) - set(files)):
         raise UsageError(f"there is no format {unknown!r}", where="formats", expected=", ".join(files))
@@ -214,7 +214,7 @@ def require_one_run(
         raise OutputError(
             f"the folder {folder} holds files of another run",
             where=Location(folder),
-            expected="none, or those of a run of the same arm, motion and options",
+            expected="no files, or those of a run with the same arm, motion and options",
             found=", ".join(asked_else or left),
             next_step="choose another folder with --out, write all formats, or replace them with --overwrite",
         )
@@ -234,7 +234,7 @@ def _remove_abandoned(folder: Path) -> None:
 
 
 def _require_no_obstacle(path: Path) -> None:
-    """Refuse to put a file in the place of a folder, a device or a pipe, or under a name that cannot be."""
+    """Refuse to put a file in the place of a folder, a device or a pipe, or under an impossible name."""
     with _named("cannot write there", path):
         try:
             mode = path.stat().st_mode

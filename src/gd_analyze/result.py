@@ -1,4 +1,4 @@
-"""What a verb answers: facts, tables, figures and equations, which every renderer shows and none computes."""
+"""The result of a verb: facts, tables, figures and equations; renderers show them and compute nothing."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Fact:
     unit: str = ""  # of a number, such as "N m", or what follows it: "of peak torque"
     shown: Shown = "number"
     text: str | None = None  # how a person reads the value, where number and unit do not say it
-    note: str = ""  # what stands behind it in brackets: "joint 5"
+    note: str = ""  # remark in brackets behind it: "joint 5"
 
     @property
     def written(self) -> str:
@@ -82,7 +82,7 @@ class Table:
 
     @property
     def n_rows(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return len(self.columns[0].values) if self.columns else 0
 
     def shown(self) -> list[tuple[Column, str, list[str]]]:
@@ -164,12 +164,12 @@ class Result:
     """The answer of a verb, as a value that terminal, JSON, HTML and PDF show."""
 
     title: str  # what was asked
-    subtitle: str = ""  # of what
+    subtitle: str = ""  # its subject
     headline: str = ""  # the answer in a line
     facts: tuple[Fact, ...] = ()  # the figures to begin with
     parts: tuple[Part, ...] = ()
     notices: tuple[str, ...] = ()  # what the reader must know before believing the numbers
-    provenance: Mapping[str, str] = field(default_factory=dict)  # what it comes from: label and value
+    provenance: Mapping[str, str] = field(default_factory=dict)  # origin of the result: label and value
 
     def document(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""

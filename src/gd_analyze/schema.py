@@ -2,7 +2,7 @@
 
 The same declaration makes a table, validates it, documents it and is stored with it as attributes. Where an
 arm has revolute and prismatic joints, a unit that depends on their kind is given row by row, as a coordinate;
-a unit that depends on what a row is about always is.
+a unit that depends on a row's subject always is.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SCHEMA_VERSION = 9
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
 
-# Quantities of joints have units by the number of revolute joints among those they are about.
+# Units of joint quantities, by the number of revolute joints among their indices.
 UNITS: dict[str, tuple[str, ...]] = {
     "position": ("m", "rad"),
     "velocity": ("m/s", "rad/s"),
@@ -40,7 +40,7 @@ UNITS: dict[str, tuple[str, ...]] = {
     "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
 }
 
-# NumPy's types by what they are called in a declaration; text is of any length.
+# NumPy's types by their names in declarations; text is of any length.
 _TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8", "text": "str"}
 
 
@@ -86,13 +86,13 @@ class Declared:
     def require(self, dims: tuple[Any, ...], dtype: np.dtype[Any], values: Any, n_joints: int) -> None:
         """Raise a StoreError unless dimensions, kind and values are those declared.
 
-        `values` may be an array that reads itself when it is asked; numbers of any sign are not asked for.
+        `values` may be an array that is read from the file on access; numbers of any sign are not read.
         """
         what = f"{self.name} of {self.group}"
         if dims != self.dims:
             raise StoreError(f"{what} has other dimensions", expected=str(self.dims), found=str(dims))
         if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
-            raise StoreError(f"{what} is of another kind", expected=_TYPES[self.kind], found=str(dtype))
+            raise StoreError(f"{what} has another type", expected=_TYPES[self.kind], found=str(dtype))
         if self.among in ("nonnegative", "positive"):
             held = np.asarray(values)
             wrong = held[held < 0 if self.among == "nonnegative" else held <= 0]
@@ -164,7 +164,7 @@ def table(
 
 
 def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
-    """Raise a StoreError unless a table holds what is declared of its group; it may have more attributes.
+    """Raise a StoreError unless a table holds what its group declares; it may have more attributes.
 
     Numbers of any sign are left to `require_numbers`, as a long variable may be read later.
     """
@@ -191,7 +191,7 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
         for word in ("units", "units_in"):
             if array.attrs.get(word) != declared.get(word):
                 raise StoreError(
-                    f"{name} of {group} is in other units than declared",
+                    f"{name} of {group} has other units than declared",
                     expected=declared.get(word, f"no {word}"),
                     found=str(array.attrs.get(word, f"no {word}")),
                 )
@@ -211,14 +211,11 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
             raise StoreError(f"{name} of {group} has another shape", found=str(value.shape))
         one.require(one.dims, value.dtype, value, n)
         if value.dtype.kind == "f" and not np.isfinite(value).all():
-            raise StoreError(f"{name} of {group} is no finite number", found=str(dataset.attrs[name]))
+            raise StoreError(f"{name} of {group} is not a finite number", found=str(dataset.attrs[name]))
 
 
 def require_numbers(values: Array, name: str, group: str) -> None:
-    """Raise a StoreError unless values of a variable or a coordinate are finite, or as else declared of it.
-
-    None may be so large that its square would not be a number any more.
-    """
+    """Raise a StoreError unless all numbers are finite, with finite squares, or declared as nan or inf."""
     if values.dtype.kind != "f" or bool((np.abs(values) <= LARGEST_RESULT).all()):
         return
     besides = GROUPS[group][name].besides.split() if name in GROUPS[group] else []
@@ -228,7 +225,7 @@ def require_numbers(values: Array, name: str, group: str) -> None:
     if wrong.any():
         place = ", ".join(str(index + 1) for index in np.argwhere(wrong)[0])
         raise StoreError(
-            f"{name} of {group} holds what is no finite number, or too large",
+            f"{name} of {group} contains a number that is not finite, or too large",
             expected=" or ".join([f"finite numbers up to {LARGEST_RESULT:g}", *besides]),
             found=f"{values[wrong][0]}, entry {place}",
         )

@@ -45,14 +45,14 @@ def given(value: float | None) -> str:
     return pretty(f"{value + 0.0:.6g}").replace("-", "−") if math.isfinite(value) else "∞"
 
 
-# Names of powers of 1000; of kilograms, grams have them.
+# Prefixes of powers of 1000; kilograms use those of grams.
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """Unit with the prefix that gives values of that size up to three digits before their point.
+    """Prefix a unit so that values of this size have up to three digits before the point.
 
-    Returns what one of the new unit is in the old, and the new; a unit that takes no prefix is unchanged.
+    Returns one new unit in old units, and the new unit; a unit that takes no prefix is unchanged.
     """
     size, weighed = abs(largest), unit.startswith("kg")
     takes_one = (weighed or unit.startswith("N")) and " or " not in unit
@@ -132,7 +132,7 @@ def pretty(text: str) -> str:
 
 
 def unbroken(text: str) -> str:
-    """Keep a number with its per cent and its groups of digits on one line, by spaces that do not break."""
+    """Keep a number, its groups of digits and its percent sign on one line, by no-break spaces."""
     return re.sub(r"(?<=\d) (?=%|\d{3}\b)", "\N{NO-BREAK SPACE}", text)
 
 
@@ -149,7 +149,7 @@ def visible(text: str) -> str:
 
 
 def in_python(value: object) -> str:
-    """Write a value as Python does; of one that Python refuses to write, such as 10**5000, only its kind."""
+    """Write a value as Python does, or only its type where Python refuses to, as for 10**5000."""
     try:
         return repr(value)
     except (ValueError, RecursionError):
@@ -171,7 +171,7 @@ def joined(joints: Iterable[int]) -> str:
 
 
 def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...] | None:
-    """Read what `joined` wrote, of as many joints as `lengths` has; commas may stand between digits as well.
+    """Read what `joined` wrote for a number of joints among `lengths`; commas may separate digits, too.
 
     None where this names no joints (from 0) of the arm, or could name several.
     """
@@ -190,7 +190,7 @@ def inertia_label(i: int, j: int) -> str:
 
 
 def short_name(name: str, most: int) -> str:
-    """Leave out the middle of a name of more than so many characters; names differ at their ends."""
+    """Leave out the middle of a name longer than `most` characters; names differ at their ends."""
     if len(name) <= most:
         return name
     ends = max(most - 1, 2)
@@ -202,13 +202,13 @@ def joint_name(number: int, name: str) -> str:
     return name if name == str(number) else f"{number} {name}"
 
 
-# SI: a billion tonnes, seven times as far as the sun, 32 000 years. What is larger is an error of the unit or
-# a damaged file. It also keeps results finite: torque is of the first power in mass and of the second in
-# lengths and in velocities, so that its square stays below 1e130; doubles end at 1.8e308.
+# SI: a billion tonnes, seven times as far as the sun, 32 000 years. A larger number has the wrong unit or
+# comes from a damaged file. It also keeps results finite: torque is of the first power in mass and of the
+# second in lengths and in velocities, so that its square stays below 1e130; doubles end at 1.8e308.
 LARGEST = 1e12
 
 # A term's coefficient is made of a mass and two lengths, 1e36 at most; a program may add them up and divide
-# one by another. What is larger was never written, and its products would end beyond the doubles.
+# one by another. A larger one was never written by gd-analyze, and its products would overflow.
 LARGEST_COEFFICIENT = 1e100
 
 # Multiplications and additions that a sine or cosine counts as in a search. In exported C it takes as long as

@@ -52,7 +52,7 @@ def test_what_is_no_arm_no_motion_and_no_option():
         (TrajectoryError, "there is no trajectory", lambda: gd.analyze(ROBOT, "swing")),
         (UsageError, "did you mean 'budget'", lambda: gd.analyze(ROBOT, MOTION, bugdet="1%")),
         (UsageError, "given twice", lambda: gd.analyze(ROBOT, MOTION, None, gd.Settings(), budget="1%")),
-        (UsageError, "this is no budget", lambda: gd.Settings(budget=0.01)),
+        (UsageError, "this is not a budget", lambda: gd.Settings(budget=0.01)),
     ):
         with pytest.raises(error, match=told):
             call()

@@ -34,9 +34,9 @@ def spoiled(dataset):
     yield dataset.assign(colour=dataset.torque), "colour is not a variable"
     turned = dataset.assign(torque=dataset.torque.transpose("joint", "time"))
     yield turned, "torque of decomposition has other dimensions"
-    yield dataset.assign(torque=dataset.torque.astype(int)), "is of another kind"
+    yield dataset.assign(torque=dataset.torque.astype(int)), "torque of decomposition"
     grams = dataset.torque.assign_attrs(units="g")
-    yield dataset.assign(torque=grams), "in other units"
+    yield dataset.assign(torque=grams), "other units"
     yield dataset.assign_coords(joint=[2, 1]), "joint of decomposition is not in order"
 
 

@@ -186,7 +186,7 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     # An ascent to the ends of small boxes finds nearly all that the proof allows for.
     assert (held.found >= 0.9 * certificate.worst_found).all()
     shown = [fact.value for fact in simplified_result(held, exact.states, 1.0, 3).facts]
-    assert "none: more equations than are written out here; `gd-analyze certify` does it" in shown
+    assert "none: too many equations to write out here; `gd-analyze certify` does it" in shown
 
 
 @pytest.mark.parametrize("level", [TERM, RECURSIVE])

@@ -87,7 +87,7 @@ def test_every_verb_takes_what_is_picked(run, here, verb, picked):
     assert result.json
     if "html" in verb and picked == LOCKS:
         page = (here / "out" / "report.html").read_text(encoding="utf-8")
-        assert "Held, with what they carry: left_finger at 0 m, right_finger at 0.01 m." in page
+        assert "Held, with the bodies they carry: left_finger at 0 m, right_finger at 0.01 m." in page
         assert "--lock left_finger=0" in page  # the command
 
 
@@ -147,12 +147,12 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
         result = run(f"{verb} --json")
         assert result.code == (2 if arm is None else 0), verb
         assert "the robot branches at" in result.err
-        assert ("--tip takes another" in result.err) == (arm is not None)
+        assert ("--tip chooses another" in result.err) == (arm is not None)
     if arm is not None:
         columns = run("columns robot.urdf log.csv --json").json["columns"]
         assert [row["joint"] for row in columns if row["role"] == "q"] == arm
         tip = "lower" if robot is FINGERS else "left1"
-        assert "takes another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
+        assert "chooses another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
 
 
 @pytest.mark.parametrize(
@@ -325,7 +325,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
     assert run("equations long.toml --element D10,11 --quiet").out.startswith("D10,11 = ")
     refused = run("equations long.toml --element D1,2")
     assert refused.code == 2
-    assert "next: elements from D22 on, and c, are found;" in refused.err
+    assert "next: elements from D22 on, and c, are possible;" in refused.err
 
 
 def test_base_parameters(run, here):

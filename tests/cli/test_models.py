@@ -220,7 +220,7 @@ def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, h
     assert not all(of(told["joints"], "within_allowed"))
     shown = run("evaluate model.json two-link-swing").words
     assert all(f"{row['largest_of_allowed']:.3g} times" in shown for row in told["joints"])
-    assert "Left out, by torque alone" in shown
+    assert "Omissions by torque of each alone" in shown
     assert "Point mass" not in shown
 
 

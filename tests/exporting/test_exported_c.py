@@ -60,7 +60,9 @@ def test_single_precision_errs_no_more_than_its_header_says(case, tmp_path):
     what, drawn = subject(case), states(case)
     results, (bulk,) = run_compiled(what, "c", drawn, tmp_path, "float", (1000,))
     exact, _ = evaluated(what.torque.program, drawn)
-    text = (tmp_path / f"{what.name}.h").read_text().partition("by at most ")[2]
+    text = (
+        (tmp_path / f"{what.name}.h").read_text().partition("adds a torque error")[2].partition("at most ")[2]
+    )
     stated = [float(word) for word in text.partition(" (joint")[0].split(", ")]
     for found in (results["torque"], bulk):
         measured = np.abs(found - exact).max(axis=1)

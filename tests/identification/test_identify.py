@@ -343,12 +343,12 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     for joint in range(6):
         signs = np.where(np.arange(6) == joint, -1, 1)
         error = refused(puma, with_torque(log, signs * log.recording.torque))
-        assert f"joint {joint + 1} has the other sign" in error.what
-        assert f"--torque-constant {','.join(map(str, signs))} turns its sign" in error.details["next"]
+        assert f"joint {joint + 1} has the opposite sign" in error.what
+        assert f"--torque-constant {','.join(map(str, signs))} reverses its sign" in error.details["next"]
     signs = np.array([1, 1, 1, -1, 1, 1])
     error = refused(bare, with_torque(log, signs * log.recording.torque))
     assert "friction would drive joint 4" in error.what
-    assert "--torque-constant 1,1,1,-1,1,1 turns its sign" in error.details["next"]
+    assert "--torque-constant 1,1,1,-1,1,1 reverses its sign" in error.details["next"]
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
     error = refused(puma, with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]]))
@@ -367,9 +367,9 @@ def test_a_log_held_out_in_which_joints_stand_still(puma, true, motion):
         still = States(*(np.where(moves, x, 0.3 * (k == 0)) for k, x in enumerate(states.arrays)))
         apart = replace(true.exact_log(time, still), name="apart")
         if not moves.any():
-            assert "no joint moves in what is held out" in refused(puma, log, held_out=apart).what
+            assert "no joint moves in the held-out rows" in refused(puma, log, held_out=apart).what
             continue
-        with pytest.warns(GdAnalyzeWarning, match="joint 2 does not move in what is held out"):
+        with pytest.warns(GdAnalyzeWarning, match="joint 2 does not move in the held-out rows"):
             found = gd.identify(puma, log, held_out=apart)
         assert [np.isnan(each.share("identified")) for each in found.residuals] == list(~moves)
 

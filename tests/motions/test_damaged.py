@@ -21,7 +21,7 @@ TIME = np.linspace(0.0, 1.0, 60)
 def test_a_pointer_of_git_lfs_is_named_as_that(tmp_path, puma, suffix):
     path = tmp_path / f"log{suffix}"
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 12\n")
-    with pytest.raises(GdAnalyzeError, match="this is no log") as caught:
+    with pytest.raises(GdAnalyzeError, match="this is not a log") as caught:
         read_log(path, puma)
     assert caught.value.details["found"] == "a pointer of Git LFS"
     assert "git lfs pull" in caught.value.details["next"]
@@ -107,7 +107,7 @@ def test_currents_become_torques(tmp_path, puma):
         read_log(tmp_path / "log.csv", puma, Reading.of(map=pairs, torque_constant="1,2"))
     with pytest.raises(GdAnalyzeError, match=r"--map torque=current1\.\.current6"):
         read_log(tmp_path / "log.csv", puma, Reading.of(map=["torque=none"], torque_constant="1,2,3,4,5,6"))
-    with pytest.raises(GdAnalyzeError, match="no numbers"):
+    with pytest.raises(GdAnalyzeError, match="not numbers"):
         Reading.of(torque_constant="1,x")
 
 

@@ -202,6 +202,6 @@ def test_numbers_of_set_points_are_those_of_the_chain_and_a_notice_says_where_th
     arm = arm_of("joint_1", "joint_3", "joint_2")
     text = header + "0,1,2,3\n0.1,1,2,3\n"
     how = {} if header else {"columns": "time,q1,q2,q3"}
-    with pytest.warns(GdAnalyzeWarning, match="q2 is taken for joint_3, joint 2 of the chain"):
+    with pytest.warns(GdAnalyzeWarning, match="q2 is used for joint_3, joint 2 of the chain"):
         logged = read(text, arm, **how)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 3])

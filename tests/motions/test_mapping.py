@@ -84,9 +84,9 @@ def test_the_good_one_and_what_it_is_not_used_for(log, tmp_path):
         read_log(path, TWO, Reading(mapping=mapping)).q, [[np.pi, 2], [np.pi / 2, 2]]
     )
     for asked, says in (
-        (Reading(mapping=mapping, degrees=True), "says all of a log's columns"),
+        (Reading(mapping=mapping, degrees=True), "all columns of a log"),
         (Reading(mapping=tmp_path / "none.toml"), "No such file"),
-        (Reading(save_mapping=path), "written over what is read"),
+        (Reading(save_mapping=path), "would overwrite an input"),
     ):
         with pytest.raises(TrajectoryError, match=says):
             read_log(path, TWO, asked)

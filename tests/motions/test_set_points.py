@@ -128,7 +128,7 @@ def test_no_such_file(puma, slider, log, tmp_path):
         (tmp_path / "nothing.csv", puma, "there is no trajectory"),
         ("large_slew.csv", puma, "did you mean 'large-slew'"),
         (tmp_path, puma, "cannot read"),
-        (3, puma, "this is no trajectory"),
+        (3, puma, "this is not a trajectory"),
         ("/dev/zero", puma, "binary"),
         (log(csv("time,q1,q2_deg")), slider, "line 1, column 3"),  # degrees of a prismatic joint
     ):

@@ -114,7 +114,7 @@ def test_units(case, read):
 def test_positions_in_units_that_are_not_known_are_none(unit, read, refused):
     """Rates beside them must not let them pass for radians."""
     text = f"t,J1 pos [{unit}],J2 pos [{unit}],J1 vel,J2 vel\n0,1,2,3,4\n0.1,1,2,3,4\n"
-    refused("no column is known to be a position", text, TWO)
+    refused("no column is recognized as a joint position", text, TWO)
     assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
 
 
@@ -206,4 +206,4 @@ def test_families_of_zeros_are_left_out(read, warned):
     np.testing.assert_array_equal(logged.time, [0, 0.001])
     why = {use.column: use.why for use in logged.columns}
     assert why["Torque1"] == why["TorqueSm2"] == "0 throughout"
-    assert why["PositionCmptd1"] == "target beside measured"
+    assert why["PositionCmptd1"] == "target; measured is used"

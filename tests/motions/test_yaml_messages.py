@@ -70,7 +70,7 @@ def test_state_of_a_controller(read):
 
 CASES: dict[str, tuple[str, str]] = {
     "no YAML": ("a: [1, 2\nb: 3\n", "line 2, column"),
-    "something else": ("- 1\n- 2\n", "no JointState, JointTrajectory"),
+    "something else": ("- 1\n- 2\n", "other than JointState, JointTrajectory"),
     "cut short": (STATE.format(nano=0, knee=0.1).replace("- 0.5\n", "- 0.5\n- '...'\n"), "--full-length"),
     "another length": (STATE.format(nano=0, knee=0).replace(", 2]", "]"), "1 of velocity for 2 joints"),
     "no stamp": (STATE.format(nano="soon", knee=0), "a stamp without sec and nanosec"),

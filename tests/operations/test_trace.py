@@ -93,11 +93,11 @@ def test_programs_compute_what_direct_evaluation_computes(roots, seed):
 @pytest.mark.parametrize(
     ("steps", "told"),
     [
-        ([["divide", "s0", 1.0]], "is no operation"),
-        ([["input", "q1"], ["cos", "q1"]], "no earlier step"),
-        ([["input", "q1"], ["add", "s0", float("nan")]], "is no number of a torque"),
+        ([["divide", "s0", 1.0]], "is not an operation"),
+        ([["input", "q1"], ["cos", "q1"]], "not an earlier step"),
+        ([["input", "q1"], ["add", "s0", float("nan")]], "is not a number of a torque"),
         ([["input", "time"]], "no input"),
-        ([["input", "q1"], ["input", "q1"]], "is there twice"),
+        ([["input", "q1"], ["input", "q1"]], "occurs twice"),
     ],
 )
 def test_written_programs_that_are_none(steps, told):

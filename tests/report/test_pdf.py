@@ -85,7 +85,7 @@ def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_p
 def test_every_level_is_typeset(level: str, by_level: dict[str, Findings], tmp_path: Path) -> None:
     words = " ".join(read(prepare_pdf(by_level[level])(), tmp_path).split()).replace("’", "'")
     assert ("By the founding text's own method" in words) == (level != "element")
-    assert ("follow by Lagrange" in words) == (level == "energy")
+    assert ("follow from Lagrange" in words) == (level == "energy")
 
 
 def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

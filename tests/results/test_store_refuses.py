@@ -181,17 +181,17 @@ def remade(name: str, make: Edit) -> Edit:
     return edit
 
 
-Q, NEVER = "decomposition/q", "q is not stored as variables are"
+Q, NEVER = "decomposition/q", "q is not stored with a checksum"
 UNWRITTEN: dict[str, tuple[Edit, str]] = {
     "varying lengths": (
         remade(
             "dominance/element", lambda file: file.create_dataset("dominance/element", data=["D11", "D12"])
         ),
-        "element is not stored as variables are",
+        "element is not stored with a checksum",
     ),
     "larger than the file": (
         remade(Q, lambda file: file.create_dataset(Q, (2**40, 6), "f8", chunks=(4096, 6), fletcher32=True)),
-        "is larger than what is stored of it",
+        "is larger than its stored data",
     ),
     "data elsewhere": (
         remade(Q, lambda file: file.create_dataset(Q, (31, 6), "f8", external=[("/etc/passwd", 0, 1488)])),
@@ -204,7 +204,7 @@ UNWRITTEN: dict[str, tuple[Edit, str]] = {
     "a group": (remade(Q, lambda file: file.create_group(Q)), NEVER),
     "an attribute of varying length": (
         lambda file: file["decomposition"].attrs.__setitem__("arm", "any"),
-        "attribute arm of /decomposition is of a kind",
+        "attribute arm of /decomposition has a type",
     ),
 }
 

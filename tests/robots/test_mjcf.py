@@ -96,7 +96,7 @@ MIMIC = '<equality><joint joint1="pinch" joint2="elbow" polycoef="0.1 2 0 0 0"/>
         ("<mujoco><option/></mujoco>", 1, "no bodies"),
         (mjcf(two("", FINGER), after=LOOP), 9, "--lock elbow=0 --lock pinch=0 holds them"),
         (mjcf(two("", FINGER), after=MIMIC), 7, "pinch mimics joint elbow"),
-        (mjcf(f"<body name='trunk'><freejoint/>{INERTIAL}</body>"), 4, "--base trunk takes"),
+        (mjcf(f"<body name='trunk'><freejoint/>{INERTIAL}</body>"), 4, "--base trunk fixes"),
         (mjcf(f"<body name='b'><joint name='hip' type='ball'/>{INERTIAL}</body>"), 4, "hip is spherical"),
         (mjcf(two().replace('mass="2"', 'mass="-2"')), 4, "mass of <inertial>"),
         (mjcf(two().replace('quat="0.9 0.1 0.2 0.3"', 'quat="0 0 0 0"')), 6, "quat of lower is 0"),
@@ -124,5 +124,5 @@ def test_a_model_in_memory(written):
     assert_same_torque(path, arm, random_states(2, 20, 1), askew=1e-12)
     assert names == [frame.name for frame in model.frames]
     assert gd.load_arm(model, tip="upper").n_joints == 1
-    with pytest.raises(ArmError, match="this is no arm"):
+    with pytest.raises(ArmError, match="this is not an arm"):
         gd.load_arm(3)

@@ -64,14 +64,14 @@ def test_the_arm_without_a_slip_is_not_doubted(doubts):
     ("text", "told"),
     [
         (number("rpy", 'joint name="j3"', "0 0 90"), "line .*an angle of 90 is more than a full turn"),
-        (number("xyz", 'joint name="j3"', "10 0 0"), "an offset of 10 m; all others together have"),
+        (number("xyz", 'joint name="j3"', "10 0 0"), "an offset of 10 m; all others add up to"),
         (
             ARM.replace(SIX[3], link("link_3", 1.0, ixx=1.0, iyy=1.0, izz=1.0, ixy=0.0, ixz=0.0, iyz=0.0)),
-            "line .*link link_3 has the exporters' default, 1 kg and 1 kg m",
+            "line .*link link_3 has exporters' defaults, 1 kg and 1 kg m",
         ),
         (
             ARM.replace(SIX[3], '<link name="link_3"/>'),
-            "link link_3 has no mass, though links before and after",
+            "link link_3 has no mass, but links before and after",
         ),
         (number("value", 'link name="link_6"', "8"), "link link_6 has 8 kg, more than a third of all links"),
     ],
@@ -89,7 +89,7 @@ def test_urdf_is_doubted(doubts, text, told):
             two_joints()
             .replace('lower="-2"', 'lower="-2"', 1)
             .replace("</joint>", '<mimic joint="gone"/></joint>', 1),
-            "mimics a joint that is not there",
+            "mimics a joint that does not exist",
         ),
     ],
 )

@@ -126,7 +126,7 @@ def limited(limit: str) -> str:
         ("<robot name='r'>\n<link name='a'>\n</robot>", 3, "mismatched tag"),
         ("<sdf version='1.9'/>", 1, "SDF has tools"),
         ("<robot name='r'/>", None, "No link elements"),
-        (urdf(BASE), None, "fixed joints alone"),
+        (urdf(BASE), None, "only fixed joints"),
         (urdf('<xacro:arm prefix="left_"/>'), 2, "`xacro robot.urdf.xacro > robot.urdf`"),
         (limited('lower="${-pi}" upper="1"'), 4, "${-pi}"),
         (urdf(BASE, BASE), 3, "line 2"),
@@ -145,10 +145,10 @@ def limited(limit: str) -> str:
         (urdf(BASE, link("up\u202eper"), joint("shoulder", "base", "up\u202eper")), 3, "\\u202e"),
         (f"{LAUGHS}]><robot name='&j;'/>", 1, "declares a document type"),
         ("<!DOCTYPE r SYSTEM 'file:///etc/passwd'><robot/>", 1, "declares a document type"),
-        ("<robot>" * 100_000, 1, "nests elements beyond any robot"),
+        ("<robot>" * 100_000, 1, "nests elements too deep"),
         (b"<robot>" + b" " * 10_000_001, None, "too large"),
         (b"<?xml version='1.0' encoding='no-such'?><robot/>", None, "not "),
-        ("<robot>" + "<link/>" * 2001 + "</robot>", 1, "more links than any"),
+        ("<robot>" + "<link/>" * 2001 + "</robot>", 1, "too many links"),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")

@@ -57,12 +57,12 @@ def test_another_arms_torque_counts(model, carrying, pick_and_place):
 
 
 def test_another_arm_is_refused(model, carrying, two_link, pick_and_place, pick_and_place_dataset):
-    with pytest.raises(ModelError, match="not of arm two_link"):
+    with pytest.raises(ModelError, match="does not fit two_link"):
         evaluate(model, pick_and_place, two_link)
     with pytest.raises(ModelError, match="another arm") as caught:
         evaluate(model, pick_and_place_dataset, carrying)
     assert caught.value.details["where"] == "arm_fingerprint"
-    with pytest.raises(ModelError, match="differs from the model in its drives"):
+    with pytest.raises(ModelError, match="treats drives differently from the model"):
         evaluate(model, decompose(model.arm, pick_and_place, christoffel=False))
 
 

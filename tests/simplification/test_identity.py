@@ -102,7 +102,7 @@ def test_degrees_bound_those_of_any_arm(arm):
     ],
 )
 def test_what_can_be_no_torque_is_refused(make):
-    with pytest.raises(ModelError, match="computes no torque"):
+    with pytest.raises(ModelError, match="does not compute a torque"):
         formal_degrees(program_of(make), TURNS)
 
 

@@ -280,7 +280,7 @@ def test_errors_are_measured_again_where_the_states_are_at_hand(two_link, shippe
 def test_a_consistent_lie_is_a_statement_until_the_states_are_there(own, path, swing):
     stated = load_model(changed(own, path, scale(0, peak_torque=1e9, allowed_error=1e9)))
     assert not stated.accuracy.measured
-    with pytest.raises(ModelError, match="cannot be") as caught:
+    with pytest.raises(ModelError, match="impossible errors") as caught:
         measured_at(stated, states_of(swing))
     assert "peak_torque of joint 1" in caught.value.details["where"]
     save_model(own, path)
@@ -411,8 +411,8 @@ def compared(request, monkeypatch) -> None:
 def test_what_computes_anything_else_is_refused(of_level, path, what):
     assert refused(with_added(of_level, path, what)).what in (
         "the program does not compute the terms",
-        "the program computes no torque of an arm: it uses an angle outside of sines and cosines",
-        "the program computes no torque of an arm: its numbers overflow",
+        "the program does not compute a torque of an arm: it uses an angle outside of sines and cosines",
+        "the program does not compute a torque of an arm: its numbers overflow",
     )
 
 

@@ -49,7 +49,7 @@ WRONG = {
     (20, 10_000): "has no step 10000",
     (20, -3): "has no step -3",
     (0, CONSTANT): "step 0 of the recursion has no constant",
-    (20, 20): "in a circle",
+    (20, 20): "in a cycle",
 }
 
 

@@ -136,7 +136,7 @@ def test_options_of_text_are_read_as_the_settings_take_them():
     [
         ("rows.csv", "arm,trajektory\ntwo_link,x.csv\n", "trajectory"),
         ("rows.csv", "arm,trajectory\n", "no rows"),
-        ("rows.csv", "arm,budget\ntwo_link,1%\n", "states no trajectory"),
+        ("rows.csv", "arm,budget\ntwo_link,1%\n", "has no trajectory"),
         ("rows.yaml", "- a\n- b\n", "rows"),
         ("rows.toml", "rows = 3\n", "rows"),
         ("none.csv", None, "none.csv"),
@@ -183,7 +183,7 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
     (tmp_path / "arm.toml").write_text(toml_of(two_link).replace("mass = 2.0", "mass = 2.1") + "\n")
     _, found, _ = module.analysed(by_path)
     assert found["state"] == "failed"
-    assert "another one here" in found["error"]
+    assert "differs on this worker" in found["error"]
     assert module.analysed(travels)[1]["state"] == "done"
     log.unlink()
     assert module.analysed(travels)[1]["state"] == "done"

@@ -103,7 +103,7 @@ def test_a_promise_of_the_norm_is_kept_by_all_joints_or_none(two_link):
     assert kept.keeps_promise.all()
     assert not broken.evaluation.keeps(model.accuracy.asked.norm)
     assert not broken.keeps_promise.any()
-    with pytest.raises(UsageError, match="promises no joint an error of its own"):
+    with pytest.raises(UsageError, match="promise is not per joint"):
         validate(model, SLOW, fail_over="promise")
 
 
@@ -137,9 +137,9 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
     [
         ("1% frction", "not understood", "--fail-over, entry 1"),
         ("1%,1%,1%", "wrong number of entries", "--fail-over"),
-        ("1% norm", "cannot be had with a budget of the norm", "--fail-over"),
+        ("1% norm", "is not possible with a budget of the norm", "--fail-over"),
         ("10% friction", "the arm states none", "--fail-over, joint 1, shoulder, of two_link"),
-        (0.01, "this is no budget", "budget"),
+        (0.01, "this is not a budget", "budget"),
     ],
 )
 def test_what_is_no_verdict(rough, fail_over, says, where):

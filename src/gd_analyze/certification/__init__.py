@@ -1,1 +1,1 @@
-"""Bounds on a model's torque error that no state of a box, or of a tube around a motion, exceeds."""
+"""Proven bounds on a model's torque error in a box of states, or in a tube around a motion."""

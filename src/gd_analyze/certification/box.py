@@ -1,4 +1,4 @@
-"""A box of states, over which a bound holds."""
+"""A box of states, as the region of a bound."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Box:
                 raise UsageError(message, where=what, expected=expected, found=f"shape {array.shape}")
             wrong = np.flatnonzero(~(np.isfinite(array) & (array >= least)))
             if wrong.size:
-                joint, message = wrong[0], "no state lies within the box"
+                joint, message = wrong[0], "the box is empty"
                 where, found = f"{what}, joint {joint + 1}", f"{array[joint]:g}"
                 expected = "a finite number" + (f", {least[joint]:g} or more" if what != "lower" else "")
                 raise UsageError(message, where=where, expected=expected, found=found)
@@ -62,14 +62,14 @@ class Box:
         return len(self.lower)
 
     def pieces(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Limits of q, qd, qdd (3, count, n) to draw states from; what errors count there (count, n)."""
+        """Limits of q, qd, qdd (3, count, n) to draw states from; weights of errors there (count, n)."""
         upper = np.stack([self.upper, self.velocity, self.acceleration])
         lower = np.stack([self.lower, -self.velocity, -self.acceleration])
         lower, upper = (side[:, None].repeat(count, axis=1) for side in (lower, upper))
         return lower, upper, np.ones((count, self.n_joints))
 
     def counts_at(self, states: FloatArray) -> FloatArray:
-        """How much errors count at states (3, M, n), shape (M, n): all alike."""
+        """Weights of errors at states (3, M, n), shape (M, n): all equal."""
         return np.ones(states.shape[1:])
 
     @property
@@ -84,12 +84,12 @@ class Box:
 
     @classmethod
     def of(cls, arm: RobotArm) -> Box:
-        """Box of the arm's own limits, and of assumed ones where it states none.
+        """Box of the arm's limits, and of assumed ones if it states none.
 
         Warns
         -----
         GdAnalyzeWarning
-            Names the limits that are assumed, as `where` does.
+            If limits are assumed; `where` names them, too.
         """
         limits = box_limits(arm)
         where = f"the arm's limits{limits.remark}"
@@ -112,7 +112,7 @@ class Box:
         given = {"q": q, "qd": qd, "qdd": qdd}
         q, qd, qdd = (array_of(values, name, UsageError) for name, values in given.items())
         if q.ndim != 2 or not q.size or not q.shape == qd.shape == qdd.shape:
-            message, found = "a box is drawn around at least one state", f"{q.shape}, {qd.shape}, {qdd.shape}"
-            expected = "three arrays of one shape (N, n)"
+            message, found = "a box needs at least one state", f"{q.shape}, {qd.shape}, {qdd.shape}"
+            expected = "three arrays of equal shape (N, n)"
             raise UsageError(message, where="q, qd, qdd", expected=expected, found=found)
         return cls(q.min(axis=0), q.max(axis=0), np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0))

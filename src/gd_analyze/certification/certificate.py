@@ -1,4 +1,4 @@
-"""A bound on the torque error that no state of a region exceeds, proven from the program that runs.
+"""A bound on the torque error in a region of states, proven from the program that runs.
 
 The proof is in docs/certificate.md: a grid over a box (`grid`, `motion`), Taylor's theorem along a tube
 (`taylor`).
@@ -28,22 +28,22 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import in_python, number, rounded_up
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles;
-# that many times more for every further angle, up to a number beyond which it would take hours.
+# this factor more for every further angle, up to a limit beyond which it would take hours.
 EFFORT = 250_000
 _ANGLES, _MOST_ANGLES, _FURTHER = 4, 7, 10
-# Terms of a program, written out, up to which a proof takes seconds: with that effort, and with a small one.
+# Most terms of a written-out program that is proven in seconds: with the given effort, and with a small one.
 _MANY_WRITTEN, _MOST_WRITTEN, _LITTLE = 20_000, 150_000, 2_000
-# Places per angle at which the size of the error is estimated before grids are chosen.
+# Positions per angle at which the size of the error is estimated before grids are chosen.
 _FEW = 3
 # Groups of harmonics with a grid of their own.
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
 _STARTS = 8
-# Positions that cost as much as one small box of a tube, and the ratio to the error found worth another look.
+# Positions that cost as much as one small box of a tube; ratio to the error found that justifies a retry.
 _PER_BOX, _LOOSE = 20, 1.1
 # Coefficients beyond which a small box costs more than that.
 _MANY = 4_000
-# Positions whose velocities are treated together, so that all choices fit the cache: at first, and closely.
+# Positions treated together, so that all choices of velocities fit the cache: at first, and closely.
 _BATCH, _CLOSELY = 512, 32
 # Positions drawn in search of the largest torque, and the best of them from which the search climbs.
 _DRAWN, _CLIMBED = 512, 4
@@ -51,11 +51,11 @@ _DRAWN, _CLIMBED = 512, 4
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Proven bounds and errors found per joint, N m (N for a prismatic joint), shape (n,)."""
+    """Proven bounds and largest errors found per joint, N m (N for a prismatic joint), shape (n,)."""
 
     region: Box | Tube  # the states: a box, or a tube around a motion
     certified: FloatArray  # no state of the region has a larger torque error
-    # Largest torque error that a search found in the region, as it counts there; the truth lies between
+    # Largest weighted torque error that a search found in the region; the truth lies between
     worst_found: FloatArray
     # Positions, velocities and accelerations of these errors, shape (n, n) each, row i for joint i
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
@@ -74,7 +74,7 @@ class Certificate:
 
     @property
     def stated(self) -> Proven:
-        """What a model states of it."""
+        """Form in which a model states it."""
         box, tube = self.box, self.region if isinstance(self.region, Tube) else None
         limits = box.lower, box.upper, box.velocity, box.acceleration
         about = () if tube is None else (tube.margin, tube.fingerprint)
@@ -99,7 +99,7 @@ class Certificate:
 
     @property
     def counting(self) -> FloatArray:
-        """`certified`, as errors count in the pieces of a tube with weights."""
+        """`certified`, weighted in the pieces of a tube."""
         weights = self.region.weights if isinstance(self.region, Tube) else None
         return self.certified if weights is None or self.along is None else (self.along * weights).max(axis=0)
 
@@ -125,13 +125,12 @@ def certify(
     model
         A model of any level.
     region
-        The states; the arm's own limits by default.
+        The states; by default the arm's limits.
     effort
         For a box: most positions per joint at which the error is evaluated (for each of at most 3 groups of
         harmonics), ten times as many for every angle beyond the fourth that the error depends on, up to the
-        seventh. For a tube: a twentieth as many small boxes, which cost as much, or fewer if there are very
-        many harmonics; each piece of the tube is one to begin with. More bring the bound closer to the truth;
-        any number proves it.
+        seventh. For a tube: a twentieth as many small boxes, or fewer for very many harmonics; at first each
+        piece of the tube is one. More effort gives a tighter bound; any number proves it.
     harmonics
         The arm's exact dynamics, if known.
     progress
@@ -140,14 +139,14 @@ def certify(
     Returns
     -------
     Certificate
-        Proven bound and worst error found.
+        Proven bound and worst error found, N m (N), by joint.
 
     Raises
     ------
     ModelError
-        If its program computes no torque of an arm, or is too long to be written out, see `expanded`.
+        If its program does not compute a torque of an arm, or is too long to be written out, see `expanded`.
     UsageError
-        If the region is of another number of joints, or `effort` is not positive.
+        If the region has another number of joints, or `effort` is not positive.
     """
     tube = region if isinstance(region, Tube) else None
     box = box_of(region, model.arm, effort)
@@ -176,9 +175,9 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
 
 
 def usual_effort(model: SimplifiedModel, effort: int = EFFORT) -> int | None:
-    """Effort with which a proof takes seconds: of very many terms a small one, beyond these None.
+    """Effort with which a proof takes seconds: small for very many terms, None for even more.
 
-    A ModelError as of `certify`.
+    Raises a ModelError as `certify` does.
     """
     terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
     if terms > _MOST_WRITTEN:
@@ -187,11 +186,11 @@ def usual_effort(model: SimplifiedModel, effort: int = EFFORT) -> int | None:
 
 
 def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
-    """Box around a region, or the arm's own; `UsageError` for one of another arm, or no effort."""
+    """Box around a region, or of the arm's limits; `UsageError` for a box of another arm, or no effort."""
     box = Box.of(arm) if region is None else region.enclosing if isinstance(region, Tube) else region
     if not isinstance(box, Box):
         expected, found = "a Box or a Tube", in_python(region)
-        raise UsageError("this is no region of states", where="region", expected=expected, found=found)
+        raise UsageError("this is not a region of states", where="region", expected=expected, found=found)
     if box.n_joints != arm.n_joints:
         expected, found = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
         raise UsageError("the box does not fit the arm", where="box", expected=expected, found=found)
@@ -210,7 +209,7 @@ def _exact_rows(
 
 
 def _in_hundredths(progress: Callable[[int], None] | None) -> Callable[[float], None]:
-    """Pass the share of a joint's work on, in hundredths since the last call."""
+    """Report a joint's progress, in hundredths since the last call."""
     done = 0
 
     def step(share: float) -> None:
@@ -240,7 +239,7 @@ def _bounded(
     along = bound_along(field, tube, effort // (_PER_BOX * many), counts)
     if along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
         return along
-    # For wide boxes, between set points far apart, a grid over all of them may give a smaller bound.
+    # For wide boxes, between distant set points, a grid over all of them may give a smaller bound.
     return along._replace(bounds=np.minimum(along.bounds, _by_grids(field, effort, step)[0]))
 
 
@@ -256,7 +255,7 @@ def _by_grids(field: ErrorField, effort: int, step: Callable[[float], None]) -> 
         starts += list(grid.positions(positions).T)
         amplitudes = float(part.sizes(farthest).sum())
         bound += min(grid.over_box(part, field.box, largest + field.round_off), amplitudes)
-    # Some roundings of these sums.
+    # Rounding of these sums.
     return bound * (1.0 + 64 * float(np.finfo(float).eps)) + field.round_off, np.array(starts).T
 
 
@@ -275,7 +274,7 @@ def _expected(field: ErrorField) -> Reached:
 def _over_grid(
     field: ErrorField, part: TrigonometricPolynomial, grid: Grid, step: Callable[[float], None]
 ) -> tuple[float, NDArray[np.int64]]:
-    """Largest value over a grid, and the numbers of the best positions of a few of its pieces."""
+    """Largest value over a grid, and indices of the best positions of some of its pieces."""
     largest, before = 0.0, 0
     tops: list[tuple[float, int]] = []
     for values in part.on_grid(grid.nodes):
@@ -283,8 +282,8 @@ def _over_grid(
         top = int(rough.argmax())
         tops.append((float(field.motion.bound(values[:, [top]])[0]), before + top))
         largest = max(largest, tops[-1][0])
-        # Most positions drop out before the signs of the velocities are tried, most others before a close
-        # look.
+        # Most positions are excluded before signs of velocities are tried, most others before the close
+        # bound.
         near = np.flatnonzero(rough > largest)
         batches = np.split(near, range(_BATCH, len(near), _BATCH))
         quick = np.concatenate([field.motion.quick_bound(values[:, batch]) for batch in batches])
@@ -308,8 +307,8 @@ def largest_torque(
 ) -> FloatArray:
     """Largest exact torque of every joint that a search finds in a region, N m (N), shape (n,).
 
-    There may be larger ones, so that a share of it is rather too large than too small. It follows from the
-    arm and the states alone, not from anything that the model states but whether drives are included.
+    There may be larger ones, so that shares of it may be too large, not too small. It follows from the arm
+    and the states alone; of the model it uses only whether drives are included.
     """
     box, out = box_of(region, model.arm), np.zeros(model.arm.n_joints)
     drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_DRAWN, len(out))).T

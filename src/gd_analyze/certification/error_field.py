@@ -17,17 +17,17 @@ from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 
 _EPS = float(np.finfo(float).eps)
-# Harmonics of up to this share of the torque are left where model and exact form cancel. They may be many, in
-# many joints; bounding them by their amplitudes costs nothing and keeps them out of the choice of grids.
+# Harmonics up to this share of the torque remain where model and exact form cancel. There may be many, in
+# many joints; bounding them by their amplitudes is free and keeps them out of the choice of grids.
 _CANCELLED = 1e-12
-# Coefficients up to which trying the worst velocities everywhere takes no longer than holding them.
+# Most coefficients with which trying the worst velocities everywhere is not slower than holding them.
 _FEW = 16_000
 _EFFECTS = 2
-# First step, of the box's width, and the number of times that it is halved.
+# First step, as a share of the box's width, and number of times it is halved.
 _FIRST_STEP, _HALVINGS = 1 / 32, 9
 # Most moves, and most choices of velocities, so that a long ridge is not followed forever.
 _MOST_MOVES, _MOST_CHOICES = 40, 40
-# Places tried along a joint, and Newton's steps from the best of them.
+# Positions tried along a joint, and Newton steps from the best one.
 _PLACES, _STEPS = 33, 3
 # A smaller relative gain does not count.
 _GAIN = 3e-4
@@ -41,7 +41,7 @@ class ErrorField:
     polynomial: TrigonometricPolynomial  # F_r(q) max|r| for every factor r
     motion: Motion
     round_off: float  # largest round-off of evaluating the error at a position of the box
-    rest: float  # largest value of what the polynomial lacks: harmonics that cancel, rounding of coefficients
+    rest: float  # largest value of omitted parts: harmonics that cancel, rounding of coefficients
 
     @classmethod
     def of(
@@ -51,7 +51,7 @@ class ErrorField:
         roundings: float,
         box: Box,
     ) -> ErrorField:
-        """Subtract a model's row, whose rounded coefficients cost some torque, from an `exact_row`."""
+        """Subtract a model's row from an `exact_row`, accounting for its rounded coefficients."""
         parts, places = exact
         factors = velocity_factors(box.n_joints)
         limits = {"1": np.ones(box.n_joints), "qd": box.velocity, "qdd": box.acceleration}
@@ -99,7 +99,7 @@ def round_off_of(polynomial: TrigonometricPolynomial, box: Box) -> float:
     # Products of cosines and sines, on a grid, are at most sqrt(2) times an amplitude per revolute joint.
     revolute = int((degrees[polynomial.revolute] > 0).sum())
     reach = 2.0 ** (revolute / 2) * float(polynomial.sizes(box.farthest).sum())
-    # The place of a node may be a turn beyond the box.
+    # A node may be a turn beyond the box.
     farthest = box.farthest + 2 * np.pi * polynomial.revolute
     return count * (1.0 + float(degrees @ farthest)) * _EPS * reach
 
@@ -117,7 +117,7 @@ def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
         own = _interpolated(harmonics, range(i + 1, s + 1), DEGREE, box)
         inertia[i, j] += cut * (_EFFECTS * own + grown * np.count_nonzero(parts.coefficients))
     inertia += np.triu(inertia, 1).T
-    # No function has a slope beyond the degree times its bound.
+    # A slope is at most the degree times the function's bound.
     slope = DEGREE * inertia
     h = 0.5 * (2 * (slope @ velocity) * velocity.sum() + velocity @ slope @ velocity)
     added = _grown(harmonics, 1, box) * np.count_nonzero(harmonics.potential_by_link.coefficients)
@@ -126,17 +126,17 @@ def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
 
 
 def _interpolated(harmonics: Harmonics, joints: range, degree: int, box: Box) -> float:
-    """Error over the cut of a function of some joints: of harmonics kept, and of all that may be left out."""
+    """Error over the cut of a function of some joints: of kept harmonics, and of all that may be omitted."""
     value, count = 1.0, 1
     for run in harmonics.velocities.runs:
         present = sum(joint in joints for joint in run)
         if present and harmonics.potential.prismatic[run[0]]:
-            # Lagrange polynomials on -1, 0, 1 (0, 1), and half their slopes, add up to no more than this.
+            # Bound on the sum of Lagrange polynomials on -1, 0, 1 (0, 1), and of half their slopes.
             value *= 2.0 + 4.0 * float(box.farthest[run[0]]) ** 2
             count *= degree + 1
         else:
-            # Cosine and sine of the sum or difference of two of the m absolute angles of the links, for
-            # degree 1 of one of them or of a difference, and 1.
+            # Cosine and sine of the sum or difference of two of the links' m absolute angles; for degree 1 of
+            # one angle or a difference, and 1.
             functions = 1 + degree * (present**2 + present)
             value *= math.sqrt(functions)
             count *= functions
@@ -183,9 +183,9 @@ def _highest_position(
 ) -> FloatArray:
     """Climb from every start (n, S); return the position of the largest error reached, shape (n,).
 
-    With velocities and accelerations held at the worst, the error is one polynomial, and along one joint a
-    polynomial with few coefficients, whose largest value is found at once. So joints take turns, and after
-    all of them the velocities are chosen anew.
+    With velocities and accelerations held at the worst, the error is one polynomial, with few coefficients
+    along one joint, so that its maximum is found directly. Joints take turns, and after all of them the
+    velocities are chosen again.
     """
     q = np.clip(starts, box.lower[:, None], box.upper[:, None])
     values = polynomial(q)
@@ -209,7 +209,7 @@ def _highest_position(
 def _higher(
     polynomial: TrigonometricPolynomial, coefficients: NDArray[np.complex128], start: FloatArray, box: Box
 ) -> FloatArray:
-    """Move S positions (n, S), each with coefficients of its own (W, S), joint after joint."""
+    """Move S positions (n, S), each with its own coefficients (W, S), joint after joint."""
     q, every, revolute = start.copy(), polynomial.multiples, polynomial.revolute
     harmonics = coefficients * np.exp(1j * (every[:, revolute] @ q[revolute]))
     for joint in map(int, np.flatnonzero(polynomial.degrees)):

@@ -1,4 +1,4 @@
-r"""Grids of positions that a polynomial f of known curvature cannot hide a large value between.
+r"""Grids of positions that bound a polynomial f of known curvature between the nodes, too.
 
 With G_k the largest |f| when joints 1..k are at nodes, h_k half the spacing and K_k the largest curvature,
 G_{k-1} <= G_k + h_k^2 K_k / 2. K_k is bounded by amplitudes or Bernstein's inequality (docs/certificate.md).
@@ -19,7 +19,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
-# Gaps per unit of a joint's order, beyond which 1 / (2 gaps^2) of the maximum has nothing left to give.
+# Gaps per unit of a joint's order, beyond which the loss, 1 / (2 gaps^2) of the maximum, is negligible.
 _MOST_GAPS = 60.0
 # Share of its amplitudes that a polynomial typically reaches: a guess that only directs effort.
 _TYPICAL = 0.5
@@ -27,11 +27,11 @@ _TYPICAL = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Nodes of every joint, and how far a place of the box can be from one."""
+    """Nodes of every joint, and the largest distance of a position in the box from one."""
 
     nodes: tuple[FloatArray, ...]  # positions of every joint, rad (m)
     reaches: FloatArray  # h, rad (m), shape (n,)
-    # d of every joint whose curvature f itself bounds; 0 where the amplitudes do, the default
+    # Degree d of joints whose curvature is bounded by f itself; 0 (default) where amplitudes bound it
     degrees: tuple[int, ...] = ()
 
     @classmethod
@@ -50,7 +50,7 @@ class Grid:
         return math.prod(self.counts)
 
     def positions(self, index: NDArray[np.int64]) -> FloatArray:
-        """Positions by their number in row-major order, shape (n, K)."""
+        """Positions by index in row-major order, shape (n, K)."""
         places = np.unravel_index(index, self.counts)
         return np.stack([node[place] for node, place in zip(self.nodes, places, strict=True)])
 
@@ -98,10 +98,10 @@ def grid_of(
 def shared_out(
     polynomial: TrigonometricPolynomial, box: Box, effort: int, groups: int, reached: Reached | None = None
 ) -> tuple[list[tuple[TrigonometricPolynomial, Grid]], TrigonometricPolynomial]:
-    """Part harmonics into groups of few joints with a grid each, and a rest that its amplitudes bound.
+    """Split harmonics into groups of few joints with a grid each, and a rest bounded by its amplitudes.
 
-    A grid over many joints would be too coarse. So those joints are chosen that promise the smallest bound if
-    all harmonics of other joints are left to the next group, or to the rest.
+    A grid over many joints would be too coarse. The joints chosen promise the smallest bound if all harmonics
+    of other joints are left to the next group, or to the rest.
     """
     shares: list[tuple[TrigonometricPolynomial, Grid]] = []
     while len(shares) < groups and polynomial.multiples.size:
@@ -121,7 +121,7 @@ def shared_out(
 def _promising(
     polynomial: TrigonometricPolynomial, box: Box, effort: int, reached: Reached | None
 ) -> tuple[NDArray[np.bool_], Reached | None]:
-    """Harmonics for the next grid, and what they reach; none if amplitudes promise no less."""
+    """Harmonics for the next grid, and their expected maximum; none if amplitudes are as good."""
     whole = _Spectrum.of(polynomial, box)
     total = best = whole.total
     joints = [k for k, degree in enumerate(polynomial.degrees) if degree]
@@ -131,7 +131,7 @@ def _promising(
         for left_out in itertools.combinations(joints, count):
             chosen = (whole.multiples[:, left_out] == 0).all(axis=1)
             part = whole.only(chosen)
-            # What a part reaches is at least its share, and what is not left to the others.
+            # A part reaches at least its share, and at least the total less the others.
             guesses = [
                 max(way.reached * part.total / total, way.reached - total + part.total) if total else 0.0
                 for way in ways
@@ -167,17 +167,17 @@ class _Spectrum:
 
     @cached_property
     def curvatures(self) -> FloatArray:
-        """By joint, shape (n,)."""
+        """Curvatures by joint, shape (n,)."""
         return np.asarray(self.curved.sum(axis=0))
 
     @cached_property
     def amplitudes(self) -> FloatArray:
-        """By joint and multiple, shape (n, D + 1)."""
+        """Amplitudes by joint and multiple, shape (n, D + 1)."""
         most = int(self.multiples.max(initial=0))
         return np.array([np.bincount(m, self.sizes, most + 1) for m in self.multiples.T])
 
     def curvature(self, joint: int, degree: int, largest: float) -> float:
-        """Bound on K_k by amplitudes, or by what f reaches if a degree is given."""
+        """Bound on K_k by amplitudes, or by the maximum of f if a degree is given."""
         if not degree:
             return float(self.curvatures[joint])
         high = np.arange(degree + 1, self.amplitudes.shape[1])
@@ -185,7 +185,7 @@ class _Spectrum:
         return degree**2 * (largest + float(others.sum())) + float(others @ high**2)
 
     def bound(self, reaches: FloatArray, degrees: Sequence[int], largest: float) -> float:
-        """G_0 from G_n; joints that lose a share of f come last, which makes it least."""
+        """G_0 from G_n; joints whose loss is a share of f come last, which minimizes it."""
         for joint in sorted(range(len(degrees)), key=lambda k: not degrees[k]):
             loss, degree = float(reaches[joint]) ** 2 / 2, degrees[joint]
             left = 1.0 - loss * degree**2
@@ -197,12 +197,12 @@ class _Spectrum:
 
 @dataclass(frozen=True, eq=False)
 class _Way:
-    """One way to go over the box."""
+    """One way to cover the box."""
 
     half: FloatArray  # half of every joint's range, at most half a turn, (n,)
     circle: NDArray[np.bool_]  # whether that is the full circle, (n,)
     around: NDArray[np.bool_]  # joints that may be taken around the circle, (n,)
-    reached: float  # what is expected then
+    reached: float  # expected maximum then
 
     def reaches(self, gaps: Sequence[int], degrees: Sequence[int]) -> FloatArray:
         """Half the spacing; 0 for a joint that does not matter or has no range."""
@@ -210,7 +210,7 @@ class _Way:
         return np.asarray(np.where(np.array(gaps) > 0, half / np.maximum(gaps, 1), 0.0))
 
     def orders(self, spectrum: _Spectrum) -> tuple[list[float], tuple[int, ...]]:
-        """Gaps of every joint compared with others, -1 for none, and the degree that makes them fewest.
+        """Relative number of gaps of every joint, -1 for none, and the degree that minimizes it.
 
         A polynomial linear in a prismatic joint has no curvature, and its maximum at an end.
         """
@@ -248,7 +248,7 @@ class _Way:
 
 
 def _ways(polynomial: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float) -> list[_Way]:
-    """Ways to go over the box: within it, and around the circle where that is farther."""
+    """Ways to cover the box: within it, or around the full circle."""
     half = (box.upper - box.lower) / 2
     circle = polynomial.revolute & (half >= np.pi)
     half = np.where(circle, np.pi, half)

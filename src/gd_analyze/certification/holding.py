@@ -1,7 +1,7 @@
-"""Models that keep their budget at every state of a box or a tube: proven, or tried at states drawn afresh.
+"""Models that keep their budget at every state of a box or a tube: proven, or tested at random states.
 
-A model is fitted on some states and tried over the region. Where a joint exceeds the budget, the worst states
-found join those it is fitted on, and the budget of that joint shrinks; a few rounds suffice.
+A model is fitted on some states and tested over the region. If a joint exceeds the budget, the worst states
+found are added to those of the fit, and the joint's budget shrinks; a few rounds suffice.
 """
 
 from __future__ import annotations
@@ -38,46 +38,46 @@ from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplif
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Of models whose numbers are always refitted: share of the budget at first, in a box and in a tube; power of
-# what is missing by which it shrinks; share up to which the worst states found may err; how far the budget
-# may grow; attempts to do better than a model that holds.
+# For models that are always refitted: initial share of the budget, in a box and in a tube; power of the
+# excess by which it shrinks; largest share of the worst states found; largest growth of the budget; attempts
+# to improve a model that holds.
 _AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.0, 3
-# Where terms left take less than this share of the exact torque's operations over a box, the recursion is not
-# tried: it takes seconds, and half to four fifths of them.
+# If terms take less than this share of the exact torque's operations over a box, the recursion is not tried:
+# it takes seconds, and half to four fifths of the operations.
 _FEW = 0.5
-# Of programs of more operations, those of nine joints, a search takes over a minute: so few rounds, and the
-# first model that holds.
+# For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
+# the first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
-# Share of the operations up to which a refitted model is told beside one with the arm's own coefficients.
+# Largest share of operations with which a refitted model is reported beside one with the arm's coefficients.
 _MUCH = 0.85
 # Share of a usual search in each round.
 _EFFORT = 0.25
-# States drawn at first, beside those given, and of recursions along a tube all together.
+# States drawn at first, beside those given; total for recursions along a tube.
 _DRAWN, _CORNERS = 300, 4000
-# States drawn afresh in every round, so many at a time; how many of them join for each joint at most: those
-# that exceed the budget or, where numbers are always refitted, reach this share of it.
+# Random states per round, and at a time; most of them added per joint: those that exceed the budget or, for
+# models that are always refitted, reach this share of it.
 TRIED, _AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
-# Steps of an ascent, and within limits the share of every range by which it moves at most.
+# Steps of an ascent, and its largest move within limits, as a share of every range.
 _STEPS, _NEAR = 3, 0.03
-# A bound above the budget by more than this is not brought within it, nor any after so many rounds.
+# A bound above the budget by more than this is not improved, nor any after this many rounds.
 _LOOSE, _CLOSING = 1.5, 8
 
 _USUAL = SearchOptions()
 
 
 class Held(NamedTuple):
-    """A model that keeps its budget over a region."""
+    """A model that keeps its budget over a region, and how this is known."""
 
     model: SimplifiedModel
-    certificate: Certificate | None = None  # what is proven of it, if anything
-    tried: int = 0  # states drawn, at none of which it exceeds the budget; 0 where it is proven
+    certificate: Certificate | None = None  # its proven bound, if any
+    tried: int = 0  # random states, none of which exceeds the budget; 0 if it is proven
     found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
     where: str = ""  # name of these states
     near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
 
     @property
     def tried_as(self) -> LevelTried:
-        """What stands of it in a list of several."""
+        """Entry of the model in a list of levels."""
         model, found = self.model, self.found
         share = None if found is None else float((found / model.accuracy.allowed).max())
         about = model.level.name, model.operations.total, "", model.refitted, share
@@ -85,7 +85,7 @@ class Held(NamedTuple):
 
     @property
     def beside(self) -> LevelTried | None:
-        """One with the arm's own coefficients beside a refitted one; a refitted one where much cheaper."""
+        """Alternative with the arm's coefficients, or, if much cheaper, a refitted one."""
         model = self.model
         most = model.operations_full.total - 1 if model.refitted else _MUCH * model.operations.total
         levels = (one for one in model.accuracy.levels if one.of_allowed is not None)
@@ -107,24 +107,23 @@ def simplify_held(
 ) -> Held:
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
-    Along a motion the budget is proven; where the bound stays above it, and in a box, it holds at 200 000
-    states drawn afresh, and at those that an ascent from the worst of them reaches. Near each of
-    several motions its own budget holds.
+    Along a motion the budget is proven; if the bound stays above it, and in a box, it holds at 200 000 random
+    states, and at those reached by an ascent from the worst. Each of several motions has its own budget.
 
     Parameters
     ----------
     exact
         Exact dynamics at the first states; shares in the budget are of their peak torque.
     budget
-        Allowed torque error per joint; 1 % of each joint's peak torque by default.
+        Allowed torque error per joint; by default 1 % of each joint's peak torque.
     region
         The states.
     how
         Level, refit and effort; all rounds but the last are shorter than those of `simplify`.
     certified
-        Give a proven model or the exact one.
+        Return only a proven model, or the exact one.
     effort
-        Of every proof, see `certify`.
+        Effort of every proof, see `certify`.
     provenance, stage
         As for `simplify_exact`.
     progress
@@ -133,16 +132,16 @@ def simplify_held(
     Returns
     -------
     Held
-        The model and what is known of it; the exact model where none with fewer operations was found.
+        The model and its bounds; the exact model if none with fewer operations was found.
 
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, the budget is of the norm, which holds for a share of
-        states only, or the tube is around other motions.
+        If not even the exact model can be certified, the budget is of the norm, which holds only for a share
+        of states, or the tube is around other motions.
     """
     budget = Budget.of(budget).require_per_joint(
-        "a certified model", "leave --certified away, and bound the model's errors with `gd-analyze certify`"
+        "a certified model", "omit --certified, and bound the model's errors with `gd-analyze certify`"
     )
     exact = exact.under(budget)
     region = _counting(region, exact)
@@ -157,7 +156,7 @@ def simplify_held(
         "not even the exact model can be certified within that budget",
         where="budget",
         expected=f"errors of at most {', '.join(f'{x:.3g}' for x in best.model.accuracy.allowed)} "
-        "over all the states",
+        "at all states",
         found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
         next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
     )
@@ -174,7 +173,7 @@ def simplify_certified(
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> tuple[SimplifiedModel, Certificate]:
-    """Simplify as far as a budget is proven at every state of a box, or of a tube around a motion.
+    """Simplify with a budget that is proven at every state of a box, or of a tube around a motion.
 
     Parameters
     ----------
@@ -186,23 +185,23 @@ def simplify_certified(
     Returns
     -------
     tuple
-        The model, and the certificate that proves its budget; the exact model if none with fewer operations
-        was found.
+        SimplifiedModel and the Certificate that proves its budget; the exact model if none with fewer
+        operations was found.
 
     Raises
     ------
     UsageError
         If the budget is below the round-off of the bound, so that not even the exact model can be certified,
-        or if the budget is of the norm, which holds for a share of states only.
+        or is of the norm, which holds only for a share of states.
     """
     how = SearchOptions(level, refit, effort=effort)
     held = simplify_held(exact, budget, region, how, certified=True, provenance=provenance, progress=progress)
-    assert held.certificate is not None  # as it was asked for
+    assert held.certificate is not None  # as asked for
     return held.model, held.certificate
 
 
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
-    """Weigh errors near each of several motions as at its set points."""
+    """Weight errors near each of several motions as at its set points."""
     states = exact.states
     if states.weights is None or not states.motions or not isinstance(region, Tube):
         return region
@@ -218,7 +217,7 @@ def _cost(held: Held, how: SearchOptions) -> int:
 
 
 def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
-    """The model with what is proven of it."""
+    """The model with its proven bound."""
     if certificate is None:
         return model
     return replace(model, accuracy=replace(model.accuracy, certificate=certificate.stated))
@@ -226,7 +225,7 @@ def proven(model: SimplifiedModel, certificate: Certificate | None) -> Simplifie
 
 @dataclass(frozen=True)
 class _Rounds:
-    """Rounds in which a model is fitted on some states and tried over a region."""
+    """Rounds of fitting a model on some states and testing it over a region."""
 
     exact: ExactDynamics
     budget: Budget
@@ -238,7 +237,7 @@ class _Rounds:
     stage: Callable[[str], object]
 
     def best(self, how: SearchOptions) -> Held:
-        """Take the level asked for, or the cheapest of those that are promising."""
+        """Take the level asked for, or the cheapest of the promising ones."""
         if how.level is not None:
             return self.held(how, how.level)
         exact, found, tried = self.exact, list[Held](), list[LevelTried]()
@@ -262,7 +261,7 @@ class _Rounds:
         return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
 
     def held(self, how: SearchOptions, level: Level) -> Held:
-        """Find a model that holds; what the same input led to before is tried again in place of a search."""
+        """Find a model that holds; a cached one is tested again in place of a search."""
         exact, allowed = self.exact, self.exact.allowed(self.budget)
         given = [describe_in_full(exact.arm), exact.form.drives, *exact.states.arrays, exact.states.weights]
         asked = [allowed, *vars(self.region).values(), self.certified, self.effort]
@@ -271,15 +270,13 @@ class _Rounds:
         if held is None:
             held, entry = self._searched(how, level, allowed)
             keep(name, entry)
-        if (
-            level.always_refits and how.effort > 1.0
-        ):  # a longer search may end elsewhere, with more operations
+        if level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
             quick = self.held(replace(how, effort=1.0, thorough=False), level)
             held = min(held, quick, key=lambda one: _cost(one, how))
         return held
 
     def _again(self, entry: Any, level: Level, allowed: FloatArray) -> Held | None:
-        """Try what was found before, see `_searched`; None if there is nothing, or it does not hold."""
+        """Test a cached model, see `_entry`; None if there is none, or it does not hold."""
         model = exactly(self.exact, level, allowed, str(self.budget))
         try:
             turn, entries, refitted, steps, ended, *added = entry
@@ -296,15 +293,15 @@ class _Rounds:
         return self._written(trial, allowed)._replace(near=near)
 
     def _searched(self, how: SearchOptions, level: Level, allowed: FloatArray) -> tuple[Held, Any]:
-        """Fit and try until a model holds, one that is always refitted once more for fewer operations.
+        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations.
 
-        Also what it takes to try that model again, in plain values; None of the exact one.
+        Also returns its cache entry; None for the exact model.
         """
         n = self.exact.arm.n_joints
         refits, along = level.always_refits, isinstance(self.region, Tube)
         is_long = self.exact.form.operations.total > _LONG
         share = np.full(n, _AT_FIRST[along] if refits else 1.0)
-        # Within margins so small errors are nearly linear, and largest at corners; few of these are that bad.
+        # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
         corners = refits and along
         count = max(_DRAWN, _CORNERS - len(self.exact.states)) if corners else _DRAWN
         lower, upper, weights = self.region.pieces(count, np.random.default_rng(0))
@@ -323,7 +320,7 @@ class _Rounds:
             model = simplify_exact(
                 known,
                 Budget.of_torques(share * allowed),
-                # A longer search begins as a short one, so that it does not end with more operations.
+                # A longer search starts like a short one, so that it does not end with more operations.
                 search if turn or not corners else replace(search, thorough=False),
                 provenance=self.provenance,
                 stage=self.stage,
@@ -362,7 +359,7 @@ class _Rounds:
         return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts)), None
 
     def _entry(self, turn: int, model: SimplifiedModel, held: Held) -> list[Any]:
-        """A model that was found in a round, and the states it was fitted on, in plain values."""
+        """Cache entry of a model: its round, its terms, and the states it was fitted on, in plain values."""
         accuracy, near, first = model.accuracy, held.near, len(self.exact.states)
         assert near is not None
         assert near.states.weights is not None
@@ -378,11 +375,11 @@ class _Rounds:
         ]
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
-        """What is proven of a model or found, and the states (3, M, n) at which it errs most."""
+        """Proven or found errors of a model, and the states (3, M, n) of the largest ones."""
         where, seed = self.region.where, turn + 1
         along = isinstance(self.region, Tube)
         if not self.certified and (model.level.always_refits or not along):
-            # Of a recursion this takes less than a proof; some are enough where that closes.
+            # For a recursion this is faster than a proof; fewer are enough if the proof succeeds.
             count = _AT_ONCE if along else TRIED
             found, states = _tried(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
@@ -398,7 +395,7 @@ class _Rounds:
         return Held(model, certificate, TRIED, found, where), states
 
     def _written(self, held: Held, allowed: FloatArray) -> Held:
-        """Write the program that runs, and prove that one."""
+        """Write the final program, and prove it."""
         model = _finished(held.model, self.exact, allowed, str(self.budget))
         certificate, found = held.certificate, held.found
         if model.program is not held.model.program and certificate is not None:
@@ -426,11 +423,11 @@ def _tried(
     seed: int,
     count: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Largest error of every joint at states drawn from a region, (n,), and the worst of those, (3, M, n)."""
+    """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
     least = _NEARLY if model.level.always_refits else 1.0
-    # Over a whole box an ascent from there finds errors so rare that a recursion without them takes 2 to 5 %
-    # more operations, and twice the time to find.
+    # Over a whole box an ascent finds errors so rare that a recursion without them takes 2 to 5 % more
+    # operations, and twice the search time.
     climbs = isinstance(region, Tube) or not model.level.always_refits
 
     @cache
@@ -438,7 +435,7 @@ def _tried(
         return Batch(model.program, count), Batch(exact.form.program, count)
 
     def share(states: FloatArray, counts: FloatArray) -> FloatArray:
-        """Errors over what is allowed at states (3, N, n), shape (n, N); counts (M, n) repeat."""
+        """Errors over allowed ones at states (3, N, n), shape (n, N); counts (M, n) repeat."""
         inputs = inputs_of(States(*states))
         found, torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
         off = found - torque
@@ -448,14 +445,14 @@ def _tried(
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(count // _AT_ONCE):
         if (largest > 1.0).any():
-            break  # ascents from the first have found enough to go on with
+            break  # ascents from the first ones have found enough
         lower, upper, counts = region.pieces(_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
         for i, errors in enumerate(share(states, counts)):
             top = np.argpartition(-errors, _JOINING)[:_JOINING]
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
-            if isinstance(region, Box):  # a little further than states were drawn
+            if isinstance(region, Box):  # slightly farther than states were drawn
                 near = _NEAR * (high - low)
                 low, high = np.maximum(low, reached - near), np.minimum(high, reached + near)
             here = partial(share, counts=counts[top])
@@ -473,7 +470,7 @@ def _climbed(
     lower: FloatArray,
     upper: FloatArray,
 ) -> FloatArray:
-    """Ascend within small boxes: each variable goes to the end where it errs more, if it errs more so."""
+    """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
     count, n = states.shape[1:]
     for _ in range(_STEPS):
         here = share(states)[joint]

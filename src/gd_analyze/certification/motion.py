@@ -1,4 +1,4 @@
-"""Largest torque error that velocities and accelerations can make at one position."""
+"""Largest torque error over velocities and accelerations at one position."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Motion:
         return still, pushed, squares, pairs
 
     def _split(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Sum at rest, the most that accelerations add, values of squares, values of products."""
+        """Sum at rest, largest addition by accelerations, values of squares, values of products."""
         still, pushed, squares, pairs = (values[places] for places in self._kinds)
         return still.sum(axis=0), np.abs(pushed).sum(axis=0), squares, pairs
 
@@ -79,10 +79,10 @@ class Motion:
         return np.asarray(pushed + np.maximum(up, -down))
 
     def bound(self, values: FloatArray) -> FloatArray:
-        """Upper bound that is at most `quick_bound`: squares that reduce the error count as well.
+        """Upper bound not above `quick_bound`: squares that reduce the error are used as well.
 
-        With t^2 >= 2 |t| - 1 where a square reduces the error and t^2 <= |t| where it adds to it, the error
-        is at most a function that is linear in every |velocity|, and so largest for velocities -1, 0 and 1.
+        With t^2 >= 2 |t| - 1 for squares that reduce the error and t^2 <= |t| for those that increase it, the
+        error is bounded by a function linear in every |velocity|, largest at velocities -1, 0 and 1.
         """
         quick = self.quick_bound(values)
         if not len(self._thirds):
@@ -134,9 +134,9 @@ class Motion:
         return out
 
     def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Search for the largest error at one position, of values (P,), and its velocities and accelerations.
+        """Search for the largest error at one position, from values (P,), with velocities and accelerations.
 
-        From the best vertex on, each velocity in turn moves to where the error, quadratic in it, is largest.
+        From the best vertex, each velocity in turn moves to the maximum of the error, quadratic in it.
         """
         n = self.n_joints
         place = int(self._at_vertices(values[:, None])[:, 0].argmax())

@@ -1,7 +1,7 @@
-"""A lower bound on the smallest eigenvalue of a model's inertia matrix D over a box of positions.
+"""A lower bound on the smallest eigenvalue of a model's mass matrix D over a box of positions.
 
-D is evaluated on a grid; the norm of the most that its elements lose between the nodes bounds the loss of an
-eigenvalue. Both are of K (D - shift 1) K^T, with a K that makes this the identity at a typical D.
+D is evaluated on a grid; the norm of its elements' largest change between the nodes bounds the loss of an
+eigenvalue. Both refer to K (D - shift 1) K^T, with a K that makes this the identity at a typical D.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Definiteness:
     """Smallest eigenvalue of a model's D over a box, kg m^2 (if all joints are revolute)."""
 
     box: Box
-    proven: float  # no position of the box has a smaller one
+    proven: float  # lower bound over the box
     smallest_found: float  # smallest one found; the truth lies between
     position: FloatArray  # position of that, rad (m), shape (n,)
     round_off: float  # largest round-off of an eigenvalue found
@@ -60,21 +60,21 @@ def certify_positive_definite(
     model
         A mechanical system, such as a model of level "energy", whose D is symmetric.
     box
-        The positions; the arm's own ranges by default.
+        The positions; by default the arm's ranges.
     effort
         Most positions at which D is evaluated; the same effort gives the same result on any machine.
 
     Returns
     -------
     Definiteness
-        Proven bound and smallest eigenvalue found.
+        Proven bound and smallest eigenvalue found, kg m^2 for revolute joints.
 
     Raises
     ------
     ModelError
-        If the model is no mechanical system.
+        If the model is not a mechanical system.
     UsageError
-        If the box is of another number of joints, or `effort` is not positive.
+        If the box has another number of joints, or `effort` is not positive.
     """
     if not model.level.is_mechanical:
         what, way = "only a model of the energies has a symmetric D", "`gd-analyze simplify --level energy`"
@@ -110,7 +110,7 @@ def certify_positive_definite(
 
 @dataclass(frozen=True, eq=False)
 class _GriddedInertia:
-    """D over a box: harmonics bounded by a grid, the grid, and the most that others add to each element."""
+    """D over a box: harmonics bounded by a grid, the grid, and the bound on others by element."""
 
     box: Box
     every: TrigonometricPolynomial
@@ -148,11 +148,11 @@ class _GriddedInertia:
         return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
 
     def proven(self, k: FloatArray, shift: float) -> float:
-        """Lower bound on all eigenvalues of D: the shift, and that of K (D - shift 1) K^T over |K|^2."""
+        """Lower bound on all eigenvalues of D: the shift, plus that of K (D - shift 1) K^T over |K|^2."""
         unit = np.eye(len(k))
         low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self.on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
-        # Scaling and eigenvalues are off by some n eps of the largest, at worst times |K|^2 |D|.
+        # Scaling and eigenvalues have errors of some n eps of the largest, at worst times |K|^2 |D|.
         rough = _ROUNDINGS * len(k) * _EPS * self.reach(k, shift)
         bound = low - slack - rough
         stretch = np.linalg.eigvalsh(k.T @ k)

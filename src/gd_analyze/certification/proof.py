@@ -1,4 +1,4 @@
-"""Everything that is proven of one model over a box or along a motion, as a result."""
+"""Proven bounds of one model over a box or along a motion, as a result."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ def proof(
     notices = [certificate.note]
     if not accuracy.measured:
         states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
-        notices.append(f"Allowed and sampled errors are stated by the file, not measured, for {states}.")
+        notices.append(f"Allowed and sampled errors are stated by the file for {states}, not measured.")
     if accuracy.asked.norm is not None:
-        notices.append("A budget of the norm holds for a share of states and cannot be proven for all.")
+        notices.append("A budget of the norm holds for a share of the states and cannot be proven for all.")
     within = "the arm's limits" if motion is None else "the motion's margins"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     return Result(
@@ -95,9 +95,9 @@ def proof(
 def proven_again(
     model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Callable[[int], None] | None = None
 ) -> tuple[Result, bool]:
-    """Prove again what a model states, along the motion it names, and whether every bound holds.
+    """Prove a model's certificate again, along the motion it names; also return whether every bound holds.
 
-    Raises a UsageError if it states nothing, or the motion is another or not at hand.
+    Raises a UsageError if it states none, or the motion is missing or a different one.
     """
     stated, joints = model.accuracy.certificate, model.arm.joints
     if stated is None:
@@ -108,12 +108,12 @@ def proven_again(
         motion = motion or _shipped(model.arm, stated.trajectory_fingerprint)
         if motion is None or motion.fingerprint != stated.trajectory_fingerprint:
             found = "none" if motion is None else motion.name
-            expected, way = f"the motion it is about: {stated.where}", "name its file with --along"
-            what = "the certificate is about another motion"
+            expected, way = f"the certificate's motion: {stated.where}", "name its file with --along"
+            what = "the certificate is for another motion"
             raise UsageError(what, where="--check", expected=expected, found=found, next_step=way)
         region = Tube.along(model.arm, motion, stated.margin)
     again = certify(model, region, effort=stated.effort, progress=progress)
-    # The same sums, but for a machine that rounds otherwise.
+    # The same sums, up to the rounding of another machine.
     holds = again.certified <= stated.certified * (1.0 + 1e-9)
     verdict = "holds" if holds.all() else f"does not hold at joint {1 + int(np.argmin(holds))}"
     units = [joint.effort_unit for joint in joints]
@@ -139,7 +139,7 @@ def proven_again(
 
 
 def _shipped(arm: RobotArm, fingerprint: str) -> Trajectory | None:
-    """The shipped trajectory of that fingerprint, if there is one."""
+    """The shipped trajectory with this fingerprint, if there is one."""
     for name in shipped_trajectories():
         with suppress(GdAnalyzeError), catch_warnings(action="ignore", category=GdAnalyzeWarning):
             motion = read_trajectory(name, arm)
@@ -155,10 +155,10 @@ def _joints(
     largest: FloatArray,
     sampled: str,
 ) -> Table:
-    """What is sampled, found and proven joint by joint; the largest torques found are N m (N), shape (n,)."""
+    """Errors sampled, found and proven by joint; the largest torques found are in N m (N), shape (n,)."""
     accuracy, joints, certified = model.accuracy, model.arm.joints, certificate.certified
     units, none = [joint.effort_unit for joint in joints], [None] * len(joints)
-    # A budget of the norm allows no joint an error of its own.
+    # A budget of the norm is not per joint.
     is_norm = accuracy.asked.norm is not None
     allowed, within = (none, none) if is_norm else (accuracy.allowed, certificate.within(accuracy.allowed))
     headings = ("", "") if is_norm else ("allowed", "of allowed")
@@ -223,7 +223,7 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
     if definite.is_proven:
         verdict = "positive definite everywhere in the box"
     elif definite.is_singular:
-        verdict = "singular: some motion has no inertia, and the model cannot be simulated"
+        verdict = "singular: some motion has no inertia, so the model cannot be simulated"
     elif definite.smallest_found < 0.0:
         verdict = "not positive definite"
     else:
@@ -232,7 +232,7 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
     place = "at q = " + ", ".join(f"{q:.4g}" for q in definite.position)
     return [
         *facts,
-        Fact("", "Inertia matrix D", verdict),
+        Fact("", "Mass matrix D", verdict),
         Fact("", "Smallest eigenvalue of D, proven", -rounded_up(-definite.proven, 4), unit),
         Fact("", "Smallest eigenvalue of D, found", definite.smallest_found, unit, note=place),
     ]

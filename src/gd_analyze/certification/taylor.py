@@ -15,10 +15,10 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.tube import Tube
 
-# Numbers of one harmonic in all boxes treated together: they fit the cache.
+# Numbers of one harmonic in all boxes treated together, which fit the cache.
 _AT_ONCE = 1 << 16
 _EPS = float(np.finfo(float).eps)
-# All roundings of a sum: some ten million, more than any has numbers.
+# Rounding of a sum of some ten million numbers, more than any has.
 _ROUNDINGS = 1e-8
 # Boxes whose bound exceeds the worst error found by less than this need no closer look.
 _CLOSE = 1.01
@@ -39,12 +39,12 @@ class Bounded(NamedTuple):
 def bound_along(field: ErrorField, tube: Tube, effort: int, counts: FloatArray | None = None) -> Bounded:
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
-    Boxes are halved where the error may be largest, until the bound is close to an error found; errors of a
-    piece count `counts` (pieces,) times, the one found is given so.
+    Boxes are halved where the error may be largest, until the bound is close to an error found; `counts`
+    (pieces,) are weights of errors, included in the error found.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
-    # A limit of zero has velocities of zero, and any share of it will do.
+    # With a limit of zero velocities are zero, for any share.
     limits = np.where(limits > 0.0, limits, 1.0)
     form = TaylorForm(field)
     lower, upper = ((x / limits).reshape(len(tube), -1).T for x in (tube.lower, tube.upper))
@@ -76,24 +76,24 @@ class Boxes(NamedTuple):
     centre: FloatArray  # (3 n, K)
     half: FloatArray  # half widths, (3 n, K)
     pieces: NDArray[np.intp]  # pieces of the tube that they belong to, (K,)
-    bounds: FloatArray  # no error within the box is larger, (K,)
+    bounds: FloatArray  # bounds on the error in each box, (K,)
     longest: NDArray[np.intp]  # variable whose halving promises most, (K,)
-    found: FloatArray  # error at a state of the box where it is likely to be largest, (K,)
+    found: FloatArray  # error at a state of the box where it is probably largest, (K,)
     states: FloatArray  # that state, (3 n, K)
 
     def worst(self, counts: FloatArray) -> tuple[float, FloatArray, int]:
-        """Largest error found, as it counts in its piece, its state and its piece."""
+        """Largest weighted error found, its state and its piece."""
         counting = self.found * counts[self.pieces]
         top = int(counting.argmax())
         return float(counting[top]), self.states[:, top], int(self.pieces[top])
 
     def at(self, chosen: NDArray[np.intp]) -> Boxes:
-        """Some of them."""
+        """Some of the boxes."""
         return Boxes._make(x[..., chosen] for x in self)
 
     @classmethod
     def joined(cls, parts: list[Boxes]) -> Boxes:
-        """All boxes of several."""
+        """Boxes of all parts."""
         return cls._make(np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
 
 
@@ -152,7 +152,7 @@ class TaylorForm:
         mixed[rows, rows] = 0.0
         second = mixed.sum(axis=1)
         above, whole = self._remainder(centre, half)
-        # Upwards or downwards: the step of every variable, and what is reached.
+        # Upwards or downwards: the step of every variable, and the value there.
         steps, gains = zip(*(_largest(sign * slope, sign * own, half) for sign in (1.0, -1.0)), strict=True)
         up, down = value + gains[0].sum(axis=0), gains[1].sum(axis=0) - value
         state = centre + np.where(up >= down, *steps)
@@ -220,10 +220,10 @@ class TaylorForm:
         return cosine, sine
 
     def _remainder(self, centre: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Largest sum of all of third order or higher, and of all orders, shape (K,) each.
+        """Bound on the terms of third and higher order, and on those of all orders, shape (K,) each.
 
-        Orders of exp(i m.q) are 1, D, D^2/2 and at most D^3/6 for the rest, D = sum_k |m_k| h_k; of a power
-        the terms of the binomial; of u_a they are |u_a| and h_a.
+        Orders of exp(i m.q) are 1, D, D^2/2 and at most D^3/6 for the rest, with D = sum_k |m_k| h_k; those
+        of a power are binomial terms; those of u_a are |u_a| and h_a.
         """
         n = self.n
         angle = np.abs(self._angles) @ half[:n]
@@ -248,7 +248,7 @@ class TaylorForm:
 
 
 def _largest(slope: FloatArray, curve: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Place where slope x + curve x^2 / 2 is largest in |x| <= half, and its value there."""
+    """Maximum of slope x + curve x^2 / 2 in |x| <= half: position and value."""
     inside = (curve < 0.0) & (np.abs(slope) < -curve * half)
     step = np.where(inside, slope / np.where(inside, -curve, 1.0), np.where(slope < 0.0, -half, half))
     return step, slope * step + curve * step**2 / 2

@@ -1,4 +1,4 @@
-"""A tube of states: all within margins of a motion, between its set points too."""
+"""A tube of states: all states within margins of a motion, between its set points too."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Indices = NDArray[np.intp]
 
 # Most boxes, a second's work: intervals of a long recording share boxes.
 MOST_PIECES = 2048
-# Most pieces of one interval: more would only resolve an interval that the set points leave open.
+# Most pieces of one interval: more would only resolve an interval that the set points leave ambiguous.
 _MOST_OF_ONE = 32
 # Share of a margin below which differences count as rounding of the numbers in a file.
 _ROUNDING = 1e-3
-# Share of a joint's largest value that replaces a margin of zero where sizes are compared with margins.
+# Share of a joint's largest value that replaces a margin of zero when sizes are compared with margins.
 _LEAST_SHARE = 0.02
-# Intervals and groups of them that are kept apart: several times the boxes there may be.
+# Most intervals, or groups of them, treated separately: several times the number of boxes.
 _MOST_APART = 8 * MOST_PIECES
 
 
@@ -36,19 +36,19 @@ _MOST_APART = 8 * MOST_PIECES
 class Tube:
     """A chain of boxes of states along a motion.
 
-    Each box is about some time. It holds the states whose q, qd and qdd are within the margins of what the
-    motion takes in that time; see `Between` for the motion between set points. If the possible motions
-    between two set points differ by more than the margin, every box between them holds all that any of them
-    takes there. Across a gap of the motion there is no box. Several motions have boxes and margins each.
+    Each box belongs to a time interval. It holds the states whose q, qd and qdd are within the margins of the
+    motion's values in that interval; see `Between` for the motion between set points. If the possible motions
+    between two set points differ by more than the margin, the boxes between them contain all of these. There
+    is no box across a gap of the motion. Each of several motions has its own boxes and margins.
 
     Parameters
     ----------
     lower, upper
         Limits of q, qd and qdd, SI, shape (pieces, 3, n).
     begin, end
-        Time that each box is about, s, shape (pieces,).
+        Time interval of each box, s, shape (pieces,).
     margins
-        Of q, qd and qdd, shape (3, n); of several motions the least.
+        Margins of q, qd and qdd, SI, shape (3, n); the smallest of several motions.
     where
         Name of these states.
     coarse
@@ -58,10 +58,9 @@ class Tube:
     margin, fingerprint
         Text of the margin, and the motion's fingerprint.
     motion
-        Which of several motions each box is about, from 0, shape (pieces,).
+        Motion of each box, from 0, if there are several, shape (pieces,).
     weights
-        How much a torque error counts in each box, shape (pieces, n), see `States.weights`; None where all
-        count alike.
+        Weight of a torque error in each box, shape (pieces, n), see `States.weights`; None if equal.
     """
 
     lower: FloatArray
@@ -92,7 +91,7 @@ class Tube:
         return self.lower[chosen].swapaxes(0, 1), self.upper[chosen].swapaxes(0, 1), counts
 
     def counts_at(self, states: FloatArray) -> FloatArray:
-        """How much errors count at states of the tube (3, M, n), most where boxes meet, shape (M, n)."""
+        """Weights of errors at states of the tube (3, M, n), the largest where boxes meet, shape (M, n)."""
         if self.weights is None:
             return np.ones(states.shape[1:])
         every = (
@@ -102,7 +101,7 @@ class Tube:
 
     @property
     def enclosing(self) -> Box:
-        """The smallest box around all."""
+        """The smallest box around all boxes."""
         largest = np.maximum(np.abs(self.lower), np.abs(self.upper)).max(axis=0)
         return Box(self.lower[:, 0].min(axis=0), self.upper[:, 0].max(axis=0), largest[1], largest[2])
 
@@ -110,7 +109,7 @@ class Tube:
     def along(
         cls, arm: RobotArm, motion: Trajectory, margin: Margin | str | None = None, *, most: int = MOST_PIECES
     ) -> Tube:
-        """Enclose a motion.
+        """Enclose a motion in a tube.
 
         Parameters
         ----------
@@ -124,7 +123,7 @@ class Tube:
         Raises
         ------
         UsageError
-            If the motion is of another number of joints.
+            If the motion has another number of joints.
         TrajectoryError
             If two set points are so close in time that no motion leads from one to the next.
         """
@@ -159,7 +158,7 @@ class Tube:
     def _around(cls, arm: RobotArm, several: Trajectory, margin: Margin, most: int) -> Tube:
         parts = taken_apart(several)
         tubes = [cls.along(arm, part, margin, most=max(1, most // len(parts))) for part in parts]
-        # By the clock of the whole.
+        # On the clock of the whole.
         later = [float(several.time[motion.first]) - motion.start for motion in several.motions]
         notes = (f"{part.name}: {tube.note}" for part, tube in zip(parts, tubes, strict=True) if tube.note)
         both = zip(tubes, later, strict=True)
@@ -180,7 +179,7 @@ class Tube:
 class _Path:
     """The motion between set points, interval by interval; an interval across a gap has nan for limits.
 
-    Of a long motion, groups of consecutive intervals stand in place of intervals.
+    For a long motion, groups of consecutive intervals replace intervals.
     """
 
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
@@ -188,7 +187,7 @@ class _Path:
         length = 1
         while (motion.n_set_points - 1) / length > _MOST_APART:
             length *= 2
-        # First intervals of the groups; place of each in its stretch; whether it is none across a gap.
+        # First intervals of the groups; index of each in its stretch; whether it is not across a gap.
         firsts, places, are_known = list[Indices](), list[Indices](), list[NDArray[np.bool_]]()
         for part in motion.stretches:
             inside = np.arange(part.start, part.stop - 1, length)
@@ -200,12 +199,12 @@ class _Path:
         self.place, self.apart = np.concatenate(places), length == 1
         self.known = np.concatenate(are_known)
         count = len(self.edges) - 1
-        # Limits, largest differences of the possible motions, shape (groups, 3, n), and in how many intervals
-        # these are more than the margins.
+        # Limits, largest differences of the possible motions, shape (groups, 3, n), and number of intervals
+        # in which these exceed the margins.
         self.lower, self.upper, self.differences = (np.empty((count, *margins.shape)) for _ in range(3))
         self.coarse = np.zeros(count, dtype=np.intp)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            # There is no memory for all coefficients of a long recording at once.
+            # The coefficients of a long recording do not fit into memory at once.
             step = max(1, CHUNK // length)
             for k, first in enumerate(range(0, count, step)):
                 self._reduce(first, min(first + step, count))
@@ -229,7 +228,7 @@ class _Path:
         self.unsure = self.differences > self._sure(np.nan_to_num(largest))
 
     def _sure(self, largest: FloatArray) -> FloatArray:
-        """Difference that counts as none."""
+        """Difference that is treated as zero."""
         return np.maximum(self.margins, 64 * np.finfo(float).eps * largest)
 
     def _reduce(self, first: int, last: int) -> None:
@@ -259,7 +258,7 @@ class _Path:
         if not self.known.any():
             nothing = np.empty((0, *self.margins.shape))
             return nothing, nothing, np.empty(0), np.empty(0)
-        # Half the range of positions, the largest velocities and accelerations; these reductions ignore nan.
+        # Half the range of positions, largest velocities and accelerations; these reductions ignore nan.
         low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
         reach = np.maximum(high, -low)
         reach[0] = (high[0] - low[0]) / 2
@@ -273,7 +272,7 @@ class _Path:
             first, count = first[kept], count[kept]
             pieces = np.clip(np.ceil(shares[first] / size), 1, _MOST_OF_ONE)
             parts = np.where((count == 1) & self.apart, pieces, 1).astype(int)
-            # Every stretch takes one box at least.
+            # Every stretch takes at least one box.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
             size *= 1.5
@@ -305,10 +304,10 @@ class _Path:
     def _cut(
         self, first: NDArray[np.intp], count: NDArray[np.intp], parts: NDArray[np.intp]
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Limits and times of groups of intervals, single intervals cut into parts of equal length."""
+        """Limits and times of groups of intervals; single intervals are cut into parts of equal length."""
         groups = np.repeat(np.arange(len(first)), parts)
         place = np.arange(len(groups)) - np.repeat(np.cumsum(parts) - parts, parts)
-        # A group ends before the next begins, or before the interval across a gap behind it.
+        # A group ends where the next begins, or before the interval across a gap after it.
         edges = np.stack([first, first + count], axis=1).ravel()
         edges = edges[edges < len(self.lower)]
         lower = np.minimum.reduceat(self.lower, edges)[::2][groups]
@@ -326,7 +325,7 @@ class _Path:
         return lower, upper, begin, end
 
     def note(self) -> str:
-        """Remark on gaps, and on intervals that the set points leave open by more than the margins, or ""."""
+        """Remark on gaps, and on intervals that are ambiguous by more than the margins, or ""."""
         notes = []
         if self.motion.gaps:
             notes.append(f"Gaps in the motion: {len(self.motion.gaps)}; nothing is proven across them.")

@@ -43,8 +43,8 @@ Exit codes:
   130  interrupted
 
 \b
-Slow results are cached in a folder that --version names; GD_ANALYZE_CACHE
-sets another folder, or turns the cache off.
+Slow results are cached; --version shows the folder. GD_ANALYZE_CACHE sets
+another folder, or turns the cache off.
 """
 
 _FLAGS = {"--json", "--quiet", "--no-cache", "--debug"}
@@ -136,7 +136,7 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     expose_value=False,
     is_eager=True,
     callback=_show_version,
-    help="Show the version, and where the cache is, and exit.",
+    help="Show the version and the cache folder, and exit.",
 )
 def app() -> None:
     """Split an arm's dynamics by effect, rank the parts, drop what the torque budget allows."""

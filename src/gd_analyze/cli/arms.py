@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     "--to",
     "form",
     type=click.Choice(["toml"]),
-    help="Print the arm as a TOML file instead: to keep, to change, or as a template for your own arm.",
+    help="Print the arm as a TOML file, to keep, to edit, or as a template for your own arm.",
 )
 @reporting
 def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
@@ -40,7 +40,7 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
       gd-analyze arms puma560 --to toml > my_arm.toml
     """
     if form is not None and (robot is None or output.as_json):
-        raise click.UsageError("--to needs a ROBOT, and goes without --json")
+        raise click.UsageError("--to needs a ROBOT and cannot be combined with --json")
     with output.working():
         answer = _catalogue() if robot is None else _toml(robot) if form else _inspection(robot)
     if isinstance(answer, str):
@@ -74,7 +74,7 @@ def _catalogue() -> Result:
 
 
 def _inspection(robot: GivenRobot) -> Result:
-    """All of an arm; what would be warned of stands first in it."""
+    """Inspect an arm; its warnings come first."""
     from gd_analyze.dynamics.torque_limits import warn_of_weight
     from gd_analyze.robots.inspection import inspection
 

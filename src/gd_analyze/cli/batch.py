@@ -12,12 +12,12 @@ from gd_analyze.cli.options import FILE, NameList, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
-@click.command(short_help="Do the main job for every row of a table.")
+@click.command(short_help="Run the main job for every row of a table.")
 @click.argument(
     "table",
     type=FILE,
     help="CSV with a column per option (arm, trajectory, budget, level, ...); YAML or TOML with a value or a "
-    "list per option, every combination, and `rows`; or a folder with a folder of logs per robot.",
+    "list per option, for all combinations, and `rows`; or a folder with a folder of logs per robot.",
 )
 @click.option("-o", "--out", type=OutputPath(), default="batch", help="Folder for table, record and files.")
 @click.option(
@@ -26,13 +26,13 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     type=NameList(("none", "h5", "json", "csv", "html", "pdf"), "format"),
     default="json",
     metavar="LIST",
-    help="Files to write of every row, in a folder each, comma-separated; json is the model.",
+    help="Files to write for every row, in a folder of its own; comma-separated; json is the model.",
 )
 @click.option("--to", type=NameList(("csv", "parquet"), "table"), default="csv", metavar="LIST",
               help="Table to write: csv, parquet (needs the extra `logs`), or both.")  # fmt: skip
-@options.number("--jobs", 1, "Processes of this machine.", 1)
+@options.number("--jobs", 1, "Number of processes on this machine.", 1)
 @click.option(
-    "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the rows: tcp://host:8786."
+    "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the rows: tcp://host:8786."
 )
 @reporting
 def batch(
@@ -44,11 +44,11 @@ def batch(
     scheduler: str | None,
     output: Output,
 ) -> None:
-    r"""Do the main job for every row: arms, motions and options in, one table out.
+    r"""Run the main job for every row of a table of arms, motions and options.
 
-    A row is recorded when it ends; the same command goes on where another stopped or was killed, and does
-    failed rows again. What failed stands in the table with the reason, and the exit code is 1. Results do not
-    depend on the order or the number of workers.
+    A row is recorded when it ends. After an interruption the same command continues, and repeats failed rows.
+    The table states why a row failed, and the exit code is 1. Results do not depend on the order of rows or
+    the number of workers.
 
     \b
     Examples:

@@ -12,7 +12,7 @@ from gd_analyze.cli.output import Output, reporting
 
 @click.command(short_help="Compare the formulations' operations and torques.")
 @robot_given
-@options.trajectory("Without one: torques are compared at random states.")
+@options.trajectory("Without one, torques are compared at random states.")
 @log_options
 @options.payload
 @click.option(
@@ -28,7 +28,7 @@ def compare(
 ) -> None:
     r"""Count and compare every formulation of the arm's dynamics.
 
-    Multiplications and additions are counted by running each formulation's own code on numbers that count,
+    Multiplications and additions are counted by running each formulation's own code on counting numbers;
     torques are compared with each other and with Pinocchio. With --symbolic the same code runs on symbols for
     the founding text's two-link arm (needs SymPy).
 

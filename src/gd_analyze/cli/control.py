@@ -33,7 +33,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     return read
 
 
-@click.command(short_help="Control the arm with a simplified model, and see how it tracks.")
+@click.command(short_help="Simulate control with a simplified model; see how it tracks.")
 @options.model()
 @options.trajectory()
 @log_options
@@ -45,7 +45,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     type=_numbers("continuous"),
     default="continuous,500,100",
     metavar="LIST",
-    help="Loop rates, Hz, comma-separated: torque is held over a period; `continuous` has no period.",
+    help="Loop rates, Hz, comma-separated, with torque held for a period; or `continuous`.",
 )
 @click.option(
     "--speeds",
@@ -59,7 +59,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     type=positive_number,
     default=20.0,
     metavar="NUMBER",
-    help="Natural frequency of every joint's error, rad/s; 6.28 rad/s are 1 Hz.",
+    help="Natural frequency of every joint's error, rad/s; 1 Hz is 6.28 rad/s.",
 )
 @click.option(
     "--damping",
@@ -74,14 +74,14 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
     type=lambda words: None if words == "off" else positive_number(words),
     default="1.0",
     metavar="NUMBER|off",
-    help="Torque limits, as a multiple of those of the arm's drives, or none.",
+    help="Torque limits, as a multiple of the drives' own; `off`: no limits.",
 )
-@click.option("--friction", is_flag=True, help="Apply the drives' friction, which no controller compensates.")
+@click.option("--friction", is_flag=True, help="Simulate the drives' friction; no controller compensates it.")
 @click.option(
     "--within",
     default="0.1deg,1mm",
     metavar="LIST",
-    help="Tracking error that counts as good: 0.1deg or 2mrad, and 1mm for prismatic joints.",
+    help="Acceptable tracking error: 0.1deg or 2mrad, and 1mm for prismatic joints.",
 )
 @options.folder("Folder for a report; nothing is written without it.")
 @reporting
@@ -96,13 +96,13 @@ def control(
     output: Output,
     **loop: Any,
 ) -> None:
-    r"""Control the exact arm, simulated, along a motion, and say whether the simplified model is good enough.
+    r"""Simulate control of the exact arm along a motion, to judge the simplified model.
 
-    Controllers contain no model, gravity only, all but h, the simplified model, or the exact one. Computed
-    torque is D (qdd_d + K_d e' + K_p e) + h + c with what the controller contains; PD compensates gravity
-    only. The motion runs at several speeds, to show from which speed on the tracking suffers without h. With
-    --payload the arm carries a load that is in no controller. Bounds on the tracking error that the model's
-    torque error causes are shown beside the simulated error.
+    The controllers use no model, gravity only, all but h, the simplified model, or the exact one. Computed
+    torque is D (qdd_d + K_d e' + K_p e) + h + c of the controller's model; PD compensates gravity only. The
+    motion runs at several speeds, which shows from which speed on tracking needs h. With --payload the arm
+    carries a load that no controller knows. Bounds on the tracking error that the model's torque error causes
+    are shown beside the simulated error.
 
     \b
     Examples:

@@ -23,7 +23,7 @@ from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 from gd_analyze.text import visible
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
-# What the system refuses whatever state it is in: no file can be called that.
+# Errors of the input, whatever state the system is in: no file can have that name.
 _AT_FAULT = (errno.ENAMETOOLONG, errno.EILSEQ)
 
 
@@ -53,7 +53,7 @@ def _run(words: list[str]) -> int:
     for word in words:
         if not word.isprintable() and any("\ud800" <= letter <= "\udfff" for letter in word):
             raise UsageError(
-                "a word of the command is not text in the encoding of this system",
+                "a word of the command cannot be decoded in this system's encoding",
                 found=repr(word),
                 next_step="rename the file, or set LC_ALL to the encoding of its name",
             )
@@ -106,7 +106,7 @@ def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
     return UsageError(
         message[:1].lower() + message[1:],
         expected=" ".join(context.get_usage().removeprefix("Usage: ").split()) if context else None,
-        next_step=f"`{context.command_path} --help` explains them" if context else None,
+        next_step=f"see `{context.command_path} --help`" if context else None,
     )
 
 
@@ -127,8 +127,8 @@ def _behave_as_a_process() -> None:
     # through them again and again, and once more on leaving, would take a fifth of the main job.
     gc.set_threshold(1_000_000, 50, 100)
     atexit.register(gc.freeze)
-    # Of matrices as small as these a second thread only waits for the first, at full speed. With one the
-    # last bits do not depend on the machine's cores either.
+    # With matrices this small a second thread only waits for the first, at full speed. With one thread the
+    # last bits do not depend on the number of cores either.
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

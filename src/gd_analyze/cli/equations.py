@@ -21,8 +21,7 @@ from gd_analyze.files import write_text
     "elements",
     metavar="LABEL",
     multiple=True,
-    help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated; all of them by "
-    "default.",
+    help="D12, h112 or c2; h1 for all h_1jk; D, h or c for all of a kind. May be repeated.  [default: all]",
 )
 @options.share("--min-share", "0%", "Leave out terms below this share of the element's largest term.")
 @click.option(
@@ -30,14 +29,14 @@ from gd_analyze.files import write_text
     "form",
     type=click.Choice(["text", "latex", "mathml", "sympy"]),
     default="text",
-    help="How to write them: sympy is a Python script, the others are one equation each.",
+    help="How to write them: sympy is a Python script, the others give an equation per element.",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
 @click.option(
     "--parameters",
     is_flag=True,
-    help="Print the base (minimal) inertial parameters instead, each with the combination of the links' "
-    "masses, first moments and inertias that it is.",
+    help="Print the base (minimal) inertial parameters instead, each as a combination of the links' masses, "
+    "first moments and inertias.",
 )
 @options.digits("Significant digits of coefficients; sympy keeps all.")
 @options.out("Write the equations into this file.")
@@ -66,13 +65,11 @@ def equations(
     """
     if parameters:
         if elements or terms or min_share > 0:
-            raise click.UsageError(
-                "--parameters are of the whole arm: without --element, --min-share, --terms"
-            )
+            raise click.UsageError("--parameters is for the whole arm: omit --element, --min-share, --terms")
         _give_parameters(robot, form, digits, out, output)
         return
     if terms and (form != "text" or out is not None):
-        raise click.UsageError("--terms is a table for the terminal: it goes without --format and --out")
+        raise click.UsageError("--terms prints a table to the terminal: omit --format and --out")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.formulas.results import Heading, equation_text, equations_result, sympy_head
@@ -102,7 +99,7 @@ def equations(
 def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:
     """Give the base inertial parameters: tables for the terminal, equations otherwise."""
     if form not in ("text", "latex"):
-        raise click.UsageError(f"--parameters are written as text or latex, not as {form}")
+        raise click.UsageError(f"--parameters writes text or latex, not {form}")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.formulas.results import base_equations, base_parameters_result

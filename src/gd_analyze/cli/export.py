@@ -39,26 +39,26 @@ if TYPE_CHECKING:
     ),
     default="torque",
     metavar="LIST",
-    help="torque, with D, h and c, always; derivatives of the torque by q and qd; coriolis_matrix, C with "
-    "C qd = h; forward: accelerations that torques cause; payload: torque of a load given as an argument; "
-    "friction of the drives. Or decomposition: the exact D and h by effect, and c, of the links.",
+    help="Functions: torque, with D, h and c, always; derivatives: of torque, by q and qd; coriolis_matrix: "
+    "C with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
+    "friction: of the drives. Or decomposition: the exact D and h by effect, and c, of the links alone.",
 )
-@click.option("--name", metavar="WORD", help="Prefix of all names; by default made of the arm's name.")
-@click.option("--float", "single", is_flag=True, help="In C: numbers of single precision.")
+@click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
+@click.option("--float", "single", is_flag=True, help="In C: single precision.")
 @click.option(
     "--bound/--no-bound",
     default=True,
-    help="Of a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
+    help="For a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
 )
 @click.option(
     "--tests",
     is_flag=True,
-    help="Also write tests that compare the text, where it lands, with what is computed here: C and C++ with "
+    help="Also write tests that compare the exported code with values computed here: C and C++ with "
     "CMakeLists.txt, pytest, MATLAB.",
 )
 @options.drives
 @click.option("-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.")
-@click.option("--overwrite", is_flag=True, help="Replace files that are there already.")
+@click.option("--overwrite", is_flag=True, help="Replace existing files.")
 @reporting
 def export(
     robot: GivenRobot,
@@ -88,7 +88,7 @@ def export(
       gd-analyze export puma560 --to c --what decomposition
     """
     if single and set(languages) != {"c"}:
-        raise click.UsageError("--float goes with --to c alone")
+        raise click.UsageError("--float is for C: give --to c alone")
     with output.working() as stage:
         from gd_analyze.certification.certificate import usual_effort
         from gd_analyze.exporting.export import CLASSES, written
@@ -118,7 +118,7 @@ def export(
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)
-                told = f"no bound is written: {error.what}; --no-bound writes none"
+                told = f"no bound is written: {error.what}; --no-bound omits it without a warning"
                 warnings.warn(told, GdAnalyzeWarning, stacklevel=2)
         stage("writing")
         exported = written(subject, languages, "float" if single else "double", tests=tests)
@@ -133,15 +133,15 @@ def _subject(robot: GivenRobot, what: tuple[str, ...], name: str | None, drives:
 
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):
-            raise click.UsageError("--drives, --tip, --gravity and the like are of arms: a model has its own")
+            raise click.UsageError("--drives, --tip, --gravity and others are for arms: a model has its own")
         if "decomposition" in what:
-            raise click.UsageError("--what decomposition is of an arm: give the arm in place of the model")
+            raise click.UsageError("--what decomposition needs an arm: give it in place of the model")
         return ExportInput.of_model(gd.load_model(robot.name), name).with_functions(what)
     arm = robot.load()
     if "decomposition" not in what:
         return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name).with_functions(what)
     if len(what) > 1:
-        raise click.UsageError("--what decomposition goes without other functions")
+        raise click.UsageError("--what decomposition cannot be combined with other functions")
     if drives:
-        raise click.UsageError("--what decomposition is of the links: it goes without --drives")
+        raise click.UsageError("--what decomposition is for the links alone: omit --drives")
     return ExportInput.of_decomposition(arm, name)

@@ -26,7 +26,7 @@ EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "corio
     "--to", type=FORMATS, default="svg", metavar="LIST", help="svg, pdf, png, csv; comma-separated."
 )
 @click.option("--element", "elements", metavar="LABEL", multiple=True, help="D12, h3 or c2; repeatable.")
-@click.option("--x", type=click.Choice(("time", "set-point")), default="time", help="Abscissa.")
+@click.option("--x", type=click.Choice(("time", "set-point")), default="time", help="Quantity on the x-axis.")
 @click.option(
     "--effects",
     type=EFFECTS,
@@ -35,7 +35,7 @@ EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "corio
     help="Curves of each element; centrifugal and coriolis are shares of h.",
 )
 @click.option("--marks/--no-marks", default=None, help="Mark set points.  [default: if there are up to 50]")
-@options.share("--dominance", "10%", "Loss of a part that an element can bear, as a share of its peak.")
+@options.share("--dominance", "10%", "A part counts if dropping it changes the element by more.")
 @options.drives
 @options.payload
 @options.out("Folder for the files.  [default: figures]")
@@ -53,8 +53,8 @@ def figures(
 ) -> None:
     r"""Draw inertia, Coriolis and centrifugal, and gravity terms by effect, and which effect dominates when.
 
-    The files are inertia, coriolis_centrifugal, gravity_loading and dominance; with --element only those that
-    the elements are of. dominance.csv has every element at every set point: parts, shares, verdict, torque.
+    The files are inertia, coriolis_centrifugal, gravity_loading and dominance; with --element, only those
+    that these elements need. dominance.csv: parts, shares, verdict and torque of elements at every set point.
 
     \b
     Examples:

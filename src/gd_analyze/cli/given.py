@@ -21,29 +21,29 @@ _picking_options = together(
     click.option(
         "--tip",
         metavar="LINK",
-        help="Of URDF or MJCF: last link of the arm; joints beyond it are held.",
+        help="URDF or MJCF: last link of the arm; joints beyond it are held.",
     ),
-    click.option("--base", metavar="LINK", help="Of URDF or MJCF: first link of the arm."),
+    click.option("--base", metavar="LINK", help="URDF or MJCF: first link of the arm."),
     click.option(
         "--lock",
         metavar="JOINT=VALUE",
         multiple=True,
-        help="Of URDF or MJCF: hold a joint, in rad, m, or with a unit (90deg, 20mm); its links keep their "
-        "mass. May be repeated.",
+        help="URDF or MJCF: hold a joint at a value in rad, m, or with a unit (90deg, 20mm); its links keep "
+        "their mass. May be repeated.",
     ),
     click.option(
         "--limits",
         metavar="FILE|JOINT=VALUE",
         multiple=True,
-        help="Add limits of acceleration, in rad/s^2, m/s^2, or with a unit: elbow=10, all=600deg, a list in "
-        "the joints' order, or a YAML or TOML file such as MoveIt's joint_limits.yaml. May be repeated.",
+        help="Add acceleration limits in rad/s^2, m/s^2, or with a unit: elbow=10, all=600deg, a list in the "
+        "joints' order, or a YAML or TOML file such as MoveIt's joint_limits.yaml. May be repeated.",
     ),
     click.option("--gravity", metavar="LIST", help="Gravity in the base frame, m/s^2: 0,0,-9.81."),
     click.option(
         "--drive-inertia",
         metavar="LIST|FILE",
-        help="Inertia of the drives at the joints, kg m^2 (kg), by joint; or a TOML file of [[drives]] "
-        "tables as in arm files, with friction and torque limits.",
+        help="Drive inertia at each joint, kg m^2 (prismatic: kg); or a TOML file of [[drives]] tables as in "
+        "arm files, with friction and torque limits.",
     ),
 )
 
@@ -53,7 +53,7 @@ PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 
 @dataclass(frozen=True)
 class GivenRobot:
-    """An arm as words of the command: its name or file, and what is picked out of it and added to it."""
+    """An arm as given on the command line: its name or file, and what options select from it or add to it."""
 
     name: str
     tip: str | None = None
@@ -64,7 +64,7 @@ class GivenRobot:
     drive_inertia: str | None = None
 
     def load(self, payload: str | None = None, logs: Sequence[str] = ()) -> gd.RobotArm:
-        """Read the arm and attach the payload, if any; of a robot that branches, the arm that logs name."""
+        """Read the arm with its payload, if any; of a branching robot, the arm whose joints the logs name."""
         words = {key: value for key, value in vars(self).items() if key != "name"}
         try:
             arm = gd.load_arm(self.name, **words)
@@ -74,8 +74,8 @@ class GivenRobot:
             tip = last_link(logs[0], error.paths) if logs else None
             if tip is None:
                 raise
-            told = f"{error.what}: the arm is taken to end at link {tip}, beyond the last joint that the log"
-            warnings.warn(f"{told} names; --tip takes another", gd.GdAnalyzeWarning, stacklevel=2)
+            told = f"{error.what}: the arm is assumed to end at link {tip}, after the last joint in the log"
+            warnings.warn(f"{told}; --tip chooses another", gd.GdAnalyzeWarning, stacklevel=2)
             arm = gd.load_arm(self.name, **words | {"tip": tip})
         if payload is None:
             return arm
@@ -98,13 +98,13 @@ def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None
     return decorate
 
 
-# ROBOT, and what is picked of it; the verb gets a `GivenRobot`, or None without a ROBOT.
+# ROBOT and its options; the verb gets a `GivenRobot`, or None without a ROBOT.
 robot_given, robot_or_none = _robot(required=True), _robot(required=False)
 
 
 @dataclass(frozen=True)
 class Given:
-    """An arm and states of it, as words of the command."""
+    """An arm and its states, as given on the command line."""
 
     robot: GivenRobot
     trajectories: tuple[str, ...]
@@ -114,7 +114,7 @@ class Given:
     seed: int
 
     def exact(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
-        """Read or draw them, and the motion they are of, if any; warns where torques look wrong."""
+        """Read or draw the states, with their motion, if any; warn where torques look wrong."""
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
         from gd_analyze.simplification.exact import warn_without_torque
 

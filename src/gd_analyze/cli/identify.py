@@ -36,22 +36,21 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     type=TRAJECTORY,
     multiple=True,
     metavar="LOG",
-    help="A log in which the arm carries an unknown payload: its mass and centre of mass are found, too. May "
-    "be repeated.",
+    help="A log with an unknown payload; its mass and centre of mass are identified, too. May be repeated.",
 )
 @click.option(
     "--plain",
     is_flag=True,
-    help="Plain least squares, without the constraint that every body is physically possible.",
+    help="Plain least squares: bodies may be physically inconsistent.",
 )
 @click.option(
     "--no-model",
     is_flag=True,
-    help="Do not look for the simplified model that the logs support: quicker.",
+    help="Skip the search for the simplified model that the logs support.",
 )
 @log_options
 @options.out("Write the identified arm into this TOML file.")
-@options.folder("Folder for a report; no report is written without it.", option="--report")
+@options.folder("Folder for a report; without it none is written.", option="--report")
 @reporting
 def identify(
     robot: GivenRobot,
@@ -66,12 +65,12 @@ def identify(
     formats: tuple[str, ...],
     output: Output,
 ) -> None:
-    r"""Fit an arm's links, drives and friction to measured motions and torques, and say what they support.
+    r"""Fit an arm's links, drives and friction to logs of motions and torques.
 
-    One weighted least squares over all joints and logs, with physically consistent bodies; what the logs do
-    not tell keeps the file's values. The result states how well it predicts torques that it has not seen. The
-    TOML file is an arm as any other, which every verb takes; `--budget uncertainty` makes models as exact as
-    the logs support.
+    One weighted least-squares fit covers all joints and logs, with physically consistent bodies;
+    parameters that the logs do not determine keep the file's values. The result states how well the fit
+    predicts held-out torques. The TOML file is an arm for every verb; `--budget uncertainty` makes models as
+    exact as the logs.
 
     \b
     Examples:

@@ -36,71 +36,71 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
     return together(
         option(
             "--columns",
-            "Of a log: names of its columns where it has no header, such as time,q1..q6,-; of one that has, "
-            "the only columns to look at.",
+            "Log: column names if it has no header, such as time,q1..q6,-; if it has one, the only columns "
+            "to use.",
             metavar="LIST",
         ),
         option(
             "--map",
-            "Of a log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of a "
-            "column per joint (q=mp1..mp7), or the log's name of a joint (joint:elbow=joint_a3). May be "
+            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of a "
+            "column per joint (q=mp1..mp7), or the log's name for a joint (joint:elbow=joint_a3). May be "
             "repeated.",
             metavar="ROLE=COLUMN",
             multiple=True,
         ),
         option(
             "--rate",
-            "Of a log: samples per second, where its time counts samples or it has none.",
+            "Log: samples per second, if its time counts samples or is missing.",
             metavar="HZ",
             type=positive_number,
         ),
-        option("--time-unit", "Of a log: unit of its time.", type=click.Choice(["s", "ms", "us", "ns"])),
-        option("--degrees", "Of a log: angles of columns without a unit are in degrees.", is_flag=True),
+        option("--time-unit", "Log: unit of time.", type=click.Choice(["s", "ms", "us", "ns"])),
+        option("--degrees", "Log: angles are in degrees where columns name no unit.", is_flag=True),
         option(
             "--family",
-            "Of a log: which columns to take where several hold the same, by a word of their names (target, "
-            "actual), for one role: torque=cur. May be repeated.",
+            "Log: if several columns hold the same quantity, take those with this word in their names "
+            "(target, actual); for one role: torque=cur. May be repeated.",
             metavar="WORD",
             multiple=True,
         ),
-        option("--topic", "Of a bag: which topic to read.", metavar="TOPIC"),
-        option("--mapping", "Of a log: mapping file to read it by.", type=FILE),
+        option("--topic", "Bag: topic to read.", metavar="TOPIC"),
+        option("--mapping", "Log: read it with this mapping file.", type=FILE),
         option(
             "--save-mapping",
-            "Of a log: write a mapping file of how it was read, for similar logs.",
+            "Log: write how it was read to a mapping file, for similar logs.",
             type=OutputPath(),
         ),
         option(
             "--torque-constant",
-            "Of a log: its torque columns are currents; torque at the joints per ampere, by joint.",
+            "Log: its torque columns hold currents; joint torque per ampere, one value per joint.",
             metavar="LIST",
         ),
         option(
             "--measured/--planned",
-            "Of a log: readings of sensors, to be smoothed, or a plan.  [default: judged by its columns]",
+            "Log: sensor readings, to be smoothed, or a plan.  [default: judged by its columns]",
             default=None,
         ),
         option(
             "--cutoff",
-            "Of readings: cut-off frequency of their smoothing.  [default: from the noise found in them]",
+            "Readings: cut-off frequency of the smoothing.  [default: from their noise]",
             metavar="HZ",
             type=positive_number,
         ),
         option(
             "--largest-gap",
-            "Of readings: longest time between two of them that is not a gap in the motion.",
+            "Readings: longest time between two samples that is not a gap in the motion.",
             metavar="SECONDS",
             type=positive_number,
         ),
     )
 
 
-# A verb that is about something else takes them without listing them.
+# Most verbs take these options without listing them.
 log_options, log_options_listed = _log_options(hidden=True), _log_options(hidden=False)
 
 
 def reading_asked() -> tuple[gd.Reading | None, gd.Treatment | None]:
-    """How the user wants logs read, and readings treated; None where nothing is said of it."""
+    """How the user wants logs read and readings treated; None where no option says so."""
     words = click.get_current_context().meta.get(_KEPT, {})
     reading = {name: word for name, word in words.items() if name not in _OF_READINGS}
     treatment = {name: word for name, word in words.items() if name in _OF_READINGS}
@@ -108,7 +108,7 @@ def reading_asked() -> tuple[gd.Reading | None, gd.Treatment | None]:
 
 
 def read_motion(path: str | Path, arm: gd.RobotArm) -> gd.Trajectory:
-    """Read a trajectory or a log as the command's options say, and show how far it is."""
+    """Read a trajectory or a log as the command's options say, and show progress."""
     return gd.read_trajectory(path, arm, *reading_asked(), progress=progress_shown())
 
 

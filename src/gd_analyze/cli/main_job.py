@@ -1,4 +1,4 @@
-"""`gd-analyze ROBOT TRAJECTORY`, the main job, and `gd-analyze report`, its reports made again."""
+"""`gd-analyze ROBOT TRAJECTORY`, the main job, and `gd-analyze report`, which rebuilds its reports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
 
 FORMATS = ("h5", "json", "csv", "html", "pdf")
-# What can be made from the file; the file itself is there.
+# What can be rebuilt from analysis.h5.
 MADE_AGAIN = FORMATS[1:]
 
 
@@ -49,14 +49,13 @@ class MainJobContext(click.Context):
 @click.option(
     "--christoffel/--no-christoffel",
     default=None,
-    help="Store h_ijk, 2 n^3 numbers per set point, or leave them out.  [default: stored of up to 8192 set "
-    "points]",
+    help="Store h_ijk, 2 n^3 numbers per set point, or not.  [default: stored for up to 8192 set points]",
 )
 @click.option(
     "--every-set-point/--no-every-set-point",
     default=None,
-    help="Of more than 8192 set points, of which some stand for all in tables and figures: store D, h, c and "
-    "torques at every one besides, or do not.  [default: of up to 131072]",
+    help="Of more than 8192 set points, tables and figures show a selection. Also store D, h, c and torques "
+    "at all of them, or not.  [default: stored for up to 131072]",
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")
@@ -95,7 +94,7 @@ def analyze(
 analyze.context_class = MainJobContext
 
 
-@click.command(short_help="Make the reports of a stored analysis again.")
+@click.command(short_help="Rebuild the reports of a stored analysis.")
 @click.argument("analysis", type=FILE, help="The analysis.h5 of a folder that the main job wrote.")
 @options.folder("Folder for the reports.  [default: the file's own]", MADE_AGAIN)
 @options.top
@@ -103,7 +102,7 @@ analyze.context_class = MainJobContext
 def report(
     analysis: Path, out: Path | None, overwrite: bool, formats: tuple[str, ...], top: int, output: Output
 ) -> None:
-    r"""Write the reports of a stored analysis.h5 again, without computing anything.
+    r"""Rebuild the reports of a stored analysis.h5, without computing anything.
 
     Reports beside the file are replaced; a folder named with --out must not hold another run. The terminal
     shows what the main job showed.
@@ -125,7 +124,7 @@ def report(
             strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
-    output.warn(findings.warnings)  # told when they were found: JSON has them, standard error has not
+    output.warn(findings.warnings)  # JSON repeats the run's warnings, standard error does not
     _give(findings, folder, formats, output, top)
 
 

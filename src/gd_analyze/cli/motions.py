@@ -22,7 +22,7 @@ PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 
 # How the library's arguments are called on the command line.
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
-# What --exciting leaves nothing for.
+# Options that --exciting makes superfluous.
 _OF_POINTS = _OPTIONS | {"profile": "--profile", "allow_violations": "--allow-violations"}
 
 
@@ -32,10 +32,10 @@ _OF_POINTS = _OPTIONS | {"profile": "--profile", "allow_violations": "--allow-vi
 @log_options_listed
 @reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
-    r"""Show role, joint and unit of each column of a log, the reason, and which columns are left out.
+    r"""Show role, joint and unit of each column of a log, with the reason, and which columns are unused.
 
-    What the main job warns of or refuses in the numbers is told, too. --save-mapping writes the roles as a
-    small TOML file; --mapping reads similar logs by it.
+    The numbers are checked, too, with the warnings and errors of the main job. --save-mapping writes the
+    roles to a small TOML file; --mapping reads similar logs with it.
 
     \b
     Examples:
@@ -74,7 +74,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
 
 
 def _end(context: click.Context, option: click.Parameter, listed: str | None) -> str | None:
-    """Ask for an end of the motion, but for an exciting one."""
+    """Require an end of the motion, unless an exciting one is planned."""
     if listed is None and not context.params["exciting"]:
         raise click.UsageError(f"{option.opts[0]} is missing: give --from and --to, or --exciting")
     return listed
@@ -82,8 +82,8 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 
 @click.command(short_help="Plan a trajectory and compare it with the arm's limits.")
 @robot_given
-@click.option("--from", "start", callback=_end, metavar="LIST", help="Start, comma-separated: degrees (m).")
-@click.option("--to", "goal", callback=_end, metavar="LIST", help="Goal, comma-separated: degrees (m).")
+@click.option("--from", "start", callback=_end, metavar="LIST", help="Start, comma-separated; degrees or m.")
+@click.option("--to", "goal", callback=_end, metavar="LIST", help="Goal, comma-separated; degrees or m.")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
 @options.number(
     "--points",
@@ -113,17 +113,17 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
     "--exciting",
     is_flag=True,
     is_eager=True,
-    help="In place of --from and --to: Fourier series within the arm's limits that tell as much as possible "
-    "of links, drives and friction, for `gd-analyze identify`.",
+    help="In place of --from and --to: plan Fourier series within the arm's limits that determine "
+    "links, drives and friction best, for `gd-analyze identify`.",
 )
 @click.option(
     "--within",
     metavar="LIST",
-    help="Box that the end effector keeps within, with --exciting: x,y,z,x,y,z of its lower and its upper "
-    "corner, m, base frame.",
+    help="With --exciting: box that the end effector must not leave, as x,y,z of its lower, then of its "
+    "upper corner, m, base frame.",
 )
-@options.number("--seed", 0, "Seed of the search, with --exciting; the same seed plans the same motion.")
-@options.out("CSV file; left out, the CSV goes to standard output.")
+@options.number("--seed", 0, "With --exciting: seed of the search; the same seed plans the same motion.")
+@options.out("CSV file.  [default: standard output]")
 @reporting
 def plan(
     robot: GivenRobot,
@@ -196,9 +196,9 @@ def _require_what_goes_together(exciting: bool) -> None:
     given = [option for name, option in _OF_POINTS.items() if not is_default(name)]
     alone = [f"--{name}" for name in ("within", "seed") if not is_default(name)]
     if exciting and given:
-        raise click.UsageError(f"--exciting plans the whole motion: it goes without {', '.join(given)}")
+        raise click.UsageError(f"--exciting plans the whole motion: omit {', '.join(given)}")
     if not exciting and alone:
-        raise click.UsageError(f"--exciting is missing, which {' and '.join(alone)} goes with")
+        raise click.UsageError(f"--exciting is missing: {' and '.join(alone)} cannot be given without it")
 
 
 def _box(listed: str) -> gd.Workspace:
@@ -216,7 +216,7 @@ def _box(listed: str) -> gd.Workspace:
 
 
 def _with_options(error: TrajectoryError) -> TrajectoryError:
-    """Name options where the library names its arguments, which are in radians."""
+    """Name the option where the library names its argument, which is in radians."""
     details = dict(error.details)
     option = _OPTIONS.get(details.get("where", "").partition("[")[0].partition(" ")[0])
     next_step = details.pop("next", "").replace("allow_violations=True", "--allow-violations")
@@ -232,7 +232,7 @@ def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
         raise UsageError(
-            f"{option} has a wrong number of joint values",
+            f"{option} has the wrong number of joint values",
             where=option,
             expected=f"{arm.n_joints} values for {arm.name}, comma-separated",
             found=f"{len(entries)}: {listed!r}",
@@ -242,7 +242,7 @@ def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
         value, revolute = number_in(entry), joint.kind == "revolute"
         if value is None or not math.isfinite(value):
             raise UsageError(
-                f"{option} holds something that is not a number",
+                f"{option} contains a word that is not a number",
                 where=f"{option}, value {column}",
                 expected="degrees" if revolute else "metres",
                 found=repr(entry),

@@ -48,7 +48,7 @@ class OutputPath(click.Path):
         super().__init__(path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Refuse the empty name, which would stand for the folder one is in."""
+        """Refuse the empty name, which would mean the current folder."""
         if value == "":
             self.fail("the name is empty", param, ctx)
         return super().convert(value, param, ctx)
@@ -87,7 +87,7 @@ def is_default(option: str) -> bool:
 
 
 def positive_number(words: str) -> float:
-    """Read a number above zero of a size that anything has; click's own range lets nan and inf pass."""
+    """Read a number above zero and up to LARGEST; click's own range lets nan and inf pass."""
     number = number_in(str(words))
     if number is None or not 0 < number <= LARGEST:
         raise click.BadParameter(f"{words!r} is not a number above 0 and up to {LARGEST:g}")
@@ -132,8 +132,8 @@ def folder(
     words: str, names: tuple[str, ...] = ("html", "pdf", "json"), option: str = "--out"
 ) -> Callable[[F], F]:
     """--out or another option, a folder; --overwrite; --format, some of the files a verb writes there."""
-    replaced = "Replace a run of another arm, motion or other options that the folder holds."
-    chosen, every = "Which files to write, comma-separated.", ",".join(names)
+    replaced = "Replace a run in that folder of another arm or motion, or with other options."
+    chosen, every = "Files to write, comma-separated.", ",".join(names)
     kind = NameList(names, "format")
     where = out(words) if option == "--out" else click.option(option, type=OutputPath(), help=words)
     return together(
@@ -160,7 +160,7 @@ def model(made_by: str = "gd-analyze") -> Callable[[F], F]:
 
 
 _TRAJECTORY_WORDS = "CSV file, log (options: `gd-analyze columns --help`), name of a shipped trajectory, "
-DRAWN = "Without one: states drawn from the arm's limits."
+DRAWN = "Without one, states are drawn within the arm's limits."
 
 
 def trajectory(without: str = "") -> Callable[[F], F]:
@@ -170,7 +170,7 @@ def trajectory(without: str = "") -> Callable[[F], F]:
 
 
 def trajectories(
-    without: str = "", several: str = "of several motions the budget holds on each"
+    without: str = "", several: str = "with several motions the budget holds on each"
 ) -> Callable[[F], F]:
     """TRAJECTORY..., one or several; optional where `without` says what happens then."""
     words = f"{_TRAJECTORY_WORDS}- for standard input, or a folder of these; {several}. {without}"
@@ -188,7 +188,7 @@ payload = click.option(
     "--payload",
     metavar="LIST",
     help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the frame "
-    "of --tip, or else of the last link, inertia about the payload's own centre of mass.",
+    "of --tip, or else of the last link; the inertia is about the payload's centre of mass.",
 )
 
 drives = click.option(
@@ -198,7 +198,7 @@ drives = click.option(
 )
 
 states = together(
-    number("--states", 4000, "States to draw where there is no trajectory.", 1, 1_000_000),
+    number("--states", 4000, "Number of states to draw if there is no trajectory.", 1, 1_000_000),
     number("--seed", 0, "Seed of these states; the same seed draws the same states."),
 )
 
@@ -221,13 +221,13 @@ dominance = together(
     share(
         "--dominance",
         "10%",
-        "A part counts where its loss changes the element by more than this share of the element's peak.",
+        "A part counts if dropping it changes the element by more than this share of the element's peak.",
     ),
     click.option(
         "--uncertainty",
         metavar="LIST",
-        help="Standard uncertainties of all links in place of the arm file's, from which the probability of "
-        "verdicts follows: mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), comma-separated.",
+        help="Standard uncertainties of all links, in place of the arm file's, for the probability of "
+        "verdicts: mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), comma-separated.",
     ),
 )
 
@@ -250,7 +250,7 @@ def level(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEAPEST) -
     """--level; None for the cheapest."""
     words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
     if default == _CHEAPEST:
-        words.insert(0, f"{_CHEAPEST}: the level of fewest operations, of those promising for the arm")
+        words.insert(0, f"{_CHEAPEST}: the level with fewest operations, among those promising for the arm")
         names = (_CHEAPEST, *names)
     return click.option(
         "--level",
@@ -265,17 +265,17 @@ simplify = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit what is kept, so that it makes up for what is dropped (levels term and energy; level "
+        help="Refit the kept terms to compensate for the dropped ones (levels term and energy; level "
         "recursive always does).",
     ),
     number(
         "--operations",
         None,
-        "Most multiplications and additions of the model; the budget is scaled until it has no more.",
+        "Largest number of multiplications and additions of the model; the budget is scaled to meet it.",
     ),
     click.option(
         "--at-set-points",
         is_flag=True,
-        help="Keep the budget at the set points, or at the states drawn, and nowhere else.",
+        help="Keep the budget at the set points only, or at the states drawn.",
     ),
 )

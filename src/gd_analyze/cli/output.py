@@ -93,7 +93,7 @@ def require_outputs(*paths: Path | None, option: str = "--out") -> None:
 
 
 def _inputs(context: click.Context) -> Iterator[tuple[str, os.stat_result]]:
-    """Words of the command that name what it reads, and the files they stand for."""
+    """Words of the command that name inputs, and the files they stand for."""
     for parameter in context.command.params:
         given: Any = context.params.get(parameter.name or "")
         if given is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):

@@ -20,9 +20,9 @@ from gd_analyze.text import SINE_PRICE
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @options.budget(
-    f"{BUDGET} Or, of all joints together, a share of the torque's norm (1% norm at 95% of states). Or what "
-    "matters in the end, along a trajectory: `tracking 0.1deg` of every joint, `tracking 1mm at the end "
-    "effector`, with the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
+    f"{BUDGET} Or, for all joints together, a share of the torque's norm (1% norm at 95% of states). Or, "
+    "along a trajectory, the allowed tracking error: `tracking 0.1deg` of every joint, `tracking 1mm at the "
+    "end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
 )
 @options.level()
 @options.simplify
@@ -40,8 +40,8 @@ from gd_analyze.text import SINE_PRICE
     default=SINE_PRICE,
     show_default=True,
     metavar="OPERATIONS",
-    help="Multiplications and additions that one sine or cosine counts as where models are compared; 0 seeks "
-    "the fewest multiplications and additions alone, which are what is reported.",
+    help="Multiplications and additions that a sine or cosine counts as when models are compared; with 0 "
+    "only multiplications and additions count, as in reports.",
 )
 @click.option(
     "--certified",
@@ -52,8 +52,8 @@ from gd_analyze.text import SINE_PRICE
 @click.option(
     "--verdicts",
     type=click.Choice(("own", "text")),
-    help="With --level element: keep the dominant part of every element, by our own verdicts over the states "
-    "or the founding text's, and state the torque error that it costs.",
+    help="With --level element: keep the dominant part of every element, by verdicts over the states (own) "
+    "or by the founding text's (text), and state the resulting torque error.",
 )
 @options.margin("How far from the motion the budget holds")
 @click.option(
@@ -61,8 +61,8 @@ from gd_analyze.text import SINE_PRICE
     type=click.Choice(("absolute", "joint")),
     default="absolute",
     show_default=True,
-    help="How to print equations of levels term and energy: torques in absolute velocities, mostly of fewer "
-    "operations, or D, h and c by element in joint velocities.",
+    help="How to print equations of levels term and energy: torques in absolute velocities, usually with "
+    "fewer operations, or D, h and c by element in joint velocities.",
 )
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")
@@ -86,10 +86,10 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The budget holds at every state near the motion, or near each of several, proven where the proof closes;
-    without a trajectory at 200 000 states drawn within the arm's limits. With --operations and of the norm it
-    holds at the set points. Equations of levels term and energy are in absolute velocities, see
-    docs/simplification.md.
+    The budget holds at every state near the motion, or near each of several, and is proven where the proof
+    succeeds; without a trajectory it holds at 200 000 states drawn within the arm's limits. With --operations
+    or a budget of the norm it holds at the set points only. Equations of levels term and energy are in
+    absolute velocities, see docs/simplification.md.
 
     \b
     Examples:
@@ -105,14 +105,14 @@ def simplify(
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if certified and (at_set_points or operations is not None):
-        raise click.UsageError("--certified goes without --at-set-points and --operations")
+        raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
     if margin is not None and (at_set_points or not given.trajectories):
-        raise click.UsageError("--margin goes with a trajectory, and without --at-set-points")
+        raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
-        raise click.UsageError("--velocities joint goes with --level term or --level energy")
+        raise click.UsageError("--velocities joint needs --level term or --level energy")
     searched = certified or at_set_points or refit or operations is not None or not is_default("budget")
     if verdicts is not None and (level != "element" or searched):
-        raise click.UsageError("--verdicts goes with --level element, and keeps no budget: without others")
+        raise click.UsageError("--verdicts needs --level element and keeps no budget: omit its options")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.certification.holding import Held, simplify_held
@@ -125,11 +125,11 @@ def simplify(
 
         own = None if level is None else gd.LEVELS[level]
         how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
-        around = gd.Margin.of(margin)  # one that is not understood shall fail before any computing
+        around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
         asked = gd.Budget() if tracking else gd.Budget.parse(budget)
         if tracking is not None and (operations is not None or verdicts is not None):
-            raise click.UsageError("--budget tracking goes without --operations and --verdicts")
+            raise click.UsageError("--budget tracking cannot be combined with --operations or --verdicts")
         start = time.perf_counter()
         exact, motion = given.exact()
         tracking = tracking and TrackingBudget.parse(budget, exact.arm)
@@ -165,7 +165,7 @@ def simplify(
 @click.command(short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
 @options.level(("term", "energy"), "term")
-@options.number("--top", 20, "Terms to print; --json has all.")
+@options.number("--top", 20, "Number of terms to print; --json gives all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by their torque, alone and together with all terms ranked below.
@@ -190,15 +190,15 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
 
 @click.command("trade-off", short_help="Operations against torque error, for all levels.")
 @given_dynamics
-@options.budget("The budget that is multiplied, as for `simplify`.")
+@options.budget("Budget to scale, as for `simplify`.")
 @click.option(
     "--quick",
     is_flag=True,
-    help="All budgets of a level from one elimination: seconds instead of minutes, more operations.",
+    help="Take all models of a level from one elimination: seconds, not minutes, but more operations.",
 )
 @reporting
 def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
-    r"""Simplify at every level, with and without refit, for a tenth of the budget up to ten times the budget.
+    r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
     Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
     Each point of level recursive is refitted.

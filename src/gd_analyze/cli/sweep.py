@@ -29,8 +29,8 @@ from gd_analyze.text import LEVEL_NAMES
     "link3.com.x, link3.inertia.xx, drive1.inertia, gravity.z; or speed, a multiple of the motion's. "
     "COUNT values, 21 without it. May be repeated: every combination.",
 )
-@options.number("--samples", None, "Draw so many arms from the ranges, uniformly, in place of a grid.", 1)
-@options.number("--seed", 0, "Seed of these.")
+@options.number("--samples", None, "Draw this many arms uniformly from the ranges, in place of a grid.", 1)
+@options.number("--seed", 0, "Seed of the samples.")
 @options.budget()
 @options.share("--dominance", "10%", "As for the main job.")
 @options.share("--precision", "0.02%", "Share of each range to which changes of verdicts are bisected.")
@@ -38,13 +38,13 @@ from gd_analyze.text import LEVEL_NAMES
     "--operations",
     type=click.Choice(["quick", "cheapest", *LEVEL_NAMES, "none"]),
     default=None,
-    help="Operations of the simplified model at every point: those of the terms left at level term, within "
-    "some 20 % of the model's, 0.1 s a point; or the model of a level, or the cheapest, seconds a point.  "
+    help="Operations of the simplified model at every point. quick: estimated from the terms left at level "
+    "term, to about 20 %, 0.1 s a point; a level or cheapest: of the model, seconds a point.  "
     "[default: quick on grids of up to 1000 points]",
 )
 @options.drives
 @options.payload
-@options.number("--jobs", 1, "Processes for geometries and operations.", 1)
+@options.number("--jobs", 1, "Number of processes for geometries and operations.", 1)
 @options.folder("Folder for sweep.h5 (for xarray) and reports; nothing is written without it.",
                 ("h5", "html", "pdf", "json"))  # fmt: skip
 @reporting
@@ -62,10 +62,10 @@ def sweep(
 ) -> None:
     r"""Vary numbers of an arm along a motion: peak torque by effect, verdicts, and where these change.
 
-    Everything else is held: a longer link keeps its mass, its inertia, and its centre of mass in the link
-    frame. The motion is that of the joints. Verdicts are those of the ranking; for every joint there is also
-    whether its torque without h stays within the budget. Changes between neighbours on the grid are bisected;
-    of several parameters along each, the others on the grid.
+    Everything else is kept: a longer link keeps its mass, its inertia, and its centre of mass in the link
+    frame, and the joints keep their motion. Verdicts are those of the ranking of elements; another one per
+    joint says whether its torque without h stays within the budget. Changes between neighbours on the grid
+    are bisected, along one parameter at a time.
 
     \b
     Examples:

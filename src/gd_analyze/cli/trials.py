@@ -75,10 +75,10 @@ def evaluate(
     show_default=True,
     help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
     "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
-    "`simplify`; `promise`, what the model's own budget allows; or `stated`, what it states of these very "
+    "`simplify`; `promise`, what the model's own budget allows; or `stated`, what the model states for these "
     "states: its certificate's bound within its box or tube, or its budget along a motion it was fitted on.",
 )
-@click.option("--report-only", is_flag=True, help="Show the errors without a verdict.")
+@click.option("--report-only", is_flag=True, help="Show errors without a verdict.")
 @click.option(
     "--arm", metavar="ROBOT", help="Arm whose exact torque counts, in place of the one in the model."
 )
@@ -99,11 +99,11 @@ def validate(
 ) -> None:
     r"""Give a verdict on a simplified model, motion by motion.
 
-    The result shows each joint's error against the exact dynamics of the arm, and whether the model keeps its
-    promise; set points outside the arm's limits, where no certificate for these limits holds; and, for a log
-    with measured torques, the differences of exact and simplified torque from them. Where the model states
-    nothing there is no verdict, and the exit code is 0. `gd-analyze evaluate` shows more of one motion:
-    torques over time, payloads, dropped parts.
+    For each joint the result shows the model's torque error and whether it keeps its promise. It also lists
+    set points outside the arm's limits, where a certificate for these limits does not hold, and, for a log
+    with measured torques, how far exact and simplified torque are from them. If the model states nothing
+    there is no verdict, and the exit code is 0. `gd-analyze evaluate` shows more of one motion: torques over
+    time, payloads, dropped parts.
 
     \b
     Examples:
@@ -147,10 +147,10 @@ def validate(
     type=click.IntRange(min=1),
     default=250_000,
     help="Positions per joint at which the error is evaluated; ten times as many for every angle beyond the "
-    "fourth that it depends on, up to the seventh; along a motion a twentieth as many small boxes; for D a "
-    "thirtieth as many positions. Any number gives a valid bound, more give a tighter one.",
+    "fourth that it depends on, up to the seventh; along a motion, a twentieth as many small boxes; for D, a "
+    "thirtieth as many positions. Any number gives a valid bound, a larger one a tighter bound.",
 )
-@click.option("--check", is_flag=True, help="Prove the certificate again that the model's file states.")
+@click.option("--check", is_flag=True, help="Prove again the certificate stated in the model's file.")
 @reporting
 def certify(
     model: Path, along: str | None, margin: str | None, effort: int, check: bool, output: Output
@@ -165,7 +165,7 @@ def certify(
     ones, a shipped trajectory's, or those of --along. The same input gives the same figures on any machine.
 
     --check proves again what the file states, for the same states and with the same effort: the exit code is
-    0 if every bound holds, 1 if one does not. Of a motion that is not shipped --along names the file.
+    0 if every bound holds, 1 if one does not. If the motion is not a shipped one, name its file with --along.
 
     \b
     Examples:
@@ -175,7 +175,7 @@ def certify(
       gd-analyze certify model.json --check
     """
     if margin is not None and along is None:
-        raise click.UsageError("--margin goes with --along")
+        raise click.UsageError("--margin needs --along")
     if check and (margin is not None or not is_default("effort")):
         raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:

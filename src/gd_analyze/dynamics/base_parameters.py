@@ -1,4 +1,4 @@
-"""What an arm's torque is linear in: ten parameters of every link, and the base parameters they combine into.
+"""Inertial parameters, in which torque is linear: ten per link, and the base parameters they combine into.
 
 The ten are a link's mass m, its first moment m r and the inertia about the origin of its frame, (xx, xy, yy,
 xz, yz, zz), all along the axes of that frame. In that frame a link that moves with angular velocity w,
@@ -7,8 +7,8 @@ angular acceleration w' and acceleration a of its origin (gravity included) need
     force     m a + (w' x + w x w x) m r
     moment    m r x a + I w' + w x I w
 
-about its origin, and both are carried to the joints below by the power they do there. C. G. Atkeson,
-C. H. An, J. M. Hollerbach (1986).
+about its origin; virtual power carries both to the joints below. C. G. Atkeson, C. H. An, J. M. Hollerbach
+(1986).
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ for _k, (_a, _b) in enumerate(_ENTRIES):
     _TENSORS[_k, _a, _b] = _TENSORS[_k, _b, _a] = 1.0
 
 PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-# Moments per unit of each of these, about one origin, (10, 10).
+# Moments per unit of each of these, about the same origin, (10, 10).
 _FROM_INERTIA = np.eye(10)
 for _k, _tensor in enumerate(_TENSORS, 4):
     _FROM_INERTIA[:, _k] = moments_of(np.pad(second_moment(_tensor), (0, 1)))
 
-# Of what is added up, some dozen numbers along the arm, rounding leaves less than this share.
+# Share of the summands, some dozen numbers along the arm, that rounding stays below.
 _ROUND_OFF = 1e-13
 
 
@@ -58,10 +58,10 @@ def parameters_of(arm: RobotArm) -> FloatArray:
 
 
 def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
-    """Torque of every joint per unit of every parameter; times `parameters_of` and summed it is the torque.
+    """Torque of every joint per unit of every parameter; its product with `parameters_of` is the torque.
 
     N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero for
-    joints behind the link. Of the links only the frames matter.
+    joints behind the link. Only the links' frames are used.
     """
     n, count = q.shape
     kinematics = solve_kinematics(arm, q)
@@ -83,7 +83,7 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
         acceleration = acceleration + rigid_acceleration(omega, omega_dot, frame_below - origin)
         into_frame = np.swapaxes(kinematics.link_rotations[s], 0, 1)
         force, moment = _wrench(*(apply(into_frame, vector) for vector in (omega, omega_dot, acceleration)))
-        # What each joint's unit velocity makes of the frame: its turning and its origin's velocity.
+        # Angular velocity of the frame and velocity of its origin per unit velocity of each joint.
         lever = frame_below - kinematics.joint_origins[: s + 1]
         velocity = cross(revolute[: s + 1], lever) + prismatic[: s + 1]
         out[: s + 1, s] = np.einsum("ian,pan->ipn", apply(into_frame, revolute[: s + 1]), moment)
@@ -110,7 +110,7 @@ def _wrench(omega: Array, omega_dot: Array, acceleration: Array) -> tuple[Array,
 class Share(NamedTuple):
     """A link's parameter in a combination."""
 
-    coefficient: float  # in the power of m that the kinds differ by
+    coefficient: float  # unit: the power of m by which the kinds differ
     # "m" is the link's mass, "mx", "my" and "mz" its first moments, and "Pxx", "Pxy", ... "Pzz" its second
     # ones, the sums of mass times x x, x y and so on, all in its frame on the joint's axis; its inertia about
     # the origin of that is Ixx = Pyy + Pzz, Ixy = -Pxy. "J" is the inertia of its drive
@@ -120,22 +120,22 @@ class Share(NamedTuple):
 
 @dataclass(frozen=True)
 class BaseParameter:
-    """One number that torque is linear in.
+    """A base parameter: a number in which torque is linear.
 
     Parameters
     ----------
     symbol
-        PXX4, of link 4: capitals of its first share's kind.
+        Kind of the first share in capitals, and its link: PXX4.
     link, kind
-        Of that share.
+        Link (from 1) and kind of that share.
     unit
         kg, kg m or kg m^2.
     number
-        Its value.
+        Value in this arm.
     translation, rotation, drive
-        What that is the sum of: what masses at their centres make, inertias about these, and drives.
+        Summands of the value: masses at their centres, inertias about these, and drives.
     combination
-        All its shares: the one it is called by, then link by link.
+        All shares: the naming one first, then link by link.
     """
 
     symbol: str
@@ -151,19 +151,19 @@ class BaseParameter:
 
 @dataclass(frozen=True, eq=False)
 class BaseParameters:
-    """An arm's base parameters.
+    """The base parameters of an arm; iterable, and indexed by symbol.
 
     Parameters
     ----------
     arm, drives
-        Whose, and whether drives count.
+        The arm, and whether drives are included.
     parameters
-        From base to tip.
+        The parameters, from base to tip.
     frames
-        Where the frame of every link stands in that link's own frame: z is the axis of a revolute joint.
+        Frame of every link's parameters in that link's own frame; z is the axis of a revolute joint.
     matrix
-        Base parameters per unit of what `parameters_of` gives, all in the links' own frames: shape (base
-        parameters, n, 10). Drives are apart.
+        Base parameters per unit of `parameters_of`, in the links' own frames, without drives: shape (base
+        parameters, n, 10).
     """
 
     arm: RobotArm
@@ -195,19 +195,19 @@ class BaseParameters:
 
     @property
     def original(self) -> tuple[tuple[str, int], ...]:
-        """Kind and link of all parameters there are, ten of a link and its drive's inertia if that counts."""
+        """Kind and link of all original parameters: ten per link, and drive inertias if included."""
         kinds = KINDS if self.drives else KINDS[:-1]
         return tuple((kind, link) for link in range(1, self.arm.n_joints + 1) for kind in kinds)
 
     @cached_property
     def never_acting(self) -> tuple[tuple[str, int], ...]:
-        """Of those, the ones that no torque depends on."""
+        """Original parameters on which no torque depends."""
         acting = {(share.kind, share.link) for one in self.parameters for share in one.combination}
         return tuple(one for one in self.original if one not in acting)
 
     @cached_property
     def acting_alone(self) -> tuple[tuple[str, int], ...]:
-        """Of those, the ones that are a base parameter by themselves; the rest acts in combination only."""
+        """Original parameters that are base parameters by themselves; the others act only in combination."""
         alone = [one.combination[0] for one in self.parameters if len(one.combination) == 1]
         shared = [share[1:] for one in self.parameters for share in one.combination]
         return tuple(share[1:] for share in alone if shared.count(share[1:]) == 1)
@@ -216,16 +216,21 @@ class BaseParameters:
 def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> BaseParameters:
     """Regroup the ten parameters of every link into the minimal set that torque is linear in.
 
-    The frames are those of the recursion written for the arm (`regrouped_links`). Which combinations act is a
-    matter of geometry, gravity's direction and the kinds of the joints alone; see `regrouping`. Values that
-    the arm has zero count as well: their base parameter is there, and may be zero.
+    The frames are those of the recursion written for the arm (`regrouped_links`). The combinations depend
+    only on geometry, gravity's direction and the kinds of the joints; see `regrouping`. Parameters that are
+    zero in the arm are included; their base parameter may be zero.
 
     Parameters
     ----------
     arm
         The arm; or a shipped name, or the path of a file.
     drives
-        Whether the drives' inertia counts, by default where the arm describes drives.
+        Include the drives' inertia; by default if the arm describes drives.
+
+    Returns
+    -------
+    BaseParameters
+        Value, unit and combination of every parameter, kg, kg m and kg m^2.
 
     Raises
     ------
@@ -251,7 +256,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         kept = [(link, kind) for link, kind in kept if KINDS[kind] != "J"]
     parameters = []
     for (link, kind), row in zip(kept, matrix, strict=True):
-        # What it is called by comes first, then link by link.
+        # The naming share comes first, then link by link.
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = KINDS[kind]
         symbol, number = f"{name.upper()}{joined((link,))}", _added(row * effects)
@@ -296,13 +301,13 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
         arriving = np.zeros_like(arriving)
         arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
     matrix = np.array(rows).reshape(-1, n, len(KINDS))
-    # None, one and minus one are most of them, and meant to be.
+    # Most of them are exactly 0, 1 or -1.
     whole, sizes = np.rint(matrix), np.abs(matrix).max(axis=(1, 2), keepdims=True, initial=0.0)
     return kept, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
 
 
 def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
-    """Parameters of links in these frames by what makes them, (3, n, 11): masses, inertias, drives."""
+    """Parameters of links in these frames by origin, (3, n, 11): masses, inertias, drives."""
     out = np.zeros((3, arm.n_joints, len(KINDS)))
     for i, frame in enumerate(frames):
         turned = frame.rotation.T
@@ -317,7 +322,7 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
 
 
 def _added(values: FloatArray) -> float:
-    """Sum of what may cancel: zero where it does but for round-off."""
+    """Sum of values that may cancel; exactly zero if they cancel up to round-off."""
     total = float(values.sum())
     return total if abs(total) > _ROUND_OFF * float(np.abs(values).sum()) else 0.0
 

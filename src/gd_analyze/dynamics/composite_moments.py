@@ -8,9 +8,9 @@ moment of the composite of links m..n, taken about the origin of joint m, so suf
     second moment   P_m = sum_{s>=m} m_s rho_s rho_s^T     translation: masses at the centres of mass
                     P_m = sum_{s>=m} R_s (tr(I_s)/2 - I_s) R_s^T      rotation: matter about those centres
 
-The translational and the rotational effect differ in P alone. With w_m = z_{m-1}, u_m = 0 for a revolute
-joint and w_m = 0, u_m = z_{m-1} for a prismatic one, the velocity that joint m gives the point r is
-v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
+The translational and rotational effects differ only in P. With w_m = z_{m-1}, u_m = 0 for a revolute joint
+and w_m = 0, u_m = z_{m-1} for a prismatic one, the velocity that joint m gives the point r is v_m(r) = w_m x
+(r - p_{m-1}) + u_m, and for i, l <= m
 
     f_m   = sum m_s v_m(r_s) = w_m x S_m + M_m u_m
     D_im  = sum m_s v_i(r_s) . v_m(r_s)      = w_i . (tr(P_m) w_m - P_m w_m + S_m x u_m) + v_i(p_{m-1}) . f_m
@@ -18,12 +18,12 @@ v_m(r) = w_m x (r - p_{m-1}) + u_m, and for i, l <= m
           = w_l . B_im,   B_im = P_m (w_m x w_i) + f_m x v_i(p_{m-1}) + u_m x (w_i x S_m)
     c_m   = - g . f_m
 
-where S, f and u count for translation only. D_im does not depend on q_1..q_i, hence h_mli = -h_ilm for
-l <= i <= m: the brackets B_im of the pairs i < m hold all of h. Summed over l and k with the velocities,
+where S, f and u belong to translation only. D_im does not depend on q_1..q_i, hence h_mli = -h_ilm for l <= i
+<= m: the brackets B_im of the pairs i < m hold all of h. Summed over l and k with the velocities,
 
     h_i = sum_{m>i} a_m . B_im - sum_{k<i} a_k . B_ki,   a_m = qd_m (2 sum_{l<m} w_l qd_l + w_m qd_m)
 
-of which a_m = w_m qd_m^2 alone is the centrifugal share.
+of which a_m = w_m qd_m^2 is the centrifugal share.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
     """Sum the links' moments from the last link to the first."""
     n, count = arm.n_joints, kinematics.joint_axes.shape[-1]
     origins = kinematics.joint_origins
-    # Without prismatic joints there is nothing to multiply by zero.
+    # Without prismatic joints multiplications by zero are skipped.
     revolute, prismatic = (
         (kinematics.joint_axes, None) if all(arm.is_revolute) else joint_motions(arm, kinematics)
     )
@@ -92,7 +92,7 @@ def composite_moments(arm: RobotArm, kinematics: Kinematics) -> CompositeMoments
 
 
 def pairs_of(m: int) -> slice:
-    """Where the pairs i < m of outer joint m stand: pairs are ordered by m, then i."""
+    """Slice of the pairs i < m of outer joint m: pairs are ordered by m, then i."""
     start = m * (m - 1) // 2
     return slice(start, start + m)
 

@@ -32,14 +32,14 @@ from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 if TYPE_CHECKING:
     import xarray as xr
 
-# Set points whose decomposition is kept: some 40 MB for six joints, and no fewer than a search looks at. For
-# more of them it is worth writing the arithmetic as a program, which takes some hundredths of a second.
+# Most set points whose decomposition is kept: some 40 MB for six joints, and no fewer than a search uses. For
+# more it pays to write the arithmetic as a program, which takes some hundredths of a second.
 MOST_KEPT = 8192
 
-# What there is of every arm and motion.
+# Results for every arm and motion.
 _LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
-# Takes the numbers of some rows, increasing, and gives these rows, shape (rows, ...).
+# Reads the rows of ascending numbers, shape (rows, ...).
 Read = Callable[[NDArray[np.intp]], Array]
 
 
@@ -64,23 +64,22 @@ def decompose(
     by_link
         Also give what each link adds to D, h and c (slower).
     terms
-        Also give FGL87's terms of h apart (slower).
+        Also give FGL87's terms of h separately (slower).
     drives
         Add the torque that accelerates the drives, as `drive_torque` and within `torque`; D, h and c remain
-        the links' own. By default where the arm describes drives.
+        those of the links. By default if the arm describes drives.
     progress
         Called with the number of set points done since the last call.
 
     Returns
     -------
     xarray.Dataset
-        The variables declared in `gd_analyze.schema.GROUPS`; the parts along `effect` sum to
-        the whole.
+        The variables of docs/notation.md, units as attributes; the parts along `effect` sum to the whole.
 
     Raises
     ------
     TrajectoryError
-        If the trajectory is of another number of joints.
+        If the trajectory has another number of joints.
     ArmError
         If drives are asked for and the arm describes none.
 
@@ -103,7 +102,7 @@ def decompose(
 def decomposition_coordinates(
     arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Coordinates of a table of these arrays."""
+    """Coordinates of a table with these arrays."""
     coords: dict[str, Any] = {
         "time": ("time", trajectory.time, {"units": "s"}),
         "effect": list(dalembert.EFFECTS),
@@ -119,7 +118,7 @@ def decomposition_coordinates(
 
 
 def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -> xr.Dataset:
-    """Make the table of arrays by the names of `gd_analyze.schema.GROUPS`, time first."""
+    """Make a table of arrays named as in `gd_analyze.schema.GROUPS`, time first."""
     coords = decomposition_coordinates(arm, trajectory, arrays)
     explained = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"]
     attrs = {
@@ -155,7 +154,7 @@ def decompose_states(
     progress: Callable[[int], None] | None = None,
     written: bool | None = None,
 ) -> dict[str, FloatArray]:
-    """Do `decompose` for states of any leading shape: arrays in, arrays out, no labels.
+    """Decompose states of any leading shape: arrays in, arrays out, no labels.
 
     Parameters
     ----------
@@ -166,21 +165,21 @@ def decompose_states(
     christoffel, by_link, terms, drives, progress
         As for `decompose`.
     shares
-        Give centrifugal and Coriolis shares of h.
+        Also give centrifugal and Coriolis shares of h.
     written
-        Write the arithmetic as a program without what is zero or there twice, and run that; by default of
-        more than `MOST_KEPT` states. Numbers are the same but for round-off.
+        Run the arithmetic as a program without zeros and repeated steps; by default for more than
+        `MOST_KEPT` states. Results are equal up to round-off.
 
     Returns
     -------
     dict
-        Arrays by the names of `gd_analyze.schema.GROUPS`, of shape (..., effect, n, n) and so on;
-        in memory the set points are contiguous.
+        Arrays by the names of docs/notation.md, SI units, shape (..., effect, n, n) and so on; in memory the
+        set points are contiguous.
 
     Raises
     ------
     TrajectoryError
-        If the states are of another number of joints.
+        If the states have another number of joints.
     ArmError
         If drives are asked for and the arm describes none.
     """
@@ -193,9 +192,9 @@ def decompose_states(
     names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
     names += ["coriolis_centrifugal_terms"] * terms
     out = _empty(arm, names, count)
-    # glibc hands freed memory back to the system beyond a threshold, and every page that is taken again costs
-    # a fault: as much time as the arithmetic. Freeing one block just below 32 MiB, untouched, raises that
-    # threshold for good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    # glibc returns freed memory to the system beyond a threshold, and every page taken again costs a fault:
+    # as much time as the arithmetic. Freeing an untouched block just below 32 MiB raises that threshold for
+    # good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
     np.empty(2**25 - 2**16, dtype=np.uint8)
     if count > MOST_KEPT if written is None else written:
         _run(arm, names, (q, qd, qdd), out, progress)
@@ -212,7 +211,7 @@ def decompose_states(
 
 
 def _empty(arm: RobotArm, names: Sequence[str], count: int, dtype: type = float) -> dict[str, Array]:
-    """Make arrays for what a decomposition consists of, the set points last."""
+    """Make arrays for the results of a decomposition, set points last."""
     n = arm.n_joints
     sizes = {"effect": 2, "term": len(dalembert.terms_of(arm))}
     dims = {name: GROUPS["decomposition"][name].dims[1:] for name in names}
@@ -221,7 +220,7 @@ def _empty(arm: RobotArm, names: Sequence[str], count: int, dtype: type = float)
 
 @lru_cache(maxsize=8)
 def _program(arm: RobotArm, names: tuple[str, ...], wanted: tuple[str, ...]) -> Program:
-    """The arithmetic of `_fill` of what is named, with what is wanted of its results one after another."""
+    """Program of `_fill` for the named arrays, with the wanted results one after another."""
     trace, out = Trace(), _empty(arm, names, 1, object)
     q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
     _fill(arm, q, qd, qdd, out)
@@ -230,7 +229,7 @@ def _program(arm: RobotArm, names: tuple[str, ...], wanted: tuple[str, ...]) -> 
 
 @lru_cache(maxsize=4)
 def _batch(program: Program, count: int, thread: int) -> Batch:
-    """Memory for a program, of which every thread needs its own."""
+    """Memory of a program; every thread needs its own."""
     return Batch(program, count)
 
 
@@ -241,7 +240,7 @@ def _run(
     out: Mapping[str, Array],
     progress: Callable[[int], None] | None,
 ) -> None:
-    """Evaluate many states (n, N) by a program, block by block, into those arrays that are wanted."""
+    """Evaluate many states (n, N) by a program, block by block, into the wanted arrays."""
     count, kinds = states[0].shape[-1], ("q", "qd", "qdd")
     rows = [row for array in out.values() for row in array.reshape(-1, count)]
     inputs = {f"{kind}{i + 1}": row for kind, x in zip(kinds, states, strict=True) for i, row in enumerate(x)}
@@ -253,7 +252,7 @@ def _run(
 
 
 def torque_program(arm: RobotArm, drives: bool) -> Program:
-    """The torque as the sum of what it consists of, written as a program."""
+    """The torque as the sum of its contributions, written as a program."""
     return _program(arm, (*_LEAN, *["drive_torque"] * drives), ("torque",))
 
 
@@ -264,7 +263,7 @@ def torque_of(
     drives: bool | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> FloatArray:
-    """Torque at states (..., n), N m, of their shape, without keeping what it consists of."""
+    """Torque at states (..., n), N m, same shape, without keeping its contributions."""
     require_states_fit(arm, states)
     flat = states.in_a_row
     if len(flat) > MOST_KEPT:
@@ -320,7 +319,7 @@ def decompose_on_demand(
     progress: Callable[[int], None] | None = None,
     **parts: Any,
 ) -> xr.Dataset:
-    """Do `decompose`; of more than `MOST_KEPT` set points all but torque is evaluated when it is read."""
+    """Decompose; beyond `MOST_KEPT` set points all but torque is evaluated on access."""
     if trajectory.n_set_points <= MOST_KEPT:
         return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
     require_joints(trajectory, arm)
@@ -332,8 +331,8 @@ def decompose_on_demand(
 def arrays_on_demand(
     arm: RobotArm, trajectory: Trajectory, drives: bool | None, **parts: Any
 ) -> dict[str, Any]:
-    """What `decompose` gives, evaluated where it is read."""
-    # What takes long or is large is evaluated only where it is read itself.
+    """The arrays of `decompose`, evaluated on access."""
+    # Slow or large arrays are evaluated only if read themselves.
     lean = _Rows(trajectory, partial(decompose_states, arm, christoffel=False, drives=drives, written=True))
     full = _Rows(trajectory, partial(decompose_states, arm, drives=drives, written=True, **parts))
     first = np.arange(1)
@@ -347,7 +346,7 @@ def arrays_on_demand(
 
 
 class _Rows:
-    """Decompositions of some set points, the last kept: variables of a table are read one by one."""
+    """Decompositions of some set points; the last one is kept, as variables are read one by one."""
 
     def __init__(self, motion: Trajectory, evaluate: Callable[[States], dict[str, FloatArray]]) -> None:
         self._motion, self._evaluate = motion, evaluate
@@ -366,7 +365,7 @@ class _Rows:
 
 
 def on_demand(shape: tuple[int, ...], read: Read) -> Any:
-    """Numbers for a variable of xarray that asks for rows whenever it is read; it keeps nothing."""
+    """Values of an xarray variable that are evaluated by rows on access and not kept."""
     from xarray.backends import BackendArray
     from xarray.core import indexing
 
@@ -387,14 +386,14 @@ def _chosen(shape: tuple[int, ...], read: Read, key: tuple[Any, ...]) -> Array:
     rows = np.where(rows < 0, rows + shape[0], rows)
     every = np.atleast_1d(rows)
     of_a_row = _at(np.empty((1, *shape[1:])), rest).shape[1:]
-    out = np.moveaxis(np.empty((*of_a_row, len(every))), -1, 0)  # as formulations lay out what they give
+    out = np.moveaxis(np.empty((*of_a_row, len(every))), -1, 0)  # the layout of the formulations
     for chunk in chunks(len(every)):
         out[chunk] = _at(read(every[chunk]), rest)
     return out if np.ndim(rows) else out[0]
 
 
 def _at(values: Array, rest: tuple[Any, ...]) -> Array:
-    """Index every axis but the first on its own, the last one first as some of them vanish."""
+    """Index every axis but the first separately, from the last, as some of them vanish."""
     for axis in range(len(rest), 0, -1):
         values = values[(*[slice(None)] * axis, rest[axis - 1])]
     return values

@@ -1,8 +1,8 @@
-"""Which part of which element dominates, ranked by what it does to torque.
+"""Dominant part of every element, ranked by torque.
 
-For every element of D, h and c: how large each part gets along the trajectory, whether one part alone
-represents the element, and how much torque the element moves. An element that is dominated by one effect
-and tiny matters less than one that is mixed and large, so the ranking is by torque.
+For every element of D, h and c: the size of each part along the trajectory, whether one part alone represents
+the element, and the element's torque. A tiny element dominated by one effect matters less than a large mixed
+one, so the ranking is by torque.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Element:
-    """One element of D (i <= j), h or c, or h_ijk (j <= k); joints count from 0 here, from 1 in its label."""
+    """One element of D (i <= j), h or c, or h_ijk (j <= k); joints count from 0, in its label from 1."""
 
     quantity: str
     i: int
@@ -42,11 +42,11 @@ class Element:
 
     @property
     def index(self) -> tuple[int, ...]:
-        """Place in the quantity's array."""
+        """Index in the quantity's array."""
         return tuple(joint for joint in (self.i, self.j, self.k) if joint is not None)
 
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
-        """Both parts of the element in what `decompose` gave, (2, N); gravity is translation."""
+        """Both parts of the element in arrays of `decompose`, (2, N); gravity is translation."""
         if self.quantity == "gravity_loading":
             values = np.asarray(quantities["gravity_loading"])[:, self.i]
             return np.stack([values, np.zeros_like(values)])
@@ -62,7 +62,7 @@ class Element:
         if self.k is None:
             return {self.i: qdd[:, self.j], self.j: qdd[:, self.i]}
         qd = np.asarray(quantities["qd"])
-        # h_ijk and h_ikj are one number.
+        # h_ijk and h_ikj are the same number.
         return {self.i: (1.0 + (self.j != self.k)) * qd[:, self.j] * qd[:, self.k]}
 
 
@@ -92,48 +92,46 @@ def rank(
     christoffel: bool = False,
     extremes: Extremes | None = None,
 ) -> xr.Dataset:
-    """Rank the elements of D, h and c by the torque they move.
+    """Rank the elements of D, h and c by their torque, and find the dominant effect of each.
 
-    What an element moves is the links' own torque; shares are of the dataset's peak torque, with drives where
-    they are part of it.
+    Torques of elements are those of the links; shares are of the dataset's peak torque, drives included.
 
     Parameters
     ----------
     dataset
-        What `decompose` gave.
+        The result of `decompose`.
     threshold
         A part dominates when leaving the other out changes the element by at most this share of the
         element's peak magnitude.
     budget
-        Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's
-        row has n elements of D, one of h and one of c; an element is negligible when every torque it
-        makes stays below budget / (n + 2), so that all negligible elements may go at once.
+        Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's row
+        has n elements of D, one of h and one of c; an element is negligible if its torque at every joint
+        stays below budget / (n + 2), so that all negligible elements may be dropped together.
     christoffel
-        Also rank every h_ijk of the dataset; they are what h consists of.
+        Also rank every h_ijk of the dataset, the coefficients of h.
     extremes
-        What the elements come to along a longer motion of which the dataset has some set points, those of the
-        peak torques among them.
+        Extremes of the elements along a longer motion, if the dataset holds a selection of its set points,
+        including those of the peak torques.
 
     Returns
     -------
     xarray.Dataset
-        One entry per element along `element`, largest torque share first. `peak`, `rms` of the whole
-        element and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both
-        parts'), `change_without` (how far leaving the part out changes the element, as a share of its
-        peak), `torque_peak` (N m at joint `torque_joint`), `torque_share` (of that joint's peak torque),
-        `dominant` ("translation", "rotation", "both"; "neither" for an element
-        that is zero) and `verdict` (the same, or "negligible").
+        One entry per element along `element`, largest torque share first. `peak`, `rms` of the whole element
+        and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both parts'),
+        `change_without` (largest change of the element without the part, over its peak), `torque_peak` (N m
+        at joint `torque_joint`), `torque_share` (of that joint's peak torque), `dominant` ("translation",
+        "rotation", "both"; "neither" for an element that is zero) and `verdict` (the same, or "negligible").
 
     Raises
     ------
     UsageError
-        If the budget is neither a share nor one torque per joint, or h_ijk are asked for and there are none.
+        If the budget is neither a share nor one torque per joint, or h_ijk are asked for but missing.
     """
     if christoffel and "christoffel" not in dataset:
         raise UsageError(
             "there are no h_ijk to rank",
             where="christoffel",
-            expected="what `decompose` gave with christoffel=True",
+            expected="a dataset of `decompose` with christoffel=True",
             found=f"a dataset of {', '.join(map(str, dataset.data_vars))}",
         )
     n = dataset.sizes["joint"]
@@ -144,7 +142,7 @@ def rank(
     if given.shape not in ((), (n,)) or not (given >= 0.0).all():
         wanted, found = f"a share of 0 or more, or {n} torques", str(given.tolist())
         hint = "budgets in words, such as 1%, are for `simplify` and `analyze`"
-        raise UsageError("this is no budget", where="budget", expected=wanted, found=found, next_step=hint)
+        raise UsageError("this is not a budget", where="budget", expected=wanted, found=found, next_step=hint)
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
     every = elements(n, christoffel=christoffel)
@@ -153,13 +151,13 @@ def rank(
         for chunk in chunks(dataset.sizes["time"]):
             extremes.add({name: x.values for name, x in dataset[extremes.read].isel(time=chunk).items()})
     peaks, torque_peaks = extremes.peaks, extremes.torques
-    # Round-off must not make an element that is zero look like one of both effects. An element is a sum of
-    # some tens of terms as large as the quantity's largest element.
+    # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
+    # the quantity's largest element.
     noise = 64 * np.finfo(float).eps * np.array([extremes.largest[element.quantity] for element in every])
     is_there: Array = peaks[:, :2] > noise[:, None]
     rms = np.sqrt(extremes.squares / extremes.count)
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
-    # The whole is the sum where both parts are there, else the one that is.
+    # The whole is the sum of both parts, or the only one there is.
     whole = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
     exists = np.asarray(is_there.any(axis=1))
     peak, acts = peaks[whole] * exists, torque_peaks[..., 0] >= 0.0
@@ -188,7 +186,7 @@ def rank(
         "dominant": dominant,
         "verdict": np.where((torques <= floor).all(axis=1), "negligible", dominant),
     }
-    # An infinite share, torque at a joint where all torques cancel, ranks like the whole of a joint's torque.
+    # An infinite share, at a joint where all torques cancel, ranks like the whole of a joint's torque.
     most = shares[np.isfinite(shares)].max(initial=1.0)
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
@@ -217,7 +215,7 @@ def rank(
 
 
 class Extremes:
-    """What elements come to along a motion, given block by block: translation, rotation and their sum.
+    """Extremes of elements along a motion, given block by block: translation, rotation and their sum.
 
     Parameters
     ----------
@@ -227,8 +225,8 @@ class Extremes:
 
     def __init__(self, n_joints: int, every: Sequence[Element]) -> None:
         self.every, self.count = every, 0
-        # Largest magnitudes and sums of squares; largest torques, -1 at joints that an element does not act
-        # on; and at which set point these are reached, from 0.
+        # Largest magnitudes and sums of squares; largest torques, -1 at joints where an element does not act;
+        # and the set points, from 0, where they occur.
         self.peaks, self.squares = np.zeros((2, len(every), 3))
         self.torques = np.full((len(every), n_joints, 3), -1.0)
         self.reached = np.zeros((len(every), n_joints + 1, 3), dtype=np.intp)
@@ -236,7 +234,7 @@ class Extremes:
         self.read = [*self.largest, "qdd", *(["qd"] if "christoffel" in self.largest else [])]
 
     def add(self, block: Mapping[Any, Any]) -> None:
-        """Take the next set points, as `decompose` gives them."""
+        """Add the next set points, as arrays of `decompose`."""
         for name in self.largest:
             self.largest[name] = max(self.largest[name], float(np.abs(block[name]).max()))
         for k, element in enumerate(self.every):
@@ -257,14 +255,14 @@ class Extremes:
 
 
 def _ratio(values: FloatArray, whole: FloatArray) -> FloatArray:
-    """Share of a whole: infinite of one that is zero, and 0 of a value that is."""
+    """Share of a whole: infinite if the whole is zero, 0 if the value is zero."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(values == 0.0, 0.0, values / whole)
 
 
 @dataclass(frozen=True)
 class TextVerdicts:
-    """What a publication says of an arm's elements."""
+    """Verdicts of a publication on an arm's elements."""
 
     source: str
     verdicts: dict[str, str]
@@ -273,7 +271,7 @@ class TextVerdicts:
 
 @cache
 def text_verdicts(arm_name: str) -> TextVerdicts | None:
-    """Verdicts read from Figs 3.10 and 3.11 of the founding text, or None for an arm it does not show."""
+    """Verdicts read from Figs 3.10 and 3.11 of [FGL87]; None for an arm they do not show."""
     reference = tomllib.loads((data_folder("references") / "fgl87_figures.toml").read_text(encoding="utf-8"))
     if arm_name != reference["arm"]:
         return None

@@ -1,8 +1,8 @@
-"""Which effect dominates each element at every set point.
+"""Dominant effect of each element at every set point.
 
 A part is needed at a set point if leaving it out changes the element by more than the threshold of its peak
-over the motion. So a verdict keeps its meaning where parts cancel or the element passes zero, and the verdict
-over the motion is the union of those at its set points.
+over the motion. A verdict thus keeps its meaning where parts cancel or the element passes through zero, and
+the verdict over the motion is the union of those at its set points.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from gd_analyze.schema import table
 if TYPE_CHECKING:
     import xarray as xr
 
-# By which parts are needed: translation counts 1, rotation 2.
+# Indexed by the parts needed: translation counts 1, rotation 2.
 VERDICTS = np.array(["neither", "translation", "rotation", "both"])
 
 
 def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) -> xr.Dataset:
-    """Share of each part, and which parts are needed, of every element at every set point.
+    """Find the share of each part, and the parts needed, of every element at every set point.
 
     Parameters
     ----------
     dataset
-        What `decompose` gave, or some of its set points.
+        The result of `decompose`, or some of its set points.
     ranking
-        What `rank` gave of the whole motion: elements, their order and peaks, threshold and budget. By
-        default that of `dataset`, with the usual threshold and budget, without h_ijk.
+        The result of `rank` for the whole motion: elements, their order and peaks, threshold and budget. By
+        default that of `dataset`, with default threshold and budget, without h_ijk.
 
     Returns
     -------
     xarray.Dataset
         `dominance` (time, element, effect), the part over the element's peak, with its sign; `share`, the
         part over the element's value at the set point, nan where that is zero; `needed`, whether the element
-        changes by more than the threshold of its peak without the part; `torque` (time, element), which the
-        element makes at joint `torque_joint`; `budget_share`, its magnitude over the torque error allowed
+        changes by more than the threshold of its peak without the part; `torque` (time, element), the
+        element's torque at joint `torque_joint`; `budget_share`, its magnitude over the torque error allowed
         there. Gravity loading has one part, translation.
 
     Examples
@@ -91,24 +91,24 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
 
 
 def verdicts(over_time: xr.Dataset) -> xr.DataArray:
-    """Verdict at every set point: translation, rotation, both or neither.
+    """Give the verdict at every set point: translation, rotation, both or neither.
 
     Parameters
     ----------
     over_time
-        What `dominance_over_time` gave.
+        The result of `dominance_over_time`.
 
     Returns
     -------
     xarray.DataArray
-        Words, (time, element).
+        Verdicts as words, (time, element).
     """
     needed = over_time.needed.transpose("time", "element", "effect")
     return needed.isel(effect=0, drop=True).copy(data=VERDICTS[needed.values @ [1, 2]])
 
 
 def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
-    """Verdicts on every element one after the other: `verdict`, and its `begin` and `end` in s."""
+    """Successive verdicts on every element: `verdict`, and its `begin` and `end` in s."""
     time, found = over_time.time.values, {}
     for label, words in zip(over_time.element.values.tolist(), verdicts(over_time).values.T, strict=True):
         first = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]

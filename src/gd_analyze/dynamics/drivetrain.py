@@ -1,9 +1,9 @@
-"""What actuators have to overcome besides the links: the drives' inertia and friction, and damping.
+"""Torque that actuators need beyond the links': the drives' inertia and friction, and damping.
 
-FGL87's D, h and c are those of the links. Motors and gears add the torque that accelerates them and what
-their friction takes away; none of it is part of D, and all of it is seen at the joint here. Friction is
-described at the motor: through the gears a torque grows by |ratio| and a velocity by |ratio| at the motor,
-hence ratio^2 for what is proportional to velocity. P. Corke and B. Armstrong-Helouvry (1994).
+FGL87's D, h and c are those of the links. Motors and gears add the torque that accelerates them and their
+friction; neither is part of D, and both are seen at the joint here. Friction is described at the motor: seen
+at the joint, its torque is |ratio| times larger, and a viscous coefficient ratio^2 times. P. Corke and B.
+Armstrong-Helouvry (1994).
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from gd_analyze.robots.arm import RobotArm
 
 @dataclass(frozen=True, eq=False)
 class Drivetrain:
-    """Which properties of the drives act, and damping at the joints."""
+    """Properties of the drives to include, and damping at the joints."""
 
     inertia: bool = False  # whether the drives' inertia J adds to the diagonal of D
     friction: bool = False  # whether the drives' viscous and Coulomb friction act
-    # Further viscous damping b_i at the joints, N m s (N s/m of a prismatic joint), shape (n,)
+    # Further viscous damping b_i at the joints, N m s (N s/m for a prismatic joint), shape (n,)
     damping: FloatArray | None = None
     # Velocity, rad/s (m/s), below which Coulomb friction fades out as tanh(qd / rest_velocity): an integrator
     # cannot step over a jump. A joint held by Coulomb friction alone creeps at a few of these
     rest_velocity: float = 1e-2
 
     def inertia_of(self, arm: RobotArm) -> FloatArray:
-        """What goes onto D's diagonal, shape (n,); raises ArmError if the arm describes no drives."""
+        """Addition to D's diagonal, shape (n,); raises ArmError if the arm describes no drives."""
         return arm.drive_inertia if self.inertia else np.zeros(arm.n_joints)
 
     def resistance_of(self, arm: RobotArm) -> Callable[[FloatArray], FloatArray]:
-        """Torque that the actuators have to overcome at velocities qd, shape (..., n); it never drives."""
+        """Resisting torque at velocities qd, shape (..., n); it never drives."""
         viscous = np.zeros(arm.n_joints)
         if self.damping is not None:
             leading, (viscous,) = checked_states(arm, damping=self.damping)
@@ -76,20 +76,20 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_velocity: float = 0.
 
 
 def least_friction(arm: RobotArm) -> FloatArray:
-    """Coulomb friction at the joints in the direction that has less of it, (n,); errors as above."""
+    """Coulomb friction at the joints in the direction with less friction, (n,); errors as above."""
     once = np.ones(arm.n_joints)
     return np.minimum(coulomb_friction(arm, once), -coulomb_friction(arm, -once))
 
 
 def _require_drives(arm: RobotArm) -> None:
-    _ = arm.drive_inertia  # which refuses an arm without drives
+    _ = arm.drive_inertia  # refuses an arm without drives
     for joint, drive in zip(arm.joints, arm.drives, strict=True):
         forward, backward = drive.coulomb
         if not (drive.viscous >= 0 and forward >= 0 >= backward):
             raise ArmError(
                 f"the friction of joint {joint.name} would drive it",
                 where=f"arm {arm.name}, drive of joint {joint.name}",
-                expected="viscous of 0 or more; coulomb of 0 or more forwards and of 0 or less backwards",
+                expected="viscous 0 or more; coulomb 0 or more forwards and 0 or less backwards",
                 found=f"viscous {drive.viscous:g}, coulomb {forward:g} and {backward:g}",
                 next_step="check the signs in the arm file's [[drives]] table",
             )

@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction and an offset, fitted to what a measured torque has beyond the model's."""
+"""Coulomb and viscous friction and an offset, fitted to measured torque minus the model's."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, chunks
 
-# A column of whose length no more than this part is independent of those before it tells nothing of its own:
-# velocities and torques have not as many good digits.
+# A column with at most this share of its length independent of those before it is redundant: velocities and
+# torques are not more accurate.
 _DEPENDENT = 1e-6
 
-# A column that varies less than this part of its length is constant: round-off of sums of a million terms.
+# A column that varies by less than this share of its length is constant: round-off of a million terms.
 _CONSTANT = 1e-12
 
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
-    """R of the QR decomposition of columns given as blocks of rows: squaring would cost half the digits."""
+    """R of the QR decomposition of columns given as blocks of rows; squaring would lose half the digits."""
     left = np.zeros((columns, columns))
     for block in blocks:
         left = reduced(np.vstack([left, block]))
@@ -26,12 +26,12 @@ def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
 
 
 def reduced(columns: FloatArray) -> FloatArray:
-    """R of the QR decomposition of columns at hand."""
+    """R of the QR decomposition of columns in memory."""
     return np.asarray(np.linalg.qr(columns, mode="r"))
 
 
 def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
-    """Those of some columns that are not made up of the ones before them."""
+    """Columns that are linearly independent of those before them."""
     kept: list[int] = []
     for column in columns:
         own = abs(reduced(r[:, [*kept, column]])[-1, -1])
@@ -41,27 +41,26 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
 
 
 def spread(columns: FloatArray) -> FloatArray:
-    """Norm of columns of R less their means, where the first is of an offset; nan of what is constant."""
+    """Norm of columns of R less their means, the first column being an offset; nan if constant."""
     varied = np.linalg.norm(columns[1:], axis=0)
     return np.where(varied > _CONSTANT * np.linalg.norm(columns, axis=0), varied, np.nan)
 
 
-# Readings of one block: neighbours resemble each other over far fewer than half of it.
+# Readings of a block: correlation extends over far less than half of it.
 _BLOCK = 2**14
-# Correlations are summed over so many times what they sum to: beyond, noise alone would be added.
-# A. Sokal (1997), Monte Carlo methods in statistical mechanics, section 3.
+# Correlations are summed over this multiple of their sum; beyond it they are noise. A. Sokal (1997), Monte
+# Carlo methods in statistical mechanics, section 3.
 _WINDOW = 5.0
 
 
 def correlation_time(
     residual: Callable[[slice], FloatArray], used: Array, stretches: Sequence[slice]
 ) -> float:
-    """Readings per independent one, 1 or more: 1 + 2 sum_k rho_k, rho_k the correlation of those k apart.
+    """Readings per independent one, 1 or more: 1 + 2 sum_k rho_k, with the correlation rho_k at distance k.
 
-    A mean over N of them is as uncertain as one over N divided by this. For the coefficients of a fit the
-    same holds as long as what they belong to changes more slowly than the residuals are alike, and errs to
-    the safe side otherwise. `residual` gives what a fit leaves at the set points of a slice, `used` which
-    took part, `stretches` slices without a gap.
+    A mean over N readings is as uncertain as one over N divided by this. The same holds for coefficients of a
+    fit whose regressors change more slowly than the residuals, and is conservative otherwise. `residual`
+    gives a fit's residuals in a slice, `used` the set points used, `stretches` slices without a gap.
     """
     products, pairs = np.zeros(_BLOCK // 2), np.zeros(_BLOCK // 2)
     for stretch in stretches:
@@ -71,7 +70,7 @@ def correlation_time(
             if there.any():
                 products += _at_distance(np.where(used[block], residual(block), 0.0))
                 pairs += _at_distance(there)
-    # Few pairs say little.
+    # Few pairs are unreliable.
     enough = pairs >= max(0.1 * pairs[0], 1.0)
     known = len(enough) if enough.all() else int(np.argmin(enough))
     covariance = products[:known] / pairs[:known]
@@ -96,20 +95,20 @@ _OF_TERM = (_DIRECTION, _VELOCITY, _OFFSET)
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """Friction of every joint beside the model's torque, at the joint, by ordinary least squares.
+    """Friction of every joint, fitted to measured minus model torque by ordinary least squares.
 
-    measured - model = coulomb sign(qd) + viscous qd + offset. What is not known is nan: of a joint without a
-    measurement, and where a motion does not tell one term from the others, as of a joint that only moves one
-    way or always as fast.
+    measured - model = coulomb sign(qd) + viscous qd + offset. Unknown values are nan: without a measurement,
+    and where the motion does not separate a term from the others, as for a joint that moves only one way or
+    at constant speed.
     """
 
-    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N of a prismatic joint), (n, 3).
-    # Friction that would drive a joint is held at 0
+    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N if prismatic), (n, 3). Friction
+    # that would drive a joint is held at 0
     terms: FloatArray
-    # Their standard errors; nan of what is held at 0. Readings whose residuals resemble their neighbours'
-    # count as fewer. They tell of noise, not of what is wrong with the model
+    # Standard errors; nan for values held at 0. Correlated residuals count as fewer readings. They reflect
+    # noise, not errors of the model
     errors: FloatArray
-    # Of the measurement beside model and friction: RMS of the difference, correlation, and share of the
+    # Measurement compared with model plus friction: RMS of the difference, correlation, and share of the
     # measured variance explained, shape (n,)
     rms: FloatArray
     correlation: FloatArray
@@ -117,27 +116,27 @@ class Friction:
 
     @classmethod
     def of(cls, fits: Sequence[JointFit]) -> Friction:
-        """Collect what was fitted to each joint."""
+        """Collect the fits of all joints."""
         return cls(*(np.array([getattr(fit, field.name) for fit in fits]) for field in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """One joint's measured torque by friction beside the model: as the model is, and times a slope."""
+    """Fit of one joint's measured torque by friction plus the model, unscaled and times a slope."""
 
-    # As of `Friction`, with the model as it is; `terms` and `errors` of shape (3,)
+    # As in `Friction`, with the unscaled model; `terms` and `errors` have shape (3,)
     terms: FloatArray
     errors: FloatArray
     rms: float
     correlation: float
     explained: float
-    # What the model has to be multiplied by, friction fitted beside it, and its standard error
+    # Factor on the model, fitted together with friction, and its standard error
     slope: float
     slope_error: float
-    partial: float  # correlation of measured and model once friction is taken out of both
-    own: float  # RMS of the model's torque that is not like friction
-    left: float  # RMS of the measured torque that is not like friction
-    like_friction: float  # RMS of the measured torque that is
+    partial: float  # correlation of measured and model with friction removed from both
+    own: float  # RMS of the model's torque after removing friction terms
+    left: float  # RMS of the measured torque after removing friction terms
+    like_friction: float  # RMS of the measured torque in friction terms
 
 
 NOT_FITTED = JointFit(np.full(3, np.nan), np.full(3, np.nan), *(np.nan,) * 9)
@@ -170,8 +169,8 @@ def fit_joint(
     fitted[_MEASURED] = 0.0
     known, explained = [term in terms for term in _OF_TERM], r @ fitted
 
-    # How measured and model go together beside friction, whatever they are multiplied by. The first row is
-    # that of the offset, the last two are what friction leaves.
+    # Correlation of measured and model after friction, independent of scale. The first row is the offset's,
+    # the last two are the residuals after friction.
     mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
     own, along = mixed[-2, -2:]
     left = float(np.hypot(along, mixed[-1, -1]))
@@ -202,13 +201,13 @@ def fit_joint(
 
 
 def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]]:
-    """What the fit leaves, as weights of the columns, and which terms of friction are not held at 0."""
+    """Residual of the fit, as weights of the columns, and the terms of friction that are not held at 0."""
     from scipy.optimize import lsq_linear  # slow to load
 
     sizes = np.linalg.norm(r[:, terms], axis=0)
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
     wanted = r[:, _MEASURED] - r[:, _MODEL]
-    # The method finds which bounds are met in finitely many steps, and then solves without them.
+    # The method finds the active bounds in finitely many steps, and then solves without them.
     found = lsq_linear(r[:, terms] / sizes, wanted, (least, np.inf), method="bvls")
     weights = np.zeros(5)
     weights[terms] = -found.x / sizes
@@ -217,9 +216,9 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:
-    """Standard errors of the free weights, nan of others, where so many readings are worth one."""
+    """Standard errors of the free weights, nan for others, with `time` readings per independent one."""
     out = np.full(5, np.nan)
-    # Fewer independent readings than there are weights leave no measure of noise: as if there were one more.
+    # With fewer independent readings than weights the noise is unknown: one degree of freedom is assumed.
     spare = max(count / time - len(free), 1.0)
     square = float(np.linalg.norm(r @ weights)) ** 2 / spare
     sizes = np.linalg.norm(r[:, free], axis=0)

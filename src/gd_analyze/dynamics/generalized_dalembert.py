@@ -1,10 +1,10 @@
-"""The generalized d'Alembert equations as FGL87 writes them: link by link, term by term.
+"""The generalized d'Alembert equations as written in FGL87: link by link, term by term.
 
 [FGL87] section 3.4, extended to prismatic joints: w_j = z_{j-1} for a revolute joint, u_j = z_{j-1} for a
 prismatic one, and z_{j-1} x (r_s - p_{j-1}) becomes the velocity v_js = w_j x (r_s - p_{j-1}) + u_j. A
 prismatic joint k adds one more Coriolis acceleration, 2 w_{k-1} x u_k qd_k, to FGL87's four.
 
-This is the slow, fully itemised path; `composite_moments` gives the sums.
+This path is slow and fully itemized; `composite_moments` gives the sums.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ EFFECTS = ("translation", "rotation")
 
 @dataclass(frozen=True)
 class Term:
-    """One term of h in FGL87: its effect, and what it stands for."""
+    """One term of h in FGL87: its effect and its meaning."""
 
     name: str
     effect: str

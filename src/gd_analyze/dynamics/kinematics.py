@@ -1,6 +1,6 @@
-"""Where every axis, origin and centre of mass is, in the base frame, at every set point, and the energies.
+"""Axes, origins and centres of mass in the base frame at every set point, and energies.
 
-These take no element of D, h or c: what the formulations say about energy can be held against them.
+The energies use no element of D, h or c, so that formulations can be checked against them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Kinematics:
 
 
 def joint_motions(arm: RobotArm, kinematics: Kinematics) -> tuple[Array, Array]:
-    """w_i and u_i of every joint, shape (n, 3, N): z_{i-1} as it turns, or slides, and zero otherwise."""
+    """w_i and u_i of every joint, shape (n, 3, N): z_{i-1} if it turns or slides, respectively, else zero."""
     revolute = np.array(arm.is_revolute, dtype=float)[:, None, None]
     return kinematics.joint_axes * revolute, kinematics.joint_axes * (1.0 - revolute)
 
@@ -65,14 +65,14 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
 
 
 # A constant vector as its non-zero components, and a constant rotation by its columns (None for no rotation):
-# most have zeros and ones only, and what is absent shall neither take time nor leave arithmetic in a trace.
+# most are zeros and ones, which must neither take time nor leave arithmetic in a trace.
 _Sparse = tuple[tuple[int, float], ...]
 _Columns = tuple[_Sparse, ...] | None
 
 
 @lru_cache(maxsize=64)
 def _constants(arm: RobotArm) -> list[tuple[_Sparse, _Columns, _Sparse, _Sparse, _Columns, _Sparse]]:
-    """To each joint's frame and its axis, from there to the link's frame and its centre of mass."""
+    """Constants to each joint's frame and axis, and on to the link's frame and its centre of mass."""
 
     def sparse(vector: Array) -> _Sparse:
         values = vector.tolist()
@@ -125,8 +125,8 @@ def _rotate_about(rotation: Array, axis: Array, cos_q: Array, sin_q: Array) -> A
 def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool = False) -> FloatArray:
     """Kinetic energy, J, (...), of states (..., n): sum_s (m_s v_s . v_s + w_s . I_s w_s) / 2.
 
-    `drives` adds sum_i J_i qd_i^2 / 2; each drive turns with its own joint only: what its rotor has because
-    the link under it turns is part of that link.
+    `drives` adds sum_i J_i qd_i^2 / 2; each drive turns with its own joint only, as the rotor's motion with
+    the link that carries it belongs to that link.
     """
     leading, (q, qd) = checked_states(arm, q=q, qd=qd)
     states, velocities = set_points_last(q), set_points_last(qd)
@@ -135,7 +135,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
     omega, velocity, out = np.zeros((3, count)), np.zeros((3, count)), np.zeros(count)
     origin = kinematics.joint_origins[0]
     for s in range(arm.n_joints):
-        # The next joint's origin moves with the link before it.
+        # The next joint's origin moves with this link.
         velocity = velocity + cross(omega, kinematics.joint_origins[s] - origin)
         origin = kinematics.joint_origins[s]
         motion = kinematics.joint_axes[s] * velocities[s]

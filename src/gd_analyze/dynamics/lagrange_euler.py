@@ -1,9 +1,9 @@
 """The Lagrange-Euler formulation with 4x4 homogeneous matrices and pseudo-inertia.
 
-[FGL87] section 3.2, for rotary and prismatic joints. In FGL87 joint i moves about or along z_{i-1}, so
-dA_i/dq_i = Q_i A_i with a constant Q_i. Here A_j leads from joint frame j-1 (where joint j's axis stands
-still) to joint frame j, which for a Denavit-Hartenberg table are FGL87's link frames; Q_j is the generator
-of the joint's own axis.
+[FGL87] section 3.2, for revolute and prismatic joints. In FGL87 joint i moves about or along z_{i-1}, so
+dA_i/dq_i = Q_i A_i with a constant Q_i. Here A_j leads from joint frame j-1 (where joint j's axis is fixed)
+to joint frame j, which are FGL87's link frames for a Denavit-Hartenberg table; Q_j is the generator of the
+joint's own axis.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gd_analyze.robots.parts import pseudo_inertia
 
 @dataclass(frozen=True)
 class LagrangeEuler:
-    """What the formulation gives, set points last."""
+    """Results of the formulation, set points last."""
 
     inertia: Array  # D_ik, shape (n, n, N). Eq. (3.2-31)
     christoffel: Array  # h_ikm, shape (n, n, n, N). Eq. (3.2-32)
@@ -79,7 +79,7 @@ def _derivatives(
 
 
 def _steps(arm: RobotArm, q: Array) -> tuple[list[Array], list[Array], dict[tuple[int, int], Array]]:
-    """Joint frames in the base, steps from joint frame to joint frame, and on to every link frame."""
+    """Joint frames in the base, steps between joint frames, and steps to every link frame."""
     n, cos_q, sin_q = arm.n_joints, np.cos(q), np.sin(q)
     before = [homogeneous(joint.placement.rotation, joint.placement.translation) for joint in arm.joints]
     behind = [homogeneous(link.frame.rotation, link.frame.translation) for link in arm.links]

@@ -1,4 +1,4 @@
-"""Peaks and verdicts of many arms of one geometry along one motion, which differ in their bodies.
+"""Peaks and verdicts along one motion of many arms with the same geometry but different bodies.
 
 Torque is linear in every link's `PARAMETERS`, split by effect as in `robustness`: all arms are one product of
 matrices. At s times the speed of the motion h and D qdd grow with s^2; D and c stay.
@@ -20,16 +20,16 @@ from gd_analyze.dynamics.robustness import elements_per_unit, point_masses
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.varied import Bodies
 
-# What a joint's torque is the sum of.
+# Summands of a joint's torque.
 CONTRIBUTIONS = (
     "inertia translation", "inertia rotation", "velocity translation", "velocity rotation",
     "gravity", "drives",
 )  # fmt: skip
-# Verdicts by how `Peaks.verdicts` numbers them.
+# Verdicts in the numbering of `Peaks.verdicts`.
 VERDICT_NAMES = np.array(
     ["translation", "rotation", "both", "neither", "negligible", "within budget", "beyond budget"]
 )
-# Set points at a time, and set points times arms: what they need stays in the cache.
+# Set points at a time, and set points times arms, that stay in the cache.
 _SET_POINTS, _CELLS = 512, 4096
 
 
@@ -44,7 +44,7 @@ class Peaks:
     contributions: FloatArray  # of joints by `CONTRIBUTIONS`, N m (N), (6, n, S)
 
     def verdicts(self, threshold: float, allowed: FloatArray) -> Array:
-        """Verdict on every element as `rank` gives it, then on every joint's torque without h, (E + n, S).
+        """Verdict on every element as in `rank`, then on every joint's torque without h, (E + n, S).
 
         Numbers of `VERDICT_NAMES`. `allowed` is the allowed torque error, N m (N), (n, S).
         """
@@ -68,13 +68,13 @@ def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed:
     Parameters
     ----------
     arm
-        Whose geometry and gravity count.
+        The arm that gives geometry and gravity.
     bodies
         Bodies of the S arms.
     q, qd, qdd
         The motion, rad (m) and per s, s^2, shape (n, N).
     speed
-        Multiples of its velocity, shape (S,).
+        Multiples of the motion's velocity, shape (S,).
     """
     n, count = q.shape
     every, most = elements(n), len(speed)
@@ -113,9 +113,9 @@ def _acts(every: Sequence[Element], n: int) -> Array:
 def _note(
     found: Peaks, block: slice, translation: Array, rotation: Array, drives: Any, qdd: Array, speed: Array
 ) -> None:
-    """Raise the peaks of some arms to what they have at some set points, (E + n, set points, arms).
+    """Update the peaks of some arms by their values at some set points, (E + n, set points, arms).
 
-    Rows are the elements of D, h and c, then D qdd. What one effect makes of all arms alike has one column.
+    Rows are the elements of D, h and c, then D qdd. An effect that is equal for all arms has one column.
     """
     n, count = len(qdd), len(found.whole)
     square, whole = speed**2, translation + rotation
@@ -147,7 +147,7 @@ def _note(
 
 @dataclass(frozen=True, eq=False)
 class _Product:
-    """Rows times the parameters of arms; what all arms have in common is added up once."""
+    """Rows times the parameters of arms; the part common to all arms is summed once."""
 
     varying: FloatArray  # (rows, set points, V)
     values: FloatArray  # (S, V)

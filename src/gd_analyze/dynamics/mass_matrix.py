@@ -1,7 +1,7 @@
-"""Whether the mass matrix D, with the drives where they count, is positive definite at the states asked for.
+"""Check that the mass matrix D, with drives if included, is positive definite at given states.
 
-It is for physically consistent inertias, but for motions that move nothing. Inconsistent ones can make it
-indefinite: then some motion has negative energy, and a share of a torque says nothing.
+It is for physically consistent inertias, except for motions that move no mass. Inconsistent inertias can make
+it indefinite: then some motion has negative energy, and shares of torque are meaningless.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gd_analyze.robots.parts import Link
 
 
 def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> None:
-    """Raise an ArmError unless D, less a diagonal of what round-off explains, is positive definite."""
+    """Raise an ArmError unless D, less a diagonal for round-off, is positive definite."""
     added = arm.drive_inertia if drives else np.zeros(arm.n_joints)
     floor = _round_off(arm, np.maximum(states.q.max(axis=0), -states.q.min(axis=0)))
     for chunk in chunks(len(states)):
@@ -33,14 +33,13 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
 
 
 def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
-    """What a diagonal must be so that it outweighs the roundings of D where |q| <= `farthest`, shape (n,).
+    """Diagonal that outweighs the rounding of D where |q| <= `farthest`, shape (n,).
 
-    D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is not longer than the
-    way L_i from joint i to the centres of mass beyond (1 of a prismatic joint), and both it and I_s pass some
-    10 roundings per joint, as in `round_off_bounds`. Positions are rounded at their size R from the base,
-    which grows with the travel of prismatic joints. Hence D_ij is off by at most
-    20 n eps sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and by Gershgorin's circles a diagonal of the sums
-    of its rows outweighs that.
+    D_ij sums m_s v_i . v_j and the inertias of the links s that both joints move; v_i is at most the path
+    length L_i from joint i to the centres of mass beyond (1 for a prismatic joint), and v_i and I_s pass some
+    10 roundings per joint, as in `round_off_bounds`. Positions are rounded relative to their distance R from
+    the base, which grows with the travel of prismatic joints. Hence the error of D_ij is at most 20 n eps
+    sum_s m_s (L_i L_j + R (L_i + L_j)) + |I_s|, and a diagonal of its row sums outweighs it (Gershgorin).
     """
     travel = np.where(arm.is_revolute, 0.0, farthest)
     frames = [joint.placement for joint in arm.joints], [link.frame for link in arm.links]
@@ -48,7 +47,7 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     steps = np.linalg.norm(ways, axis=-1).sum(axis=0) + travel
     com = float(np.linalg.norm(arm.com, axis=1).max())
     whole = float(steps.sum()) + com
-    # Of joint i: its own travel and frame, and all steps behind it.
+    # For joint i: its own travel and frame, and all steps beyond it.
     beyond = np.cumsum(steps[::-1])[::-1] + com
     size = np.where(arm.is_revolute, beyond, 1.0)
     pairs = np.outer(size, size) + whole * np.add.outer(size, size)
@@ -61,41 +60,41 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
 
 
 def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
-    """Error of a D that is not positive definite at q: its smallest eigenvalue, and the joint to blame."""
+    """Error for a D that is not positive definite at q: smallest eigenvalue, and faulty link or joint."""
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)
     found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
     if np.linalg.eigvalsh(inertia + np.diag(floor))[0] < 0.0:
-        # To blame is the link whose energy in that motion is the most negative.
+        # The faulty link has the most negative energy in that motion.
         by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None]))
         energies = np.einsum("i,elijn,j->l", vectors[:, 0], by_link, vectors[:, 0])
         link = arm.links[int(energies.argmin())]
         return ArmError(
-            f"the mass matrix D is not positive definite, by the inertia of link {link.name}",
+            f"the mass matrix D is not positive definite because of the inertia of link {link.name}",
             where=_place(arm, link),
             expected="positive eigenvalues: no motion of an arm has negative energy",
             found=[found, f"principal moments of link {link.name} {link.moments_text}"],
-            next_step="fix that inertia: the signs of its products, its units, the point it is about; or "
-            "count the drives' inertia",
+            next_step="fix that inertia (signs of products, units, reference point), or include the drives' "
+            "inertia",
         )
     index = _without_inertia(inertia, floor)
     joint, link = arm.joints[index], arm.links[index]
     is_bare = inertia[index, index] <= floor[index]
-    moves = "moves no mass" if is_bare else "has no inertia with those before it free"
+    moves = "moves no mass" if is_bare else "has no inertia while the joints before it are free"
     return ArmError(
         f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
         where=_place(arm, link),
         expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
         found=found,
-        next_step=f"give link {link.name} or those behind it mass, or inertia about the axis of that joint; "
-        f"count the drives' inertia; or hold that joint, of URDF and MJCF by --lock {joint.name}=0",
+        next_step=f"give link {link.name} or those beyond it mass, or inertia about that joint's axis; "
+        f"include the drives' inertia; or hold that joint (URDF and MJCF: --lock {joint.name}=0)",
     )
 
 
 def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:
     """Index of the first joint whose pivot is not above its `floor`, or of the smallest pivot.
 
-    A pivot of the elimination is what a joint's force feels while the joints before it give way.
+    A pivot of the elimination is the inertia felt at a joint while the joints before it are free.
     """
     left, pivots = inertia.copy(), np.empty(len(inertia))
     for i in range(len(left)):

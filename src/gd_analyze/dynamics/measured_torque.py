@@ -1,4 +1,4 @@
-"""The exact model's torque beside the measured one, joint by joint, with a verdict."""
+"""Exact and measured torque compared joint by joint, with a verdict."""
 
 from __future__ import annotations
 
@@ -43,82 +43,79 @@ Verdict = Literal[
     "does not follow",
     "not measured",
 ]
-# Of these the robot file is to blame, or how the log was read.
+# Verdicts caused by the robot file, or by how the log was read.
 CONTRADICTING = (
     "too light", "too heavy", "other sign", "another joint's", "lacks drive inertia", "does not follow",
 )  # fmt: skip
 
-# Share of the measured variance from which on the model alone is enough: what is left is, as RMS, less than a
-# third (sqrt(0.1)) of what was measured.
+# Share of the measured variance above which the model alone is enough: the residual is, as RMS, less than a
+# third (sqrt(0.1)) of the measured torque.
 FOLLOWS = 0.9
-# Correlation beside friction from which on the model's torque is taken to be there: it makes two thirds
-# (0.8^2) of the variance that friction leaves.
+# Correlation after friction above which the model's torque is present: it explains two thirds (0.8^2) of the
+# remaining variance.
 THERE = 0.8
-# Factor up to which model and measurement are as large: torque constants and gears' efficiencies, by which
-# currents become torques, are known to some 20 %.
+# Factor up to which model and measurement are equal: torque constants and gear efficiencies, which convert
+# currents to torques, are known to some 20 %.
 AS_LARGE = 4.0 / 3.0
-# Friction is Coulomb's and viscous to within this part of it: it depends on load, warmth and place as well.
+# Friction is Coulomb and viscous to within this share: it also depends on load, temperature and position.
 FRICTION_IS_KNOWN = 0.2
-# Standard errors from which on a difference is one.
+# Standard errors that make a difference significant.
 SIGMAS = 3.0
-# What friction leaves follows the joint's acceleration where that explains this share of its variance.
+# The residual after friction follows the joint's acceleration if that explains this share of its variance.
 _EXPLAINED = 0.3
 
-# Readings from which on a joint is judged, and friction fitted to a moving one: five for each of three terms
-# and a slope.
+# Least readings to judge a joint, and to fit friction to a moving one: five per term and for a slope.
 _FEWEST = 20
-# A zero-phase low-pass spreads a jump over half a period of its cut-off: of a Butterworth filter's step, some
-# hundredths are left there.
+# A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter leaves
+# some hundredths of it.
 _SETTLED = 0.5
-# Noise decides the sign of a velocity beyond so many of its standard deviations in one of 1000 readings.
+# Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000 readings.
 _NOISE_SIGMAS = 3.0
-# A joint slower than this part of its fastest does not slip yet: teeth and bearings stick and creep first, so
-# that friction grows with velocity before it is Coulomb's. B. Armstrong-Helouvry, P. Dupont, C. Canudas de
-# Wit, A survey of models, analysis tools and compensation methods for the control of machines with friction,
-# Automatica 30 (1994).
+# A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep
+# first, so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P. Dupont,
+# C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
+# with friction, Automatica 30 (1994).
 _CREEPING = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueComparison:
-    """Measured torque beside the exact model's, at the set points where a joint has a reading.
+    """Measured torque compared with the exact model's, at the set points where a joint has a reading.
 
-    Both passed the same filter, and where that has not settled, at the ends of a recording and of its gaps,
-    nothing is compared. N m (N of a prismatic joint), shape (n,) if not said otherwise; nan of a joint
-    without a measurement: with fewer than twenty readings, or none but zeros.
+    Both passed the same filter; where it has not settled, at the ends of a recording and of its gaps,
+    nothing is compared. N m (N for a prismatic joint), shape (n,) unless stated otherwise; nan for a joint
+    without a measurement: fewer than twenty readings, or only zeros.
 
     Parameters
     ----------
     arm
         The arm.
     model, measured
-        Torque of the exact model, and as measured and filtered, shape (N, n).
+        Torque of the exact model, and torque as measured and filtered, shape (N, n).
     compared
-        At how many set points, at most: at fewer where a joint lacks readings.
+        Largest number of set points compared; fewer at joints that lack readings.
     correlation
-        Of both.
+        Correlation of both.
     slope
-        What the model has to be multiplied by to come closest to the measurement, but for an offset.
+        Factor on the model that fits the measurement best, with an offset.
     bias, rms
         Mean and RMS of measured minus model.
     peak_measured, peak_model
         Largest magnitudes.
     explained
-        Share of the measurement's variance that the model explains; negative where there would be less
-        variance without the model.
+        Share of the measured variance that the model explains; negative if the model increases it.
     slope_beside_friction, slope_error
-        As slope, friction fitted beside it, and its standard error.
+        Slope fitted together with friction, and its standard error.
     friction
         Friction and offset fitted to the difference.
     drive_inertia
-        Inertia of the drive at the joint that the difference beside friction follows; nan where it follows
-        none.
+        Drive inertia at the joint that fits the difference left after friction; nan if none does.
     noise
-        What is left of the recording's noise in `measured`; nan of a plan.
+        Noise left in `measured`, standard deviation; nan for a plan.
     verdicts
-        Whether the model is what was measured.
+        Verdict on every joint, see docs/measured_torque.md.
     resembles
-        Joint whose model it is instead, from 1; 0 where it is none's.
+        Joint whose model the measurement resembles, from 1; 0 if none.
     """
 
     arm: RobotArm
@@ -156,27 +153,32 @@ class TorqueComparison:
             ]
             for i, joint in enumerate(self.arm.joints)
         ]
-        return html_of(repr(self), headings, rows, "Measured torque beside the exact model's.")
+        return html_of(repr(self), headings, rows, "Measured torque compared with the exact model's.")
 
 
 def compare_torque(
     arm: RobotArm | str | Path, trajectory: Trajectory | str | Path, *, drives: bool | None = None
 ) -> TorqueComparison:
-    """Hold measured torques against the exact model's, and fit friction to what is between them.
+    """Compare measured torques with the exact model's, and fit friction to the difference.
 
     Parameters
     ----------
     arm, trajectory
         The arm, and a motion recorded with its torques; or a shipped name, or the path of a file.
     drives
-        Whether the drives' inertia is part of the model; by default where the arm describes drives.
+        Include the drives' inertia in the model; by default if the arm describes drives.
+
+    Returns
+    -------
+    TorqueComparison
+        Differences, friction and a verdict by joint.
 
     Raises
     ------
     UsageError
         If no torques were recorded with the motion.
     TrajectoryError
-        If the trajectory is of another number of joints.
+        If the trajectory has another number of joints.
     """
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
@@ -193,14 +195,14 @@ def require_torques(trajectory: Trajectory) -> None:
             where=f"trajectory {trajectory.name}",
             expected="a recording with a torque of every joint",
             found="a plan" if trajectory.recording is None else "a recording without torques",
-            next_step="give a log that has columns of measured torques",
+            next_step="give a log with columns of measured torques",
         )
 
 
 def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> TorqueComparison:
-    """Do `compare_torque` with the exact model's torque at hand, shape (N, n)."""
+    """Compare measured torques with given torques of the exact model, shape (N, n)."""
     recording = trajectory.recording
-    assert recording is not None  # who calls has asked for it
+    assert recording is not None  # callers check this
     measured = recording.torque if recording.torque_filtered is None else recording.torque_filtered
     assert measured is not None
     wait = _settling(trajectory)
@@ -230,14 +232,14 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
 _NUMBERS = (
     "correlation", "slope", "bias", "rms", "peak_measured", "peak_model", "explained", "drive_inertia",
 )  # fmt: skip
-# Of a joint where nothing was measured, but for its model's peak torque.
+# Results for a joint without measurement, except its model's peak torque.
 _UNKNOWN = dict.fromkeys(_NUMBERS, np.nan) | {"compared": 0, "fit": NOT_FITTED, "resembles": 0}
 
 
 def _of_joint(
     trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, inside: Array
 ) -> dict[str, Any]:
-    """Compare one joint's measurement, shape (N,), with its own model and, to judge it, with all."""
+    """Compare one joint's measurement, shape (N,), with its own model and those of all joints."""
     rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
     peak_model = float(np.abs(model[inside, joint]).max(initial=0.0))
@@ -283,7 +285,7 @@ def _of_joint(
 
 
 def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdict, int]:
-    """Judge a joint (from 0); with it the joint, from 1, whose model the measurement is, or 0.
+    """Judge a joint (from 0); also return the joint, from 1, whose model it resembles, or 0.
 
     `explained_by` is the share of the measured variance that every joint's model explains.
     """
@@ -301,7 +303,7 @@ def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdi
                 return "too light", 0
             heavy = fit.slope < 1.0 / AS_LARGE and sure
             return ("too heavy" if heavy else "follows but for friction"), 0
-    # Were the model right, friction beside it would leave at least the model's own torque.
+    # If the model were right, at least its own torque would remain after friction.
     hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
     return ("below friction" if hidden else "does not follow"), 0
 
@@ -314,7 +316,7 @@ def _drive_inertia(
     qdd: FloatArray,
     used: Array,
 ) -> float:
-    """Factor of qdd that explains what friction leaves, clearly better than more of the model; or nan."""
+    """Factor of qdd that explains the residual clearly better than scaling the model; or nan."""
 
     def columns(at: slice) -> FloatArray:
         of = model[at]
@@ -353,9 +355,9 @@ def direction(trajectory: Trajectory, joint: int, fastest: float | None = None) 
     """
     velocity, recording = trajectory.qd[:, joint], trajectory.recording
     assert recording is not None
-    # The spectrum S of noise gives positions, velocities and accelerations the variances of S, w^2 S and
-    # w^4 S summed over frequencies w, so by Cauchy and Schwarz the velocity's is at most the root of the
-    # product of the other two, whatever the filter.
+    # Noise of spectrum S gives positions, velocities and accelerations variances that sum S, w^2 S and w^4 S
+    # over frequencies w; by Cauchy-Schwarz that of the velocity is at most the root of the product of the
+    # other two, for any filter.
     noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
     fastest = float(np.abs(velocity).max()) if fastest is None else fastest
     still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * fastest)
@@ -363,7 +365,7 @@ def direction(trajectory: Trajectory, joint: int, fastest: float | None = None) 
 
 
 def _far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
-    """Set points far enough from those where the direction changes for friction's jump to be over, (N,)."""
+    """Set points far enough from changes of direction that the jump of friction has settled, (N,)."""
     time, wait = trajectory.time, _settling(trajectory)
     after = np.flatnonzero(np.diff(way) != 0.0)
     jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
@@ -372,7 +374,7 @@ def _far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
 
 
 def _settling(trajectory: Trajectory) -> float:
-    """Seconds that the torques' filter, the fastest of the joints', needs; none where there is none."""
+    """Settling time of the torques' filter, the fastest of all joints, s; 0 without a filter."""
     recording = trajectory.recording
     if recording is None or recording.cutoff is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""The table of formulations of inverse dynamics: what each is, what it gives, and how to call it."""
+"""Table of the formulations of inverse dynamics: description, results and call of each."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class Method:
 
     name: str
     title: str
-    short: str  # the title where there is little room
-    source: str  # where it is derived
-    # How it represents kinematics, and `form` the form of its equations, as in [FGL87] Table 3.5
+    short: str  # short title for tables
+    source: str  # derivation
+    # Its representation of kinematics, and the `form` of its equations, as in [FGL87] Table 3.5
     kinematics: str
     form: str
     growth: str  # order of its operations in the number of joints
@@ -63,7 +63,7 @@ class Method:
 def torque_of_states(
     method: Method, arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> FloatArray:
-    """Torque by one method, N m (N), of any number of states, shape (N, n) as q, qd and qdd."""
+    """Torque by one method, N m (N), at any number of states, shape (N, n) like q, qd and qdd."""
     states = [set_points_last(np.asarray(x, dtype=float)) for x in (q, qd, qdd)]
     out = np.empty(states[0].shape)
     for chunk in chunks(len(q)):
@@ -98,7 +98,7 @@ def _moments_dynamics(arm: RobotArm, q: Array, qd: Array) -> Dynamics:
 def _closed_form(
     name: str, title: str, short: str, source: str, kinematics: str, growth: str, dynamics: DynamicsOf
 ) -> Method:
-    """Take a method that gives D, h and c, from which torque is summed."""
+    """Make a method from D, h and c, from which torque is summed."""
 
     def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
         given = dynamics(arm, q, qd)
@@ -109,7 +109,7 @@ def _closed_form(
 
 
 def _recursion(name: str, title: str, short: str, source: str, kinematics: str, torque: TorqueOf) -> Method:
-    """Take a method that gives torque only: at states that make all but one of its terms vanish.
+    """Make a method from torque only; D, h and c are probed at states where all other terms vanish.
 
     [FGL87] problem 3.11; Walker and Orin (1982).
     """
@@ -165,7 +165,7 @@ METHODS: dict[str, Method] = {
 
 
 def known_method(name: str) -> Method:
-    """Look a formulation up by its name."""
+    """Find a formulation by name."""
     if name not in METHODS:
         near = difflib.get_close_matches(str(name), METHODS, n=1)
         what, hint = f"there is no formulation {name!r}", f"did you mean {near[0]!r}?" if near else None

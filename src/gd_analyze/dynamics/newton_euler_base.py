@@ -1,8 +1,8 @@
 """The recursive Newton-Euler algorithm (RNEA) with every vector in the base frame.
 
 [FGL87] section 3.3, Table 3.2. Outward: angular velocity, angular acceleration, linear accelerations; inward:
-forces, moments, torques. Every link's inertia tensor is turned into the base frame, which is what the link-
-frame version avoids.
+forces, moments, torques. Inertia tensors are rotated into the base frame, which the link-frame version
+avoids.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def torque(
 ) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). [FGL87] Table 3.2.
 
-    q, qd, qdd have shape (n, N). `external_wrench` is f_{n+1} and n_{n+1}, what the last link exerts on the
+    q, qd, qdd have shape (n, N). `external_wrench` is f_{n+1} and n_{n+1}, which the last link exerts on the
     world at its frame's origin, in the base frame, N and N m, shape (2, 3).
     """
     n, count = qd.shape

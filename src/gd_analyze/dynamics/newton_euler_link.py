@@ -23,7 +23,7 @@ def torque(
     gravity: bool = True,
     external_wrench: FloatArray | None = None,
 ) -> Array:
-    """Generalized torque by Newton-Euler, shape (n, N), from what `newton_euler_base.torque` takes."""
+    """Generalized torque by Newton-Euler, shape (n, N); arguments as for `newton_euler_base.torque`."""
     n, count = qd.shape
     cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
@@ -49,7 +49,7 @@ def torque(
         couple = _times(tensor, omega_dot) + cross(omega, _times(tensor, omega))
         motions.append((inertial_force, couple))
     out = np.empty((n, count), np.result_type(q, float))
-    # The wrench is constant in the base frame, and carried out to the last link's.
+    # The wrench is constant in the base frame and is transformed to the last link's.
     force, moment = np.zeros((2, 3, 1)) if external_wrench is None else external_wrench[:, :, None]
     for step in steps if external_wrench is not None else ():
         force, moment = step.into(force), step.into(moment)
@@ -75,10 +75,10 @@ class _Step:
     """From link frame i-1 to link frame i."""
 
     rotation: Array  # of frame i in frame i-1
-    # Joint origin in frame i-1; None where it is the frame's own, as of every standard Denavit-Hartenberg arm
+    # Joint origin in frame i-1; None if it is the frame's own, as in standard Denavit-Hartenberg arms
     to_joint: Array | None
     axis: Array  # z_{i-1} in frame i
-    link_vector: Array  # from the joint's origin to link frame i, in frame i; constant of a revolute joint
+    link_vector: Array  # from the joint's origin to link frame i, in frame i; constant for a revolute joint
 
     def into(self, vector: Array) -> Array:
         """Express a vector of link frame i-1 in link frame i."""
@@ -105,7 +105,7 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
 
 
 def _times(tensor: Array, vector: Array) -> Array:
-    """Multiply by a constant tensor; principal axes along the frame's leave three products."""
+    """Multiply by a constant tensor; a diagonal one takes three products."""
     principal = np.diagonal(tensor)
     if np.count_nonzero(tensor - np.diag(principal)) == 0:
         return principal[:, None] * vector

@@ -1,10 +1,10 @@
 """The Newton-Euler recursion (RNEA) with regrouped link parameters: the fewest operations of all.
 
-As in link frames, but frames stand on the joints' axes, and links have lost what acts as part of the link
-before, see `regrouped_links`: of a revolute joint neither mass nor first moment along the axis is left. All
-that motion does to matter is one matrix A, with the acceleration A r of a point r beside that of the origin,
-and all that this does to torque is the skew part of A P, P the second moment. Links of parallel axes take
-their angular velocity from the frame before the first of them, at the sum of their angles.
+As in link frames, but frames are on the joints' axes, and parameters that act like those of the previous link
+are moved there, see `regrouped_links`: a revolute joint keeps neither mass nor first moment along its axis.
+Motion enters through one matrix A, where A r is the acceleration of point r relative to the origin, and
+torque through the skew part of A P, with P the second moment. Links of parallel axes take their angular
+velocity from the frame before the first of them, at the sum of their angles.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gd_analyze.arrays import Array, FloatArray, apply, cross, dot, times_consta
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, regrouped
 from gd_analyze.robots.arm import RobotArm
 
-# An offset is so many quarter turns where it is within round-off of that.
+# An offset within this of quarter turns is exact quarter turns.
 _QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
 
 # Called with a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
@@ -49,7 +49,7 @@ def torque(
         force = force + apply(field, first)
         moment = moment + cross(first, acceleration)
         turning = [moved[b, a] - moved[a, b] for a, b in ((1, 2), (2, 0), (0, 1))]
-        if link.is_round:  # the same, without the products of velocities that cancel
+        if link.is_round:  # equal, without products of velocities that cancel
             turning[2] = 2.0 * link.second[0, 0] * spin.omega_dot[2]
         moment = moment + np.stack(turning)
         if link.prismatic is None:
@@ -69,7 +69,7 @@ def torque(
 def _motions(
     arm: RegroupedArm, start: Array, state: tuple[Array, ...], observe: Observer
 ) -> Iterator[_Motion]:
-    """How every link moves, from the acceleration of the base on."""
+    """Motion of every link, from the acceleration of the base on."""
     spin, run = _Spin(np.zeros_like(start), np.zeros_like(start)), None
     acceleration, field = start, np.zeros((3, *start.shape))
     for i, (link, q, qd, qdd) in enumerate(zip(arm.links, *state, strict=True)):
@@ -94,7 +94,7 @@ def _motions(
 
 
 class _Motion(NamedTuple):
-    """From the frame before, the way to its origin there, that origin's acceleration, and the matrix A."""
+    """Step from the frame before: origin in it, that origin's acceleration, and the matrix A."""
 
     turn: _Turn
     spin: _Spin
@@ -156,14 +156,14 @@ class _Spin:
 
 @dataclass(frozen=True)
 class _Run:
-    """Joints of parallel axes: how far they have turned together, from the frame before them.
+    """Joints with parallel axes: their combined turn, from the frame before them.
 
-    Prismatic joints among them turn nothing, and their frames stand as those before.
+    Prismatic joints among them do not turn, and keep the orientation of the frame before.
     """
 
     before: _Spin  # how the link before them moves
-    rotation: FloatArray  # of the first of them
-    # Sums over those so far
+    rotation: FloatArray  # of the first one
+    # Sums over the joints so far
     angle: Array
     offset: float
     velocity: Array
@@ -171,12 +171,12 @@ class _Run:
 
     @classmethod
     def starting(cls, link: RegroupedLink, before: _Spin, *state: Array) -> _Run:
-        """Take one joint alone."""
+        """Start with one joint."""
         q, qd, qdd = state if link.sign > 0 else (-x for x in state)
         return cls(before, link.rotation, q, link.offset, qd, qdd)
 
     def joined(self, own: _Run) -> _Run:
-        """Take one more joint."""
+        """Add a joint."""
         names = ("angle", "offset", "velocity", "acceleration")
         sums = {name: getattr(self, name) + getattr(own, name) for name in names}
         return replace(self, **sums)
@@ -192,7 +192,7 @@ class _Run:
         }
 
     def turn(self, link: RegroupedLink) -> _Turn:
-        """From the frame before to that of the last of them; of a round link frames need not turn."""
+        """Turn from the frame before to that of the last one; the frame of a round link need not turn."""
         if link.is_round:
             return _Turn(self.rotation)
         quarters = round(self.offset / _QUARTER)
@@ -203,7 +203,7 @@ class _Run:
         return _Turn(self.rotation, ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[quarters % 4])
 
     def spin(self, link: RegroupedLink) -> _Spin:
-        """How the last of them moves."""
+        """Motion of the last one."""
         turn = self.turn(link)
         x, y, z = turn.turned(turn.across(self.before.omega))
         x_dot, y_dot, z_dot = turn.turned(turn.across(self.before.omega_dot))

@@ -1,4 +1,4 @@
-"""Every run is held against an independent authority: Pinocchio's algorithms on the same arm."""
+"""Check every run against an independent implementation: Pinocchio on the same arm."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gd_analyze.schema import units_of
 if TYPE_CHECKING:
     import xarray as xr
 
-# Enough to meet every region of a long trajectory, few enough to take milliseconds.
+# Enough to cover every region of a long trajectory, few enough to take milliseconds.
 MOST_SET_POINTS = 500
 
 QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
@@ -24,7 +24,7 @@ QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 @dataclass(frozen=True)
 class Residual:
-    """Largest difference from Pinocchio, beside what round-off can explain."""
+    """Largest difference from Pinocchio, and the bound that round-off explains."""
 
     quantity: str
     largest: float
@@ -35,17 +35,22 @@ class Residual:
 def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     """Compare D, h, c and torque with Pinocchio's crba, rnea and computeGeneralizedGravity.
 
-    A trajectory of more than `MOST_SET_POINTS` is compared at that many evenly spaced ones.
+    Beyond `MOST_SET_POINTS` set points, that many evenly spaced ones are compared.
+
+    Parameters
+    ----------
+    arm, dataset
+        The arm, and its `decompose`.
 
     Returns
     -------
     tuple of Residual
-        One per quantity and, where joints of both kinds meet, per unit of its entries.
+        One per quantity and, for joints of both kinds, per unit of its entries.
 
     Raises
     ------
     GdAnalyzeError
-        If a difference exceeds what round-off explains: then one of the two programs is wrong.
+        If a difference exceeds the round-off bound: then one of the two programs is wrong.
     """
     count = dataset.sizes["time"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
@@ -77,14 +82,14 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
 
 
 def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:
-    """How far two correct programs may differ in each quantity, over the given states.
+    """Largest difference of two correct programs in each quantity, over the given states.
 
     A coordinate of link s passes some 10 roundings per joint on its way to the base, and a moment of the
-    composite is formed from products of two such coordinates: 2 * 10 n roundings, and two programs make
-    twice as many. With u = eps / 2 the difference is at most 40 n u = 20 n eps of the sum of the
-    magnitudes of what is added up, which is at most the arm stretched out: sum_s m_s L^2 + |I_s| for D,
-    the same times the squared sum of velocities for h (every h_i sums all j, k), sum_s m_s L |g| for c. A
-    prismatic joint's rows have L once or not at all, hence max(L, 1).
+    composite consists of products of two such coordinates: 2 * 10 n roundings, and twice as many for two
+    programs. With u = eps / 2 the difference is at most 40 n u = 20 n eps of the summed magnitudes of the
+    summands, which are largest with the arm stretched out: sum_s m_s L^2 + |I_s| for D, the same times the
+    squared sum of velocities for h (every h_i sums all j, k), sum_s m_s L |g| for c. A prismatic joint's rows
+    have L once or not at all, hence max(L, 1).
     """
     travel = np.abs(np.where(arm.is_revolute, 0.0, q)).sum(axis=-1).max()
     com_reach = max(float(np.linalg.norm(com)) for com in arm.com)
@@ -95,7 +100,7 @@ def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArr
     accelerations = float(np.abs(qdd).sum(axis=-1).max())
     gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
     unit = 20 * arm.n_joints * np.finfo(float).eps
-    # Newton-Euler gives h as a difference of torques that hold gravity, so gravity's round-off is in it.
+    # Newton-Euler gives h as a difference of torques with gravity, so it contains gravity's round-off.
     h = inertia * velocities**2 + gravity
     return {
         "inertia": unit * inertia,
@@ -108,7 +113,7 @@ def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArr
 def pinocchio_dynamics(
     arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> dict[str, FloatArray]:
-    """D, h, c and torque of states (N, n) by Pinocchio, without any split by effect."""
+    """D, h, c and torque at states (N, n) by Pinocchio, not split by effect."""
     import pinocchio as pin
 
     model = pinocchio_model(arm)
@@ -141,7 +146,7 @@ def pinocchio_model(arm: RobotArm) -> Any:
         moving, where = unaligned(np.array(joint.axis)), behind * placed(joint.placement)
         parent = model.addJoint(parent, moving, where, f"joint_{i + 1}")
         behind = placed(link.frame)
-        # A physically inconsistent inertia would be refused when it is made.
+        # Pinocchio refuses to construct a physically inconsistent inertia.
         body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))
         body.inertia = np.array(link.inertia_com)
         model.appendBodyToJoint(parent, body, behind)

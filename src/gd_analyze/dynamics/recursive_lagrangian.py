@@ -3,12 +3,12 @@
 J. M. Hollerbach, A recursive Lagrangian formulation of manipulator dynamics and a comparative study of
 dynamics formulation complexity, IEEE Transactions on Systems, Man, and Cybernetics 10(11), 1980, section IV.
 
-With W_j the rotation of link frame j, p_j its origin, n_j and J_j the first and second moment of link j about
-that origin in its own frame, Lagrange's equations are
+With the rotation W_j of link frame j, its origin p_j, and the first and second moments n_j and J_j of link j
+about that origin in its own frame, Lagrange's equations are
 
     tau_i = sum_{j>=i} tr[ dW_j/dq_i (n_j p_j''^T + J_j W_j''^T) ] + dp_j/dq_i . (m_j p_j'' + W_j'' n_j)
 
-Outward go W, W', W'' and p''; inward the sums over j, seen from link frame i:
+W, W', W'' and p'' propagate outward; the sums over j inward, in link frame i:
 
     e_i = e_{i+1} + m_i p_i'' + W_i'' n_i
     D_i = R_{i+1} D_{i+1} + (p_{i+1} in frame i) e_{i+1}^T + n_i p_i''^T + J_i W_i''^T
@@ -37,7 +37,7 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
     p2: Array = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
     slopes, origins, rotations = [], [], []
     for i, step in enumerate(steps):
-        # With s the step's place and R its rotation in frame i-1: p_i = p + W s, W_i = W R.
+        # With the step's position s and rotation R in frame i-1: p_i = p + W s, W_i = W R.
         s1, s2 = step.place_slope * qd[i], step.place_slope * qdd[i] + step.place_curve * (qd[i] * qd[i])
         r1, r2 = step.slope * qd[i], step.slope * qdd[i] + step.curve * (qd[i] * qd[i])
         slopes.append((product(w, step.slope), apply(w, step.place_slope)))
@@ -66,7 +66,7 @@ def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = Tr
 
 @dataclass(frozen=True)
 class _Step:
-    """Rotation R(q) and place s(q) of link frame i in frame i-1, with their derivatives by q."""
+    """Rotation R(q) and position s(q) of link frame i in frame i-1, with their derivatives by q."""
 
     rotation: Array
     slope: Array
@@ -86,7 +86,7 @@ def _step(arm: RobotArm, i: int, q: Array, cos_q: Array, sin_q: Array) -> _Step:
         axis = (before @ joint.axis)[:, None]
         place = base + (before @ offset)[:, None] + axis * q
         return _Step(constant, zero, zero, place, np.broadcast_to(axis, place.shape), np.zeros(place.shape))
-    # Each derivative of the turn moves sin and cos on by one.
+    # Each derivative of the turn advances sin and cos by one.
     fixed, by_sin, by_cos = (before @ part for part in turn_parts(joint.axis))
     turn = fixed[:, :, None] + by_sin[:, :, None] * sin_q + by_cos[:, :, None] * cos_q
     slope = by_sin[:, :, None] * cos_q - by_cos[:, :, None] * sin_q

@@ -1,11 +1,11 @@
 """An arm written for recursion: frames on the joints' axes, and link parameters regrouped.
 
 W. Khalil, J.-F. Kleinfinger, Minimum operations and minimum parameters of the dynamic models of tree
-structure robots, IEEE Journal of Robotics and Automation RA-3 (1987). Frame i moves with link i; of a
-revolute joint its z axis is the joint's. Three freedoms leave torques as they are and make constants vanish:
-how frames stand about their z axes, where on those their origins are, and to which link matter belongs that a
-joint does not move. What lies on the axis of a revolute joint, and the second moment of all that a prismatic
-joint carries, act as parts of the link before.
+structure robots, IEEE Journal of Robotics and Automation RA-3 (1987). Frame i moves with link i; its z axis
+is that of a revolute joint. Three freedoms leave torques unchanged and make constants vanish: the rotation of
+frames about their z axes, the position of origins along these, and the assignment to links of mass that a
+joint does not move. Mass on the axis of a revolute joint, and the second moment of everything that a
+prismatic joint carries, act as parts of the link before.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from gd_analyze.arrays import Array, FloatArray, homogeneous
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import pseudo_inertia
 
-# Some dozen products and sums of numbers of one magnitude round to less than this share of it.
+# Some dozen products and sums of numbers of equal size have less than this relative error.
 _ROUND_OFF = 1e-14
-# Axes closer to parallel than this have their common normal too far away to be an origin.
+# The common normal of axes closer to parallel than this is too far away for an origin.
 _SKEW = 1e-3
 
 
@@ -32,24 +32,24 @@ _SKEW = 1e-3
 class RegroupedLink:
     """One link in its own frame i."""
 
-    # Frame i in frame i-1, (3, 3) and, m, (3,), before it is moved
+    # Frame i in frame i-1, (3, 3) and, m, (3,), before the joint moves
     rotation: FloatArray
     translation: Array
-    # Unit vector along which a prismatic joint moves; None of a revolute joint, about z
+    # Unit vector along which a prismatic joint moves; None for a revolute joint, about z
     prismatic: FloatArray | None
-    # The frame turns by sign * q + offset, rad; the sign is -1 where axes are antiparallel
+    # The frame turns by sign * q + offset, rad; the sign is -1 if axes are antiparallel
     sign: int
     offset: float
-    # Whether this joint and the revolute one before it have axes that are parallel for every q
+    # Whether the axes of this joint and the previous revolute one are parallel for every q
     is_parallel: bool
-    is_round: bool  # whether the link is the last and round about its axis, so that its angle does not matter
+    is_round: bool  # whether it is the last link and a body of revolution, so that its angle does not matter
     # Regrouped m, kg, first moment, kg m, shape (3,), and second moment, kg m^2, shape (3, 3)
     mass: Any
     first: Array
     second: Array
 
     def turned(self, angle: float) -> FloatArray:
-        """Rotation of frame i in frame i-1, (3, 3), where the joint has turned by this."""
+        """Rotation of frame i in frame i-1, (3, 3), after the joint has turned by `angle`."""
         c, s = math.cos(self.offset + self.sign * angle), math.sin(self.offset + self.sign * angle)
         return self.rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -78,7 +78,7 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
     steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
     steps = [_without_round_off(step, np.array(origins)) for step in steps]
     kept = _regrouped(revolute, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
-    # Whether the last link is a body round about z with its centre there.
+    # Whether the last link is a body of revolution about z with its centre there.
     is_round = revolute[-1] and not parallel[-1] and kept[-1].dtype != object and not kept[-1][3, :3].any()
     if is_round:
         uneven = kept[-1][:3, :3] - kept[-1][0, 0] * np.diag([1.0, 1.0, 0.0])
@@ -118,7 +118,7 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
 
 
 def _aligned(revolute: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int], list[bool]]:
-    """Make parallel axes one direction to the last bit; signs of the joints, and which turn so on."""
+    """Make parallel axes equal to the last bit; signs of the joints, and which continue a turn."""
     signs, parallel, before = [], [], None
     for i, axis in enumerate(axes):
         parallel.append(before is not None and revolute[i] and _are_parallel(before, axis))
@@ -133,14 +133,14 @@ def _aligned(revolute: Sequence[bool], axes: list[FloatArray]) -> tuple[list[int
 def _origins(
     revolute: Sequence[bool], axes: Sequence[FloatArray], points: Sequence[Array], moments: Sequence[Array]
 ) -> list[Array]:
-    """Origins from which the next one lies straight across the axis; a prismatic joint takes the next."""
+    """Origins from which the next lies perpendicular to the axis; a prismatic joint takes the next origin."""
     last = len(axes) - 1
     origins: list[Array] = [points[last]]
     mass = moments[last][3, 3]
     if not revolute[last]:
         origins[0] = moments[last][:3, 3] / mass if isinstance(mass, float) and mass > 0.0 else points[last]
     elif last and revolute[last - 1]:
-        # Nearest to the axis before; the point given where the two are nearly parallel.
+        # Nearest to the previous axis; the given point if the two are nearly parallel.
         normal = np.cross(axes[last], axes[last - 1])
         if np.linalg.norm(normal) >= _SKEW:
             across = np.cross(points[last - 1] - points[last], axes[last - 1])
@@ -155,7 +155,7 @@ def _origins(
 def _frames(
     revolute: Sequence[bool], axes: Sequence[FloatArray], origins: Sequence[Array], gravity: Array
 ) -> list[FloatArray]:
-    """Base from every frame, that before the first link included; x across this axis and the next, if any."""
+    """Base from every frame, including the first; x is perpendicular to this axis and the next, if any."""
     revolute_joints = [i for i, does in enumerate(revolute) if does]
     first = axes[revolute_joints[0]] if revolute_joints else np.array([0.0, 0.0, 1.0])
     frames = [_with_z(first, gravity, np.eye(3)[0])]
@@ -164,7 +164,7 @@ def _frames(
         if not revolute[i]:
             frames.append(frames[-1])
         elif not beyond:
-            # Turned by nothing: the shortest way from the axis before.
+            # Without a turn: the shortest rotation from the previous axis.
             frames.append(_with_z(axis, frames[-1][:, 0], frames[-1][:, 1]))
         elif _are_parallel(axis, beyond[0]):
             frames.append(_with_z(axis, origins[min(i + 1, len(axes) - 1)] - origins[i], frames[-1][:, 0]))
@@ -174,7 +174,7 @@ def _frames(
 
 
 def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
-    """Frame about an axis with x as near as can be to the first of some vectors that tells a direction."""
+    """Frame about an axis with x as near as possible to the first vector that defines a direction."""
     for vector in (*towards, *np.eye(3)):
         if vector.dtype != object:
             x = vector - axis * (axis @ vector)
@@ -182,11 +182,11 @@ def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
             if size > _SKEW * np.linalg.norm(vector):
                 x = x / size
                 return np.column_stack([x, np.cross(axis, x), axis])
-    raise AssertionError("one of three unit vectors is across any axis")
+    raise AssertionError("one of three unit vectors is not along the axis")
 
 
 def _step(before: FloatArray, frame: FloatArray, revolute: bool) -> tuple[FloatArray, float]:
-    """Rotation from frame to frame, and what of it is a turn about the second's z axis, rad."""
+    """Rotation from frame to frame, and its part about the second frame's z axis, rad."""
     rotation = _without_round_off(before.T @ frame)
     x, y, z = rotation[:, 2]
     if not revolute or x != 0.0:
@@ -203,7 +203,7 @@ def _regrouped(
     rotations: Sequence[FloatArray],
     steps: Sequence[Array],
 ) -> list[Array]:
-    """Moments of every link in its frame, what its joint does not move added to the link before."""
+    """Moments of every link in its frame; what its joint does not move is added to the previous link."""
     kept, every = list(moments), np.array(moments)
     blocks = (np.s_[:3, :3], np.s_[:3, 3], np.s_[3, :3], np.s_[3, 3])
     for i in reversed(range(len(kept))):
@@ -212,8 +212,8 @@ def _regrouped(
         if not revolute[i]:
             fixed[:3, :3] = True
             before = [axes[k] for k in range(i) if revolute[k]]
-            # Where all so far turn about one direction, z, matter along it is not told from any other; and
-            # none is told that moves along it.
+            # While all joints so far turn about one direction, z, mass distribution along it does not matter,
+            # nor does mass that moves along it.
             if all(_are_parallel(before[0], axis) for axis in before):
                 fixed[2, 3] = fixed[3, 2] = True
                 fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
@@ -228,7 +228,7 @@ def _regrouped(
     for i in revolute_joints:
         if not _are_parallel(axes[revolute_joints[0]], axes[i]):
             break
-        # So far all turn about one direction, and only the inertia about that counts.
+        # So far all joints turn about one direction, and only the inertia about it matters.
         about = kept[i][0, 0] + kept[i][1, 1]
         kept[i][:3, :3] = 0.0
         kept[i][0, 0] = about
@@ -236,7 +236,7 @@ def _regrouped(
 
 
 def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
-    """Moments in the frame that the given one has this rotation and translation in."""
+    """Moments in the frame where the given one has this rotation and translation."""
     motion = homogeneous(rotation, translation)
     moved: Array = motion @ moments @ motion.T
     return moved
@@ -247,7 +247,7 @@ def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _without_round_off(values: Array, beside: Array | None = None) -> Array:
-    """Put zeros where there is only what rounding leaves beside numbers of a size; 1 if none are given."""
+    """Set values to zero that are round-off relative to `beside`, or to 1 if not given."""
     if values.dtype == object:
         return values
     size = 1.0 if beside is None else float(np.abs(beside).max())

@@ -1,8 +1,8 @@
-"""How sure verdicts are, given how well the arm's inertial parameters are known.
+"""Probability of verdicts, given the uncertainty of the arm's inertial parameters.
 
-D and h are linear in every link's mass, first moment and inertia about its frame's origin. Of these the point
-mass m at r, whose inertia is m (r.r 1 - r r^T), makes the translational parts; the rest of the inertia, that
-about the centre of mass, makes the rotational parts. So sampled arms are one product of matrices.
+D and h are linear in every link's mass, first moment and inertia about its frame's origin. The point mass m
+at r, with inertia m (r.r 1 - r r^T), gives the translational parts; the rest of the inertia, that about the
+centre of mass, gives the rotational parts. Sampled arms are thus one product of matrices.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 VERDICTS = ["translation", "rotation", "both", "neither"]
 
-# Of a longer motion set points are taken evenly: verdicts cost time by samples times set points.
+# Longer motions are thinned evenly: the time grows with samples times set points.
 _MOST_SET_POINTS = 500
-# Counts of a block fit into bytes, and its arrays into the cache.
+# Samples of a block, whose counts fit into bytes and arrays into the cache.
 _BLOCK = 255
-# Samples of a link drawn in vain before its uncertainty is refused, per sample asked for.
+# Rejected samples of a link per sample asked for, before its uncertainty is refused.
 _PATIENCE = 100
 
 
@@ -47,11 +47,11 @@ def robustness(
     samples: int = 10_000,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Probability of each verdict on each element of D and h, at each set point and over the motion.
+    """Find the probability of each verdict on each element of D and h, by set point and over the motion.
 
     The uncertain parameters are drawn independently from normal distributions. A sampled link that is
-    physically inconsistent is drawn again, unless the link as given is inconsistent or a limiting case, such
-    as a point mass.
+    physically inconsistent is drawn again, unless the given link is inconsistent or a limiting case, as a
+    point mass.
 
     Parameters
     ----------
@@ -60,28 +60,27 @@ def robustness(
     uncertainty
         Standard uncertainties of all links instead of those the arm states: "mass=5%,com=2mm,inertia=10%".
     threshold
-        As of `rank`.
+        As for `rank`.
     samples
-        Arms that are drawn.
+        Number of arms drawn.
     seed
-        Of the draws.
+        Seed of the draws.
 
     Returns
     -------
     xarray.Dataset
-        `probability` (element, time, verdict) and `over_motion` (element, verdict), each summing to one
-        along `verdict`, and `redrawn` (link), how many samples were inconsistent. The attribute
-        `exactly_known` names the parameters without uncertainty. Of a motion of more than 500 set points
-        500 are taken evenly.
+        `probability` (element, time, verdict) and `over_motion` (element, verdict), each summing to one along
+        `verdict`, and `redrawn` (link), the number of inconsistent samples. The attribute `exactly_known`
+        names the parameters without uncertainty. Beyond 500 set points, 500 evenly spaced ones are used.
 
     Raises
     ------
     ArmError
-        If no uncertainty is stated, or it is so large that hardly any sample is physically consistent.
+        If no uncertainty is stated, or one so large that hardly any sample is physically consistent.
     UsageError
         If the text for the uncertainty cannot be read.
     TrajectoryError
-        If the trajectory is of another number of joints.
+        If the trajectory has another number of joints.
     """
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
@@ -119,7 +118,7 @@ def _judged(arm: RobotArm) -> list[Element]:
 def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
     """Elements of D and h per unit of every link's `PARAMETERS`, shape (elements, N, n links, 10).
 
-    Joint i's torque is D_ij where only joint j accelerates, and h_i where none does.
+    Joint i's torque is D_ij if only joint j accelerates, and h_i if none does.
     """
     n, count = q.shape
     weightless = replace(arm, gravity=np.zeros(3))
@@ -135,13 +134,13 @@ def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
 class Drawn:
     """Sampled arms: parameters of every link as `parameters_of` gives them."""
 
-    points: FloatArray  # those of point masses, of translation, (samples, n links, 10)
-    matter: FloatArray  # the rest, of rotation
-    redrawn: Array  # inconsistent samples of every link, (n links,)
+    points: FloatArray  # of point masses: translation, (samples, n links, 10)
+    matter: FloatArray  # the rest: rotation
+    redrawn: Array  # number of inconsistent samples by link, (n links,)
 
     @classmethod
     def from_arm(cls, arm: RobotArm, samples: int, rng: np.random.Generator) -> Drawn:
-        """Draw arms; ArmError where nothing is uncertain, or hardly a sample is consistent."""
+        """Draw arms; ArmError if nothing is uncertain, or hardly any sample is consistent."""
         if arm.spread is None and all(link.uncertainty is None for link in arm.links):
             where, way = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
             raise ArmError("the links have no stated uncertainty", where=where, next_step=way)
@@ -159,7 +158,7 @@ class Drawn:
                 missing = missing[~_is_consistent(found)] if is_checked else missing[:0]
                 redrawn[s] += missing.size
                 if redrawn[s] > _PATIENCE * samples:
-                    what = f"hardly a sample of link {link.name} is physically consistent"
+                    what = f"hardly any sample of link {link.name} is physically consistent"
                     raise ArmError(what, where=link.place, next_step="state a smaller uncertainty of it")
         points = point_masses(drawn)
         return cls(points, drawn - points, redrawn)
@@ -168,10 +167,9 @@ class Drawn:
     def _of_spread(
         cls, nominal: FloatArray, spread: FloatArray, samples: int, rng: np.random.Generator
     ) -> Drawn:
-        """Draw from a joint covariance; a link that comes out inconsistent counts, and stays.
+        """Draw from a joint covariance; inconsistent links are counted and kept.
 
-        Parameters of an identified arm are uncertain together. To draw one link again would take its share
-        out of sums that are well known.
+        Parameters of an identified arm are correlated. Drawing one link again would change well-known sums.
         """
         drawn = nominal + np.einsum("mk,ksp->msp", rng.normal(size=(samples, len(spread))), spread)
         inconsistent = [int((~_is_consistent(link)).sum()) for link in np.moveaxis(drawn, 1, 0)]
@@ -199,7 +197,7 @@ def _changes(link: Link, count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def point_masses(parameters: FloatArray) -> FloatArray:
-    """Parameters of the point masses with the mass and the first moment of these, shape (..., 10)."""
+    """Parameters of point masses with the given masses and first moments, shape (..., 10)."""
     out = parameters.copy()
     mass, first = parameters[..., :1], parameters[..., 1:4]
     x, y, z = np.moveaxis(first / np.sqrt(np.where(mass > 0.0, mass, np.inf)), -1, 0)
@@ -225,7 +223,7 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
     for parameters in (drawn.points, drawn.matter):
         sampled = parameters.reshape(samples, -1)
         varies = np.ptp(sampled, axis=0) > 0.0
-        # Single precision errs by far less than sampling does, in half the time.
+        # Single precision errs far less than sampling, in half the time.
         varying, fixed = flat[:, varies], flat[:, ~varies] @ sampled[0, ~varies]
         factors.append([x.astype(np.float32) for x in (varying, sampled[:, varies].T, fixed)])
     at_set_points, over_motion = np.zeros((n_elements, count, 3)), np.zeros((n_elements, 3))
@@ -236,7 +234,7 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
             for varying, sampled, fixed in factors
         ]
         whole = np.abs(parts[0] + parts[1]).max(axis=1)
-        # As in `rank`, round-off is no part; elements of h stand last.
+        # As in `rank`, round-off is not a part; elements of h are last.
         noise = (
             64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
         )
@@ -249,6 +247,6 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
 
 
 def _by_verdict(needed: FloatArray, samples: int) -> FloatArray:
-    """From how often translation, rotation and both are needed."""
+    """Counts by verdict from counts of translation, rotation and both needed."""
     translation, rotation, both = np.moveaxis(needed, -1, 0)
     return np.stack([translation - both, rotation - both, both, samples - translation - rotation + both], -1)

@@ -1,6 +1,6 @@
 """Joint accelerations from torque, and motions integrated over time with their energy balance.
 
-M. W. Walker and D. E. Orin (1982), methods 1 to 3, which differ only in how they come by D: given D, h and c,
+M. W. Walker and D. E. Orin (1982), methods 1 to 3, which differ only in how they compute D: given D, h and c,
 D qdd = tau - h - c is a linear system (forward dynamics). [FGL87] problem 3.11.
 """
 
@@ -33,7 +33,7 @@ Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 TorqueFunction: TypeAlias = Callable[[float, FloatArray, FloatArray], ArrayLike]
 TorqueHistory: TypeAlias = tuple[ArrayLike, ArrayLike]
 
-# SciPy's Runge-Kutta methods cannot be asked for more.
+# Tightest tolerance of SciPy's Runge-Kutta methods.
 TIGHTEST_RTOL = 100 * float(np.finfo(float).eps)
 
 
@@ -45,14 +45,14 @@ def _require(holds: Any, where: str, expected: str, found: object) -> None:
 
 @dataclass(frozen=True)
 class Integration:
-    """How to integrate a motion."""
+    """Options for integrating a motion."""
 
-    set_points: int = 201  # how many, evenly spaced from 0 to the duration, to report
+    set_points: int = 201  # number of set points reported, evenly spaced from 0 to the duration
     # Formulation that gives D, h and c, of `gd_analyze.dynamics.methods.METHODS`
     method: str = DEFAULT_METHOD
-    # `scipy.integrate.solve_ivp`'s. An arm that friction holds nearly at rest is stiff: "LSODA" or "BDF"
+    # Method of `scipy.integrate.solve_ivp`. An arm nearly held by friction is stiff: "LSODA" or "BDF"
     integrator: Integrator = "DOP853"
-    # Tolerances per step, of every joint variable and velocity and of work and dissipation
+    # Tolerances per step for every joint variable and velocity, work and dissipation
     rtol: float = 1e-9
     atol: float = 1e-9
 
@@ -81,13 +81,13 @@ class Simulation:
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
-    torque: FloatArray  # the actuators' torques, N m (N of a prismatic joint), shape (N, n)
-    # Energies, J, shape (N,); kinetic with the drives' where they take part
+    torque: FloatArray  # the actuators' torques, N m (N for a prismatic joint), shape (N, n)
+    # Energies, J, shape (N,); kinetic with that of drives, if included
     kinetic: FloatArray
     potential: FloatArray
     work: FloatArray  # done by the actuators since the start, J, shape (N,)
     dissipated: FloatArray  # by friction and damping since the start, J, shape (N,)
-    steps: int  # that the integrator took
+    steps: int  # steps of the integrator
     integration: Integration
 
     @property
@@ -97,15 +97,14 @@ class Simulation:
 
     @property
     def energy_residual(self) -> FloatArray:
-        """Energy gained, less work, plus what was dissipated, J, shape (N,): zero but for the integrator.
+        """Energy gained, less work, plus dissipation, J, shape (N,): zero up to integration errors.
 
-        The integrator's tolerance holds per step, for q, qd, work and dissipation alike; the residual is what
-        all steps together make of it.
+        The integrator's tolerance holds per step for q, qd, work and dissipation; the residual accumulates.
         """
         return self.energy - self.energy[0] - self.work + self.dissipated
 
     def as_trajectory(self, name: str = "simulation") -> Trajectory:
-        """Give the motion as set points for everything that takes a trajectory."""
+        """Convert the motion to a Trajectory."""
         return Trajectory(self.time, self.q, self.qd, self.qdd, name, f"simulated: {self.integration}")
 
 
@@ -119,8 +118,8 @@ def joint_accelerations(
 ) -> FloatArray:
     """Accelerations that the actuators' torques cause: (D + J) qdd = tau - h - c - resistance, all (..., n).
 
-    ArmError where D is singular, as a joint that moves nothing that has mass may accelerate by anything, or
-    has a negative eigenvalue.
+    Raises an ArmError if D is singular, as the acceleration of a joint that moves no mass is undefined, or if
+    D has a negative eigenvalue.
     """
     _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
     driving = torque - drivetrain.resistance_of(arm)(qd)
@@ -130,14 +129,14 @@ def joint_accelerations(
 def solve_accelerations(
     arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
 ) -> FloatArray:
-    """Do `joint_accelerations` for checked states.
+    """Solve `joint_accelerations` for checked states.
 
-    `added`, shape (n,), goes onto D's diagonal, and `driving` is the torque less the resistance.
+    `added`, shape (n,), is added to D's diagonal, and `driving` is the torque less the resistance.
     """
     dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
     inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
     accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
-    # An effective inertia (a pivot) no larger than what round-off leaves of a zero is a zero.
+    # An effective inertia (a pivot) no larger than the round-off of a zero is zero.
     still = np.zeros_like(q)
     floor = round_off_bounds(arm, q, still, still)["inertia"]
     try:
@@ -162,10 +161,10 @@ def simulate(
     drivetrain: Drivetrain = NO_DRIVES,
     integration: Integration = USUAL,
 ) -> Simulation:
-    """Follow the motion that torques cause from q0 and qd0, (n,), on; no limit of a joint or torque stops it.
+    """Simulate the motion that torques cause from q0 and qd0, (n,); limits are ignored.
 
     The actuators' torques are a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
-    (N, n) that a cubic spline interpolates; near a jump it overshoots: give such a torque as a function.
+    (N, n) that a cubic spline interpolates; it overshoots near jumps, which need a function instead.
     GdAnalyzeError if D is singular, the torque function misbehaves or the integrator gives up.
     """
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
@@ -195,7 +194,7 @@ def simulate(
     )
     if not solved.success:
         raise GdAnalyzeError(
-            f"the integrator {integration.integrator} gives up",
+            f"the integrator {integration.integrator} failed",
             where=f"t = {solved.t[-1]:g} of {duration:g} s",
             found=solved.message,
             next_step='take integrator="LSODA" or "Radau" for a stiff motion, or larger tolerances',
@@ -213,7 +212,7 @@ def simulate(
 def _torque_function(
     arm: RobotArm, torque: TorqueFunction | TorqueHistory, duration: float
 ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
-    """Turn either way of giving torque into a checked function of t, q and qd."""
+    """Turn either form of torque into a checked function of t, q and qd."""
     inner, n = torque if callable(torque) else _spline(torque, arm.n_joints, duration), arm.n_joints
 
     def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
@@ -228,7 +227,7 @@ def _torque_function(
 
 
 def _spline(history: TorqueHistory, n: int, duration: float) -> TorqueFunction:
-    """SciPy's cubic spline: its two continuous derivatives let an integrator of high order keep that."""
+    """SciPy's cubic spline; its two continuous derivatives let a high-order integrator keep its order."""
     try:
         time, values = (np.asarray(part, dtype=float) for part in history)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""A torque that the arm's drives cannot give tells of units, noise or a payload that nothing else reveals."""
+"""Warn of torques beyond the drives' limits, which reveal wrong units, noise or a payload."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
 
-# Poses at which the arm holds its own weight.
+# Number of poses in which the arm holds its own weight.
 _POSES = 500
 
 
 def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | None = None) -> None:
-    """Warn of the joint whose torque, (N, n), is most above its drive's limit, with the likeliest cause."""
+    """Warn of the joint whose torque, (N, n), exceeds its drive's limit most, with the likeliest cause."""
     limits = np.array([drive.torque_limit or np.inf for drive in arm.drives])
     if not np.isfinite(limits).any():
         return
@@ -34,15 +34,15 @@ def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | No
 
 
 def warn_of_weight(arm: RobotArm) -> None:
-    """Warn of the joint whose drive is too weak for the arm's own weight, at poses within its ranges."""
+    """Warn of the joint whose drive is too weak for the arm's weight, in poses within its ranges."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GdAnalyzeWarning)  # where ranges are assumed
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # if ranges are assumed
         q = states_in_box(arm, _POSES).q
     warn_of_torque_limits(arm, States(q, np.zeros_like(q), np.zeros_like(q)))
 
 
 def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, factor: float) -> str:
-    """What to look at first: the arm at rest, then units of angle and of time, then noise."""
+    """Cause to check first: the arm at rest, then units of angle and time, then noise."""
     q, qd, qdd = states.arrays
     turning = np.abs(q[:, np.array(arm.is_revolute)]).max(initial=0.0)
     rated = arm.limits("velocity_limit")

@@ -1,4 +1,4 @@
-"""C99, a header and a source that need a compiler and its libm; C++, a header for any scalar, and Eigen."""
+"""C99, a header and a source that need only libm; C++, a header for any scalar, and Eigen."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.text import number, rounded_up
 
-# Angles, and states of many, that are taken at once: whole vectors of processors, little memory.
+# Angles, and states, that are processed at once: whole vectors of processors, little memory.
 _BLOCK, _LANES = 4, 8
 # States at which single precision is compared with double, and the factor for other compilers.
 _STATES = 1000
@@ -27,7 +27,7 @@ _OTHERS = 2.0
 
 
 class SineCosine(NamedTuple):
-    """Numbers of a sine and cosine that compilers vectorise.
+    """Constants of a sine and cosine that compilers vectorize.
 
     An angle is reduced to |r| <= pi/4 by subtracting multiples of pi/2 in parts (Cody and Waite 1980); sine
     and cosine are then polynomials, r + r z (s0 + s1 z + ..) and 1 - z/2 + z z (c0 + c1 z + ..) with z = r r.
@@ -35,9 +35,9 @@ class SineCosine(NamedTuple):
     those of Cephes (sinf.c, cosf.c).
     """
 
-    # pi/2, the first two parts of so few digits that products with the number of quarter turns are exact
+    # pi/2; the first two parts have few digits, so that products with the number of quarter turns are exact
     parts: tuple[float, float, float]
-    largest: float  # angles up to which that holds, rad; beyond it the C library's functions are called
+    largest: float  # largest angle for which this holds, rad; beyond it the C library's functions are called
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
@@ -71,7 +71,7 @@ FLOAT = SineCosine(
 
 
 class Inside(NamedTuple):
-    """The inside of a function in strides: angles (first number, function, body) and all the rest."""
+    """Body of a function in strides: angles (first number, function, body) and the rest."""
 
     angles: list[tuple[int, Function, Body]]
     rest: Function
@@ -92,7 +92,7 @@ class C(Language):
         return self.scalar == "float"
 
     def function(self, name: str) -> str:
-        """What sin or cos is called."""
+        """Name of sin or cos."""
         return f"{name}f" if self.single else name
 
     def sign(self, value: str) -> str:
@@ -100,12 +100,12 @@ class C(Language):
         return f"({self.scalar})({value} > {self.number(0.0)} ? 1 : {value} < {self.number(0.0)} ? -1 : 0)"
 
     def number(self, value: float) -> str:
-        """Write a number, one of single precision in as many digits as it needs; `UsageError` beyond it."""
+        """Write a number, in single precision with as few digits as possible; `UsageError` beyond it."""
         if not self.single:
             return super().number(value)
         if abs(value) > float(np.finfo(np.float32).max):
             raise UsageError(
-                "a number of the model is beyond single precision",
+                "a number of the model is too large for single precision",
                 where="scalar",
                 expected="magnitudes below 3.4e38",
                 found=f"{value:g}",
@@ -119,14 +119,14 @@ class C(Language):
         return ", ".join(map(self.number, values))
 
     def notes(self, given: ExportInput) -> Sequence[str]:
-        """State what single precision costs, joint by joint."""
+        """State the error of single precision, joint by joint."""
         if not self.single or given.torque is None:
             return ()
         errors = single_precision_errors(given.torque.program, states_in_box(given.arm, _STATES))
         most = ", ".join(number(rounded_up(_OTHERS * float(error))) for error in errors)
         return (
-            f"Single precision: over {_STATES} states drawn from the arm's limits the torque is off",
-            f"by at most {most} (joint by joint), on top of the above.",
+            f"Single precision: at {_STATES} states drawn within the arm's limits it adds a torque error",
+            f"of at most {most} (joint by joint) to the above.",
         )
 
     def values(self, given: ExportInput) -> dict[str, Any]:
@@ -160,7 +160,7 @@ class C(Language):
         }
 
     def one_by_one(self, function: Function) -> Inside:
-        """Of one state: angles of a block cost the same, few or many, so sums save where a block goes."""
+        """Body for one state: sums are used only if they save a whole block of angles."""
         ways = map(self._inside, (function, function.with_sums(in_pairs=True)))
         return min(ways, key=lambda way: -(-way.n_angles // _BLOCK))
 
@@ -183,7 +183,7 @@ class C(Language):
 
 
 class Cpp(C):
-    """C++11: templates on the scalar, so that types that differentiate themselves work, and Eigen."""
+    """C++11: templates on the scalar, so that types of automatic differentiation work, and Eigen."""
 
     files: ClassVar = {".hpp": "cpp.hpp.jinja"}
     scalars: ClassVar[tuple[str, ...]] = ("double",)
@@ -201,7 +201,7 @@ class Cpp(C):
         return ", ".join(map(repr, values))
 
     def values(self, given: ExportInput) -> dict[str, Any]:
-        """What C++ calls otherwise."""
+        """Names that differ in C++."""
         own = [(kind, C(kind).number, kit) for kind, kit in (("double", DOUBLE), ("float", FLOAT))]
         words: dict[str, Any] = {
             "scalar": "T",
@@ -219,7 +219,7 @@ class Cpp(C):
 
 
 def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
-    """Inputs, and the array elements that hold them; for state l where there are many."""
+    """Inputs, and the array elements that hold them; those of state l with `many`."""
     places = []
     for name, kind, index in function.inputs:
         array = {"sin": "sine", "cos": "cosine"}.get(kind)
@@ -241,10 +241,10 @@ def single_precision_errors(program: Program, states: States) -> FloatArray:
 
 
 def in_strides(function: Function) -> tuple[list[Function], Function]:
-    """Take a function's sines and cosines apart: angles, and the rest given sin1, cos1, .. of these.
+    """Split off a function's sines and cosines: angles, and the rest, given their sin1, cos1, ...
 
-    Several angles are then taken at once, and each stride over many states is a loop without branches, so
-    that compilers vectorise both. The angles are one function, unless there are sines of sines.
+    Several angles are then processed at once, and each stride over many states is a loop without branches, so
+    that compilers vectorize both. The angles are one function, unless there are sines of sines.
     """
     trace, values = Trace(), dict[int, Any]()
     pairs: dict[Expression, tuple[Any, Any]] = {}
@@ -267,7 +267,7 @@ def in_strides(function: Function) -> tuple[list[Function], Function]:
         else:
             values[step.order] = trace.record(step.operation, *map(of, step.arguments))
 
-    # One group of angles after the other: a new one where an angle is of a sine taken since the last began.
+    # Groups of angles: a new one begins if an angle depends on a sine of the current group.
     groups: list[list[Any]] = []
     before = 0
     for count, angle in enumerate(angles):

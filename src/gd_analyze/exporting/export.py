@@ -1,4 +1,4 @@
-"""Models and exact dynamics as the text of files in other languages."""
+"""Models and exact dynamics as source files in other languages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CLASSES: dict[str, type[Language]] = dict(
 
 @dataclass(frozen=True, eq=False)
 class Exported:
-    """Texts by file name, and what they were written from."""
+    """Exported texts by file name, and their input."""
 
     given: ExportInput
     files: Mapping[str, str]
@@ -59,7 +59,7 @@ class Exported:
             Fact("arm", "", given.arm.name),
             Fact("of", "", of),
             Fact("name", "Prefix of all names", given.name),
-            Fact("", "Joints with other names there" * bool(renamed), ", ".join(renamed)),
+            Fact("", "Renamed joints" * bool(renamed), ", ".join(renamed)),
             Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
             Fact("", "Constants", ", ".join(given.constants) or "none"),
         )
@@ -77,7 +77,7 @@ class Exported:
         Raises
         ------
         OutputError
-            If they cannot be written there.
+            If they cannot be written.
         """
         paths = self.paths(folder)
         with replacing_together(paths) as temporaries:
@@ -102,30 +102,33 @@ def export(
     Parameters
     ----------
     given
-        The model; or an arm, or its name or file, for its exact dynamics.
+        The model; or an arm, its name or its file, for its exact dynamics.
     languages
         One or several of `LANGUAGES`.
     name
-        Prefix of everything that the text declares, and of the files' names; by default made of the arm's
-        name.
+        Prefix of all declared names and of the files' names; by default from the arm's name.
     scalar
         In C: double or float.
     drives
-        Of an arm: whether its drives' inertia counts; by default where there is any.
+        For an arm: include its drives' inertia; by default if it describes drives.
     certificate
-        What is proven of the model's error, from `certify`, for the text to state.
+        Proven bound on the model's error, from `certify`, to be stated in the text.
     what
-        Functions beside the torque, D, h and c, of `FURTHER`: "derivatives" of the torque, the
-        "coriolis_matrix", "forward" dynamics, the torque of a "payload", and "friction".
+        Functions beside torque, D, h and c: "derivatives" of the torque, the "coriolis_matrix", "forward"
+        dynamics, the torque of a "payload", and "friction".
     tests
-        Also write programs that compare the text, where it lands, with what is computed here: in C and C++
-        with a CMakeLists.txt, in Python for pytest, in MATLAB.
+        Also write programs that compare the exported code with values computed here: in C and C++ with
+        CMakeLists.txt, in Python for pytest, in MATLAB.
+
+    Returns
+    -------
+    Exported
+        Texts by file name; `save` writes them.
 
     Raises
     ------
     UsageError
-        If there is no such language, scalar or function, the name is no identifier, or the certificate does
-        not fit.
+        If a language, scalar or function is unknown, or name or certificate do not fit.
     """
     for word in what:
         if word not in FURTHER:
@@ -146,9 +149,9 @@ def export_decomposition(
     name: str | None = None,
     scalar: str = "double",
 ) -> Exported:
-    """Write D and h by effect, translation and rotation, and c, of the links alone, in other languages.
+    """Write D and h by effect (translation and rotation), and c, of the links alone, in other languages.
 
-    Parameters and errors are those of `export`. [FGL87] Eqs. (3.4-25) to (3.4-28).
+    Parameters, result and errors are as for `export`. [FGL87] Eqs. (3.4-25) to (3.4-28).
     """
     return written(ExportInput.of_decomposition(arm_of(arm), name), languages, scalar)
 

@@ -1,4 +1,4 @@
-"""What is exported: functions of an arm with their programs, and the constants stated with them."""
+"""Input of an export: functions of an arm with their programs, and constants stated with them."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class Output(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many numbers it is."""
+        """Number of its entries."""
         return math.prod(self.shape)
 
 
 class Input(NamedTuple):
-    """A number that a program reads: qd3 is of kind qd, at place 2."""
+    """A number that a program reads: qd3 has kind qd and index 2."""
 
     name: str
     kind: str
@@ -65,7 +65,7 @@ class Function:
 
     name: str
     meaning: str
-    arguments: tuple[str, ...]  # of q, qd, qdd, tau and payload those that it takes
+    arguments: tuple[str, ...]  # those of q, qd, qdd, tau and payload that it takes
     outputs: tuple[Output, ...]  # in the order of the program's outputs
     program: Program
 
@@ -75,7 +75,7 @@ class Function:
         return self.program.count
 
     def with_sums(self, *, in_pairs: bool = False) -> Function:
-        """Take sines and cosines of sums from those of their summands, see `angles.with_sums`."""
+        """Compute sines and cosines of sums from those of the summands, see `angles.with_sums`."""
         return replace(self, program=with_sums(self.program, in_pairs=in_pairs))
 
     @property
@@ -87,7 +87,7 @@ class Function:
         return sorted(inputs, key=lambda each: (_KINDS.index(each.kind), each.place))
 
     def width(self, argument: str) -> int:
-        """How many numbers an argument is: one for each joint, but for a payload."""
+        """Size of an argument: one number per joint, except for a payload."""
         return PAYLOAD_SIZE if argument == "payload" else self.outputs[0].shape[0]
 
     @property
@@ -97,7 +97,7 @@ class Function:
 
 
 class Constant(NamedTuple):
-    """Numbers, one per joint, that may be rounded in the direction of one infinity."""
+    """Numbers, one per joint, that may only be rounded towards one infinity."""
 
     meaning: str
     values: list[float]
@@ -105,7 +105,7 @@ class Constant(NamedTuple):
 
     @property
     def in_single(self) -> Constant:
-        """The same in single precision: no bound smaller, no box larger."""
+        """The same in single precision, with no bound smaller and no box larger."""
         near = np.array(self.values, dtype=np.float32)
         beyond = np.nextafter(near, np.float32(self.towards))
         short = near < self.values if self.towards > 0.0 else near > np.array(self.values)
@@ -114,21 +114,21 @@ class Constant(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ExportInput:
-    """What is exported."""
+    """Input of an export."""
 
-    name: str  # identifier that all others begin with, and the files
+    name: str  # prefix of all identifiers and files
     arm: RobotArm
-    drives: bool  # whether the drives' inertia counts
+    drives: bool  # whether the drives' inertia is included
     functions: tuple[Function, ...]  # torque, D, h and c, or the decomposition
-    model: SimplifiedModel | None = None  # the simplified model; None of exact dynamics
-    certificate: Certificate | None = None  # what is proven of its error over a box, if anything
-    unproven: str = "no certificate was asked for"  # why nothing is
+    model: SimplifiedModel | None = None  # the simplified model; None for exact dynamics
+    certificate: Certificate | None = None  # proven bound on its error over a box, if any
+    unproven: str = "no certificate was asked for"  # reason why there is none
 
     @classmethod
     def of_model(
         cls, model: SimplifiedModel, name: str | None = None, certificate: Certificate | None = None
     ) -> ExportInput:
-        """Export a simplified model; `UsageError` if the certificate is of another arm, or of a tube."""
+        """Export a simplified model; `UsageError` if the certificate is for another arm, or for a tube."""
         arm, n = model.arm, model.arm.n_joints
         if certificate is not None and (len(certificate.certified) != n or certificate.along is not None):
             raise UsageError(
@@ -156,7 +156,7 @@ class ExportInput:
 
     def with_functions(self, what: Sequence[str]) -> ExportInput:
         """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
-        assert self.torque is not None  # who calls has asked for it
+        assert self.torque is not None  # checked by callers
         symmetric = self.model is None or self.model.level.is_mechanical
         more = _further_functions(self.arm, self.torque.program, symmetric)
         return replace(self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in what)))
@@ -173,7 +173,7 @@ class ExportInput:
 
     @property
     def torque(self) -> Function | None:
-        """The function of the torque, if it is among them."""
+        """The torque function, if exported."""
         return next((each for each in self.functions if each.name == "torque"), None)
 
     @property
@@ -186,25 +186,25 @@ class ExportInput:
             found["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
             box, bounds = self.certificate.box, [*map(up, self.certificate.certified.tolist())]
-            meaning = "no state within the box has a larger torque error"
+            meaning = "bound on the torque error at all states within the box"
             found["error_bound"] = Constant(meaning, bounds, math.inf)
             for name, meaning, towards in (
                 ("lower", "lowest positions", math.inf),
                 ("upper", "highest positions", -math.inf),
-                ("velocity", "largest velocities, either way", -math.inf),
-                ("acceleration", "largest accelerations, either way", -math.inf),
+                ("velocity", "largest velocities in both directions", -math.inf),
+                ("acceleration", "largest accelerations in both directions", -math.inf),
             ):
                 found[name] = Constant(f"the box: {meaning}", getattr(box, name).tolist(), towards)
         return found
 
 
 def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
-    """Torque, D, h and c, from the program of the torque of n joints; D is mirrored where it is symmetric."""
+    """Torque, D, h and c, from the program of the torque of n joints; a symmetric D is mirrored."""
     inertia = inertia_program(torque, n, symmetric)
     h, c = coriolis_centrifugal_program(torque, n), gravity_loading_program(torque, n)
     rows = (
         ("torque", "generalized torque tau = D(q) qdd + h(q, qd) + c(q)", 3, Output("tau", (n,)), torque),
-        ("inertia", "inertia matrix D(q), its rows one after another", 1, Output("D", (n, n)), inertia),
+        ("inertia", "mass matrix D(q), row by row", 1, Output("D", (n, n)), inertia),
         ("coriolis_centrifugal", "Coriolis and centrifugal torque h(q, qd)", 2, Output("h", (n,)), h),
         ("gravity_loading", "gravity loading c(q)", 1, Output("c", (n,)), c),
     )
@@ -214,7 +214,7 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
     )
 
 
-# What may be written beside the torque, D, h and c.
+# Functions that may be added to torque, D, h and c.
 FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction")
 
 
@@ -223,26 +223,26 @@ def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[
     square = (n, n)
 
     def derivatives() -> Function:
-        says = "derivatives of the torque by q and by qd, rows one after another; that by qdd is D"
+        says = "derivatives of the torque by q and by qd, row by row; that by qdd is D"
         outputs = Output("dtau_dq", square), Output("dtau_dqd", square)
         program = rewritten(torque_derivatives_program(torque, n))
         return Function("torque_derivatives", says, ("q", "qd", "qdd"), outputs, program)
 
     def coriolis_matrix() -> Function:
         skew = "; dD/dt - 2 C is skew-symmetric" if symmetric else ""
-        says = f"Coriolis matrix C(q, qd) with C qd = h{skew}, its rows one after another"
+        says = f"Coriolis matrix C(q, qd) with C qd = h{skew}, row by row"
         program = rewritten(coriolis_matrix_program(torque, n))
         return Function("coriolis_matrix", says, ("q", "qd"), (Output("C", square),), program)
 
     def forward() -> Function:
-        says = "accelerations qdd that torques tau cause"
+        says = "accelerations qdd from torques tau"
         program = forward_dynamics_program(torque, n, symmetric)
         return Function("forward_dynamics", says, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
 
     def payload() -> Function:
         says = (
             "torque of a payload at the end effector, to be added to the torque: mass, x, y, z of its "
-            "centre of mass, and xx, yy, zz, xy, xz, yz of its inertia about that"
+            "centre of mass, and xx, yy, zz, xy, xz, yz of its inertia about this centre"
         )
         program = rewritten(_payload_program(arm))
         arguments = ("q", "qd", "qdd", "payload")
@@ -267,7 +267,7 @@ def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[
 
 
 def _payload_program(arm: RobotArm) -> Program:
-    """Torque of a body at the end effector: Newton-Euler's recursion, of an arm without mass."""
+    """Torque of a body at the end effector: the Newton-Euler recursion of an arm without mass."""
     n, trace = arm.n_joints, Trace()
     mass, x, y, z, *moments = trace.inputs("payload", PAYLOAD_SIZE)[:, 0]
     xx, yy, zz, xy, xz, yz = moments
@@ -303,18 +303,18 @@ def _decomposition_function(arm: RobotArm) -> Function:
 
 
 def up(value: float) -> float:
-    """Round up to six digits what has more."""
+    """Round up to six digits."""
     return value if float(f"{value:.6g}") == value else rounded_up(value, 6)
 
 
 def _prefix(name: str | None, default: str) -> str:
-    """The name given, which must be an identifier, or one made of the default."""
+    """The given name, which must be an identifier, or one from the default."""
     if name is not None and identifier(name) != name:
         raise UsageError(
-            "the name is no identifier in every language",
+            "the name is not an identifier in every language",
             where="name",
             expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and "
-            "no reserved word of a language or its library",
+            "not a reserved word of a language or its library",
             found=name,
             next_step=f"{identifier(name)} would do",
         )

@@ -15,9 +15,9 @@ from gd_analyze.text import number
 
 
 def header(given: ExportInput, foreign: Callable[[str], str]) -> list[str]:
-    """State what it is, of which arm, in which units, how exact, and what foreign names became.
+    """State content, arm, units, errors, and identifiers made from foreign names.
 
-    `foreign` writes a text from outside so that it does nothing in a comment.
+    `foreign` escapes a text from outside for a comment.
     """
     lines = (*_contents(given, foreign), "", *_joints(given, foreign), "", *_errors(given, foreign))
     return [line.rstrip() for line in lines]
@@ -39,7 +39,7 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     if given.torque is not None:
         yield f"Inertia of the drives: {'included' if given.drives else 'left out'}."
     apart = any(function.name == "friction" for function in given.functions)
-    yield f"Units: rad and m, s, N m and N. Friction is {'a function apart' if apart else 'not included'}."
+    yield f"Units: rad and m, s, N m and N. Friction is {'a separate function' if apart else 'not included'}."
     yield f"Arm {foreign(arm.name)}, SHA-256 of all that affects its torque:"
     yield f"  {fingerprint(arm, given.drives)}"
     if model is not None:
@@ -48,7 +48,7 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
 
 
 def _joints(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
-    yield "Joints in their order, with their names where these differ:"
+    yield "Joints in order, with their original names if these differ:"
     for i, (joint, word) in enumerate(zip(given.arm.joints, given.joints, strict=True), start=1):
         named = "" if word == joint.name else f" (named {foreign(joint.name)})"
         yield f"  {i}: {word}{named}, {joint.kind}: q in {joint.unit}, tau in {joint.effort_unit}"
@@ -70,7 +70,7 @@ def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
             yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
         yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])
     if given.certificate is None:
-        yield f"Nothing is proven of {'other' if stated is None else 'further'} states: {given.unproven}."
+        yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {given.unproven}."
         return
     # Name by name, as a text of many joints would be cut.
     where = ", ".join(map(foreign, given.certificate.box.where.split(", ")))
@@ -87,7 +87,7 @@ def sampled_rows(model: SimplifiedModel) -> list[list[str]]:
 
 
 def proven_rows(certificate: Certificate) -> list[list[str]]:
-    """Box and bound, joint by joint, to six digits: no box larger than proven, no bound smaller."""
+    """Box and bound, joint by joint, to six digits, with no box larger and no bound smaller than proven."""
     box = certificate.box
     columns = (box.lower, -box.upper, -box.velocity, -box.acceleration, certificate.certified)
     signs = (1.0, -1.0, -1.0, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""What a language is: comments, numbers, operators, files and templates; most languages are no more."""
+"""Languages: comments, numbers, operators, files and templates."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST = 120
 
 
 class Body(NamedTuple):
-    """The inside of a function."""
+    """Body of a function."""
 
     statements: list[tuple[str, str]]  # assignments (name, value), in order
     outputs: dict[str, list[str]]  # expressions by output
@@ -28,22 +28,22 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True)
 class Language:
-    """A language, for numbers of one type. A subclass states what differs."""
+    """A language, for numbers of one type; subclasses state the differences."""
 
     scalar: str = "double"  # type of all numbers, one of `scalars`
 
-    # Templates (`exporting/templates`) by the suffix of the file that each makes.
+    # Templates (`exporting/templates`) by the suffix of the file made from each.
     files: ClassVar[Mapping[str, str]]
-    # A comment of several lines: what opens it, begins its lines and closes it.
+    # A comment of several lines: its opening, the prefix of its lines, and its end.
     comment: ClassVar[tuple[str, str, str]]
-    # Signs that do not stand as they are in a comment: one could end it, continue its line or be expanded.
+    # Characters that are replaced in a comment, which could end it, continue its line or be expanded.
     unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'
     scalars: ClassVar[tuple[str, ...]] = ("double",)
     operators: ClassVar[Mapping[str, str]] = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
     separator: ClassVar[str] = ", "
 
     def number(self, value: float) -> str:
-        """Write a number so that reading gives the same; a negative one in brackets."""
+        """Write a number so that it reads back exactly; a negative one in brackets."""
         return repr(value) if value >= 0.0 else f"({value!r})"
 
     def listed(self, values: Sequence[float]) -> str:
@@ -55,7 +55,7 @@ class Language:
         return name
 
     def sign(self, value: str) -> str:
-        """Write 1, 0 or -1 of a value."""
+        """Write the sign of a value, 1, 0 or -1."""
         return f"{self.function('sign')}({value})"
 
     def foreign(self, text: str) -> str:
@@ -69,9 +69,9 @@ class Language:
         return "\n".join([f"{opening}{lines[0]}", *lines[1:], closing])
 
     def body(self, function: Function) -> Body:
-        """Write a program, a statement a step.
+        """Write a program, one statement per step.
 
-        Sines and cosines of inputs are named by their angles, all else t1, t2, ...
+        Sines and cosines of inputs are named by their angles, all others t1, t2, ...
         """
         names: dict[int, str] = {}
 
@@ -106,7 +106,7 @@ class Language:
         return ()
 
     def values(self, given: ExportInput) -> dict[str, Any]:
-        """Values for the templates, beside those that all languages have."""
+        """Further values for the templates of this language."""
         return {"functions": [(each, self.body(each)) for each in given.functions]}
 
     def texts(self, given: ExportInput) -> dict[str, str]:
@@ -123,7 +123,7 @@ class Language:
 
 @cache
 def environment(language: Language) -> Environment:
-    """Read templates. Nothing is escaped: what they are given is safe already."""
+    """Read templates. Nothing is escaped: their values are already safe."""
     environment = Environment(
         loader=PackageLoader("gd_analyze.exporting"),
         undefined=StrictUndefined,
@@ -137,7 +137,7 @@ def environment(language: Language) -> Environment:
 
 
 class Matlab(Language):
-    """A function file of MATLAB, Octave and Simulink; states are columns, and there may be many."""
+    """A function file for MATLAB, Octave and Simulink; states are columns."""
 
     files: ClassVar = {".m": "matlab.m.jinja"}
     comment = ("", "%", "")
@@ -146,11 +146,11 @@ class Matlab(Language):
 
 
 class Python(Language):
-    """A module of Python that needs NumPy alone, or a module with the same functions."""
+    """A Python module that needs only NumPy, or a module with the same functions."""
 
     files: ClassVar = {".py": "python.py.jinja"}
     comment = ('"""', "", '"""\n')
-    # The module with sin, cos and arrays, and the name it is imported by.
+    # The module with sin, cos and arrays, and the name under which it is imported.
     module: ClassVar[str] = "numpy"
     short: ClassVar[str] = "np"
 
@@ -171,7 +171,7 @@ class Jax(Python):
 
 
 class Casadi(Python):
-    """A casadi.Function of each, to differentiate and generate code of."""
+    """A casadi.Function for each function, for derivatives and code generation."""
 
     files: ClassVar = {"_casadi.py": "casadi.py.jinja"}
     module = short = "casadi"

@@ -1,4 +1,4 @@
-"""LaTeX: the equations as a person would write them, with nomenclature and errors, as one document."""
+"""LaTeX: a document with readable equations, nomenclature and errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 
-# Significant digits of coefficients, and signs of plain text that fill a line of a page.
+# Significant digits of coefficients, and characters of plain text per line of a page.
 _DIGITS = 6
 _WIDTH = 68
 
@@ -31,7 +31,7 @@ _SIGNS = {
 
 
 class Latex(Language):
-    """A document of its own."""
+    """A standalone document."""
 
     files: ClassVar = {".tex": "latex.tex.jinja"}
     comment = ("", "%", "")
@@ -41,10 +41,10 @@ class Latex(Language):
         return "".join(_SIGNS.get(sign, sign) for sign in self.foreign(text))
 
     def values(self, given: ExportInput) -> dict[str, Any]:
-        """The document's parts; `UsageError` of a decomposition, whose equations another verb prints."""
+        """The document's parts; `UsageError` for a decomposition, whose equations another verb prints."""
         if given.torque is None:
             raise UsageError(
-                "the decomposition has no document",
+                "a decomposition cannot be exported to LaTeX",
                 where="language",
                 expected=", ".join(name for name in LANGUAGES if name != "latex"),
                 found="latex",
@@ -69,7 +69,7 @@ class Latex(Language):
 
 
 def _equations(given: ExportInput) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
-    """Headings and formulas, and the meaning of names in them; of exact dynamics those of the recursion."""
+    """Headings and formulas, and the meaning of their names; for exact dynamics those of the recursion."""
     model = given.model
     if model is not None and model.level is not RECURSIVE:
         return [("", model.formulas)], model.legend

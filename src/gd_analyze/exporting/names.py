@@ -1,4 +1,4 @@
-"""Names of the languages, and names from outside made into identifiers: unique, reserved in no language."""
+"""Names of languages, and identifiers from names: unique, and reserved in no language."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python")
 
-# MATLAB takes 63 signs, and what is appended to a name needs some.
+# MATLAB allows 63 characters, including those appended to a name.
 LONGEST = 40
 
-# Words by language that may name nothing, in any spelling of capitals.
+# Words by language that cannot be names, regardless of capitals.
 RESERVED = {
     "c": """
 alignas alignof auto bool break case char const constexpr continue default do double else enum extern false
@@ -39,7 +39,7 @@ spmd switch try while arguments enumeration events methods properties do until e
 endwhile endswitch end_try_catch end_unwind_protect unwind_protect unwind_protect_cleanup pi eye zeros ones
 reshape size nargin nargout
 """,
-    # A file with the name of one of Python's own modules would hide that.
+    # A file named like one of Python's own modules would hide it.
     "python": " ".join(
         [*keyword.kwlist, *keyword.softkwlist, *sys.stdlib_module_names, "numpy np print len"]
     ),
@@ -53,9 +53,9 @@ ALL_RESERVED = frozenset(" ".join(RESERVED.values()).lower().split())
 
 
 def identifier(name: str, otherwise: str = "arm") -> str:
-    """Make a name a word of ASCII letters, digits and underscores that is reserved in no language.
+    """Turn a name into a word of ASCII letters, digits and underscores that is reserved in no language.
 
-    `otherwise` is what it becomes where nothing is left of it, and the prefix of digits and reserved words.
+    `otherwise` replaces an empty result, and is the prefix of digits and reserved words.
     """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode("ascii")
     word = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_") or otherwise
@@ -65,7 +65,7 @@ def identifier(name: str, otherwise: str = "arm") -> str:
 
 
 def identifiers(names: Sequence[str], otherwise: str = "joint") -> tuple[str, ...]:
-    """Make identifiers of names, no two alike, not even where capitals do not count."""
+    """Turn names into identifiers that differ even without regard to capitals."""
     made: dict[str, str] = {}
     for name in names:
         base = word = identifier(name, otherwise)

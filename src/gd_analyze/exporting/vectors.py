@@ -1,4 +1,4 @@
-"""Tests written beside an export: states, what every function gives there, and programs that compare."""
+"""Tests written with an export: states, values of every function, and programs that compare."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gd_analyze.exporting.language import Language, environment
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.effort import inputs_of
 
-# States, drawn within the arm's limits; how far a number may be off, as a share of the function's largest:
-# libraries round otherwise, and a change of any coefficient by a thousandth shows.
+# Number of states within the arm's limits; tolerance as a share of a function's largest value: libraries
+# round differently, but a change of any coefficient by a thousandth shows.
 _STATES = 12
 _ALLOWED = {"double": 1e-9, "float": 3e-4}
-# Template and file of the test of each language that has one, and what builds those of C and C++.
+# Template and file of the test of each language that has one, and the build file for C and C++.
 _TESTS = {
     "c": ("test.c.jinja", "{}_test.c"),
     "cpp": ("test.c.jinja", "{}_test.cpp"),
@@ -30,13 +30,13 @@ _CMAKE, _COMPILED = "CMakeLists.txt", {"c", "cpp"}
 
 
 def names_of_tests(name: str, languages: Collection[str]) -> list[str]:
-    """Files that `tests_of` gives."""
+    """Names of the files of `tests_of`."""
     tests = [_TESTS[word][1].format(name) for word in languages if word in _TESTS]
     return tests + [_CMAKE] * bool(_COMPILED & {*languages})
 
 
 def tests_of(given: ExportInput, languages: Mapping[str, Language]) -> dict[str, str]:
-    """Texts by file name: a test for each language that has one, and how CMake builds those of C and C++."""
+    """Texts by file name: a test for each language that has one, and a CMake file for C and C++."""
     values = _values(given)
     files = {}
     for word, language in languages.items():
@@ -77,7 +77,7 @@ def _size(function: Function) -> int:
 
 
 def _values(given: ExportInput) -> list[dict[str, Any]]:
-    """States and outputs by name, state by state; torques that a function takes are the accelerations."""
+    """States and outputs by name, state by state; accelerations serve as input torques."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
         states = states_in_box(given.arm, _STATES, seed=1)

@@ -1,1 +1,1 @@
-"""Figures as values, drawn once: SVG for page and paper, matplotlib axes on request."""
+"""Figures as values, drawn as SVG for page and PDF, or as matplotlib axes."""

@@ -26,10 +26,10 @@ from gd_analyze.figures.run import Run
 from gd_analyze.robots.arm import RobotArm
 
 _POSES = 7
-# Places of the end effector on its path, and poses that a page plays.
+# Points of the end effector's path, and poses that a page plays.
 _MOST_PLACES, MOST_FRAMES = 600, 240
 _OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH / 2, 190.0)
-# Torques this far below the largest are what is left of sums that cancel.
+# Torques this far below the largest are round-off of sums that cancel.
 _ROUND_OFF = 1e-14
 
 
@@ -46,7 +46,7 @@ class View(NamedTuple):
 
 
 def arm_figure(run: Run) -> Figure:
-    """Poses of the arm along the trajectory above a grid of known step, and the path of its end effector."""
+    """Poses of the arm along the trajectory above a grid with labelled step, and the end effector's path."""
     frame = upright_frame(run.arm)
     moved, path = (points @ frame.T for points in _moved(run))
     every = np.concatenate([moved.reshape(-1, 3), path])
@@ -84,7 +84,7 @@ def arm_figure(run: Run) -> Figure:
 
 
 def views_figure(run: Run) -> Figure:
-    """The same along the axes of the base frame: two views, or one of an arm that stays in a plane."""
+    """The arm along the axes of its base frame: two views, or one for a planar arm."""
     moved, path = _moved(run)
     every = np.concatenate([moved.reshape(-1, 3), path])
     panels, margins = [], (26.0, 12.0, 8.0, 14.0)
@@ -106,7 +106,7 @@ def views_figure(run: Run) -> Figure:
 
 
 def playable(run: Run) -> dict[str, Any]:
-    """Poses that a page plays, and how it projects points in space onto the drawing of `arm_figure`."""
+    """Poses that a page plays, and the projection of points in space onto the drawing of `arm_figure`."""
     arm, motion = run.arm, run.trajectory
     figure, frame = arm_figure(run), upright_frame(arm)
     (panel,) = figure.panels
@@ -142,7 +142,7 @@ def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:
 
 
 def upright_frame(arm: RobotArm) -> FloatArray:
-    """Unit vectors to draw by, rows: two horizontal ones and up, against gravity (z without gravity)."""
+    """Unit vectors of the drawing, rows: two horizontal ones and up, against gravity (z without gravity)."""
     strength = float(np.linalg.norm(arm.gravity))
     up = -np.asarray(arm.gravity) / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
     first = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
@@ -152,13 +152,13 @@ def upright_frame(arm: RobotArm) -> FloatArray:
 
 
 def flat_normal(points: FloatArray) -> int | None:
-    """Axis, of those of `upright_frame`, that an arm never moves along; None for one that fills space."""
+    """Axis of `upright_frame` along which the arm never moves; None if there is none."""
     across = np.ptp(points.reshape(-1, 3), axis=0)
     return int(across.argmin()) if across.min() <= 1e-6 * across.max() else None
 
 
 def view_angles(flat: int | None) -> tuple[float, float]:
-    """Azimuth and elevation, degrees, to look from: at a flat arm head-on, at another from above its side."""
+    """Azimuth and elevation of the view, degrees: head-on for a flat arm, otherwise from above and aside."""
     return {None: (-52.0, 24.0), 0: (0.0, 0.0), 1: (-90.0, 0.0), 2: (-90.0, 90.0)}[flat]
 
 
@@ -169,7 +169,7 @@ def _turned(azimuth: float, elevation: float) -> View:
 
 
 def _plain_views(frame: FloatArray, points: FloatArray) -> tuple[View, ...]:
-    """Views along the frame's axes, largest motion first: two, or one of an arm that stays in a plane."""
+    """Views along the frame's axes, largest motion first: two, or one for a planar arm."""
     names = {(0, 1): "from above", (0, 2): "from the front", (1, 2): "from the side"}
     across = np.ptp(points @ frame.T, axis=0)
     flat = 1e-6 * float(across.max())
@@ -186,7 +186,7 @@ def _moved(run: Run) -> tuple[FloatArray, FloatArray]:
 
 
 def _spatial(view: View, points: FloatArray, colour: str, width: float, **more: Any) -> Curve:
-    """A line through points in the upright frame, shape (N, 3), which a page may turn."""
+    """A line through points in the upright frame, shape (N, 3), which a page can turn."""
     x, y = view.project(points).T
     return Curve(x, y, colour, width, space=points, **more)
 
@@ -198,7 +198,7 @@ def _words(view: View, at: FloatArray, name: str, up: float, **more: Any) -> Wor
 
 
 def _poses(view: View, moved: FloatArray) -> Iterator[Curve]:
-    """The arm at some set points, the later the darker; the last thick at the base and thin at the end."""
+    """The arm at some set points, later ones darker; the last is thick at the base and thin at the end."""
     for rank, points in enumerate(moved[:-1], start=1):
         yield _spatial(view, points, "ink", 1.6, opacity=0.1 + 0.4 * rank / len(moved))
     last = moved[-1]
@@ -210,7 +210,7 @@ def _poses(view: View, moved: FloatArray) -> Iterator[Curve]:
 
 
 def _equal_axes(points: FloatArray, width: float, height: float) -> tuple[Axis, Axis]:
-    """Axes of one scale that show points (N, 2) in a room of some pt."""
+    """Axes of equal scale that show points (N, 2) in the given size, pt."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, extent = (low + high) / 2, np.maximum(high - low, 1e-9)
     scale = 0.94 * min(width / extent[0], height / extent[1])
@@ -239,7 +239,7 @@ def _grid(points: FloatArray, flat: int | None) -> tuple[FloatArray, float, list
 
 
 def _axis_names(view: View, frame: FloatArray, base: FloatArray, length: float) -> Iterator[Item]:
-    """Axes of the base frame, as far as they are seen."""
+    """Visible axes of the base frame."""
     for axis, name in zip(frame.T, "xyz", strict=True):
         tip = base + length * axis
         if np.hypot(*view.project(tip - base)) > 0.15 * length:

@@ -28,10 +28,10 @@ _LEGEND, _FOOT = 16.0, 8.0
 
 @dataclass(frozen=True)
 class Plots:
-    """Figures of what one run found.
+    """Figures of one run.
 
-    Each method draws the report's figure as a new figure of `matplotlib.pyplot` and gives a list of its axes,
-    one per panel, row by row, in SI units (angles of the motion in degrees).
+    Each method draws the report's figure as a new figure of `matplotlib.pyplot` and returns a list of its
+    axes, one per panel, row by row, in SI units (angles of the motion in degrees).
     """
 
     run: Run
@@ -45,7 +45,7 @@ class Plots:
         return axes_of(joints.contributions_figure(self.run))
 
     def errors(self) -> list[Axes]:
-        """Exact and simplified torque, and the error beside the allowed one; two panels per joint."""
+        """Exact and simplified torque, and the error with the allowed one; two panels per joint."""
         return axes_of(joints.error_figure(self.run))
 
     def measured(self) -> list[Axes]:
@@ -63,7 +63,7 @@ class Plots:
         return axes_of(arm_figure(self.run))
 
     def views(self) -> list[Axes]:
-        """The same along the axes of the base frame, m; a panel per view."""
+        """Poses along the axes of the base frame, m; a panel per view."""
         return axes_of(views_figure(self.run))
 
     def motion(self) -> list[Axes]:
@@ -80,17 +80,17 @@ class Plots:
         Parameters
         ----------
         elements
-            Labels, such as ["D12", "D15"]; the whole upper triangle by default.
+            Labels, such as ["D12", "D15"]; by default the whole upper triangle.
         ax
             Axes to draw on, one per element, in place of a new figure.
         look
             `x`, "time" (default) or "set point"; `effects`, some of "translation", "rotation" and "combined";
-            `marked`, whether set points are, by default where there are up to 50.
+            `marked`, whether set points are marked, by default if there are up to 50.
 
         Raises
         ------
         UsageError
-            If there is no such element or effect, or the axes are of another number.
+            If an element or effect is unknown, or the number of axes is wrong.
         """
         return axes_of(inertia_figure(self.run, self._look(elements, look)), ax)
 
@@ -113,7 +113,7 @@ class Plots:
 
 
 def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
-    """Draw a figure with matplotlib, on axes that are given or new ones; one per panel, row by row."""
+    """Draw a figure with matplotlib, on given or new axes; one per panel, row by row."""
     from matplotlib import pyplot
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -161,7 +161,7 @@ def _abscissa(panel: Panel) -> str:
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
-    """Axes, title and items of a panel; numbers keep their own unit, labels have that of the axis."""
+    """Axes, title and items of a panel; numbers keep their unit, labels have that of the axis."""
     from matplotlib.colors import to_rgba_array
 
     for name, axis in (("x", panel.x), ("y", panel.y)):

@@ -1,4 +1,4 @@
-"""Which effect dominates each element at every set point, at a glance; elements as figures and numbers."""
+"""Overview of the dominant effect of each element at every set point; elements as figures and numbers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from gd_analyze.figures.figure import ON_PAPER, WIDTH, Axis, Cells, Figure, Key,
 from gd_analyze.figures.run import Run
 from gd_analyze.text import amount, pretty
 
-# Elements that have a row, and columns at most: more could not be told apart.
+# Most rows of elements, and most columns that can be distinguished.
 _ROWS, _COLUMNS = 30, 120
 # Shades by the element's torque, as a share of the peak torque of its joint.
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
 _MARGINS = (26.0, 13.0, 96.0, 16.0)
-# Height of a row, and of all that a first page leaves for them, pt.
+# Height of a row, and of all rows on a first page, pt.
 _PITCH, _ROOM = 9.5, 205.0
 _LEGEND = (
     Key("translation", "translation", "area"),
@@ -48,7 +48,7 @@ def dominance_figure(run: Run) -> Figure:
     numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
     colours = np.array(["", "translation", "rotation", "both"])[needed @ [1, 2]]
     shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
-    # Nothing is known across a gap: an empty column.
+    # The motion is unknown across a gap: an empty column.
     for behind in np.unique(np.searchsorted(time, run.trajectory.time[list(run.trajectory.gaps)]))[::-1]:
         edges = np.concatenate([edges[:behind], time[behind - 1 : behind + 1], edges[behind + 1 :]])
         colours, shades = (np.insert(x, behind, y, axis=1) for x, y in ((colours, ""), (shades, 0.0)))
@@ -97,7 +97,7 @@ def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
 def element_figures(
     run: Run, elements: Sequence[str], x: str, effects: Sequence[str], marks: bool | None
 ) -> dict[str, Figure]:
-    """Figures by name: of each quantity that the labels are of, or of all and of dominance over time."""
+    """Figures by name: of each quantity among the labels, or of all, with dominance over time."""
     marked = run.trajectory.n_set_points <= MARKED if marks is None else marks
     out = {}
     for letter, name in (("D", "inertia"), ("h", "coriolis_centrifugal"), ("c", "gravity_loading")):

@@ -26,10 +26,10 @@ from gd_analyze.figures.figure import (
 from gd_analyze.figures.run import Run
 from gd_analyze.text import prefixed, pretty
 
-# What is kept of an element, or dominates it, where there is no room for words.
+# Short marks of the effect that is kept or dominates.
 LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
 
-# Dash and width tell curves apart in grey.
+# Dash and width distinguish curves in grey print.
 _LOOKS: dict[str, tuple[float, tuple[float, ...]]] = {
     "combined": (2.6, ()),
     "translation": (1.1, ()),
@@ -49,10 +49,10 @@ _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
 class Look:
     """How elements are drawn."""
 
-    elements: tuple[str, ...] = ()  # labels; all of them where there are none
+    elements: tuple[str, ...] = ()  # labels; empty for all
     x: str = "time"  # or "set point"
     effects: tuple[str, ...] = tuple(_LOOKS)  # names of curves
-    marked: bool = False  # whether set points are
+    marked: bool = False  # whether set points are marked
 
     def __post_init__(self) -> None:
         for what, given, known in (("x", (self.x,), ABSCISSAE), ("effects", self.effects, tuple(_LOOKS))):
@@ -64,17 +64,17 @@ class Look:
                     )
 
     def chosen(self, run: Run, quantity: str) -> list[Element]:
-        """Elements of a quantity that are asked for; UsageError where one of the labels is of none."""
+        """Elements of a quantity that are asked for; UsageError for an unknown label."""
         there = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
         for label in self.elements:
             if label not in there:
-                expected = f"of {', '.join(there)}"
+                expected = f"one of {', '.join(there)}"
                 raise UsageError("there is no such element", where="elements", expected=expected, found=label)
         return [there[label] for label in self.elements or there]
 
 
 ABSCISSAE = ("time", "set point")
-# Set points of a motion that are marked, at most.
+# Most set points that are marked.
 MARKED = 50
 USUAL = Look()
 
@@ -83,14 +83,14 @@ def inertia_figure(run: Run, look: Look = USUAL) -> Figure:
     """Elements of D by effect: the whole upper triangle, each at its place in the matrix, or some in rows."""
     n, chosen = run.arm.n_joints, look.chosen(run, "inertia")
     if look.elements:
-        return _in_rows(run, "Inertia matrix by effect", chosen, look)
+        return _in_rows(run, "Mass matrix by effect", chosen, look)
     rows: list[list[Panel | None]] = [[None] * n for _ in range(n)]
     pitch = min(WIDTH / n, 165.0)
     for element in chosen:
         i, j = element.index
         rows[i][j] = _panel(run, element, pitch, look)
     height = min(1.3 * pitch, 580.0 / n, 130.0)  # with heading and note on a page
-    return Figure("Inertia matrix by effect", tuple(map(tuple, rows)), pitch, height, _legend(look))
+    return Figure("Mass matrix by effect", tuple(map(tuple, rows)), pitch, height, _legend(look))
 
 
 def vector_figure(run: Run, quantity: str, look: Look = USUAL) -> Figure:
@@ -114,8 +114,8 @@ def _legend(look: Look) -> tuple[Key, ...]:
 def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
     """Values of an element at the set points that are drawn, shape (N,) each.
 
-    "combined" of every element, "translation" and "rotation" of D and h, and the shares "centrifugal" and
-    "coriolis" of h. A part that the ranking calls zero is zero here.
+    "combined" for every element, "translation" and "rotation" for D and h, and the shares "centrifugal" and
+    "coriolis" for h. A part that is zero in the ranking is zero here.
     """
     _, dataset = run.drawn
     zero = run.dominance.part_peak.values[_rank(run, element), :, None] == 0.0
@@ -150,7 +150,7 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     if look.x == "set point":
         time = 1.0 + points.astype(float)
         axis = replace(time_axis(time, 1 if pitch < 120.0 else 3), unit="set point")
-    # An element that is zero but for round-off must not fill its panel with noise.
+    # An element that is zero up to round-off must not fill its panel with noise.
     factor, shown = prefixed(float(peak), str(unit))
     y = value_axis(unit, *curves.values()) if peak else Axis(-1.0, 1.0, (0.0,))
     y = replace(y, unit=pretty(shown), factor=factor)

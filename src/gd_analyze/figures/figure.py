@@ -1,9 +1,9 @@
-"""What a figure shows, as a value: panels with axes, curves, areas and marks, in units of the numbers drawn.
+"""A figure as a value: panels with axes, curves, areas and marks, in units of the drawn numbers.
 
 `gd_analyze.figures.svg` draws it for page and paper, `gd_analyze.figures.axes` with matplotlib. One table of
 colours serves these, the page's style and Typst's templates: translation and rotation have Okabe and Ito's
-blue and vermillion, told apart by all forms of colour vision and lightened on dark paper; forms for letters
-meet a contrast of 4.5 to 1.
+blue and vermillion, which all forms of colour vision distinguish, lightened on dark paper; colours of text
+have a contrast of 4.5 to 1.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ Margins = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line through points, which breaks where y is not a number."""
+    """A line through points, interrupted where y is nan."""
 
     x: FloatArray  # (N,)
     y: FloatArray  # (N,)
     colour: str = "ink"  # name in `COLOURS`
-    width: float = 1.1  # pt; 0 leaves the marks alone
+    width: float = 1.1  # pt; 0 for marks only
     dashes: tuple[float, ...] = ()
-    label: str = ""  # what the line shows; a page reads its values. "" for a line that is no data
-    role: str = ""  # word by which a page shows and hides it
+    label: str = ""  # meaning of the line, whose values a page shows; "" for a line without data
+    role: str = ""  # word with which a page shows and hides it
     hidden: bool = False  # whether it is shown only when asked for
     marker: Marker | None = None  # at every point
     size: float = 3.6  # of marks, pt
     hollow: bool = False
-    tips: tuple[str, ...] = ()  # what a page tells of each mark
+    tips: tuple[str, ...] = ()  # text of each mark on a page
     opacity: float = 1.0  # from 0 to 1
     space: FloatArray | None = None  # (N, 3), m: points of the line in space, for a page that turns them
 
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """What lies between two curves over x, shape (N,) each; not a number where it breaks."""
+    """Area between two curves over x, shape (N,) each; interrupted where nan."""
 
     x: FloatArray
     near: FloatArray
@@ -73,7 +73,7 @@ class Cells:
     x: FloatArray  # edges, (N + 1,)
     colours: np.ndarray  # names of colours, "" for an empty cell, (R, N)
     opacity: FloatArray  # (R, N), from 0 to 1
-    words: tuple[str, ...]  # what a page tells of a row's cells, {0}, {1}, ... in place of their numbers
+    words: tuple[str, ...]  # text of a row's cells on a page, with {0}, {1}, ... for their numbers
     numbers: FloatArray  # (R, N, numbers), as shown
     gap: float = 0.1  # between rows
 
@@ -100,19 +100,19 @@ Item = Curve | Area | Cells | Words
 
 @dataclass(frozen=True)
 class Axis:
-    """A range of numbers, the ticks in it, and the unit in which they are told."""
+    """A range of numbers with ticks, and the unit of their labels."""
 
     low: float
     high: float
     ticks: tuple[float, ...] = ()  # values with a label
     unit: str = ""  # of labels
-    factor: float = 1.0  # what one of the labels' unit is in the unit of the numbers
+    factor: float = 1.0  # one unit of the labels in units of the numbers
     is_logarithmic: bool = False  # whether equal distances are equal ratios
     grid: bool = False  # whether every tick has a line across the panel
-    names: tuple[str, ...] = ()  # labels that are no numbers
+    names: tuple[str, ...] = ()  # labels that are not numbers
 
     def place(self, values: FloatArray) -> FloatArray:
-        """Where values lie, from 0 at the low end to 1 at the high one."""
+        """Position of values, from 0 at the low end to 1 at the high end."""
         if self.is_logarithmic:
             low, high = math.log10(self.low), math.log10(self.high)
             return (np.log10(np.maximum(values, self.low)) - low) / (high - low)
@@ -129,20 +129,20 @@ class Panel:
     """One plot: title, axes, and what is drawn, in order."""
 
     key: str  # name of the panel, such as "D12"
-    title: str  # stands above it; the unit of y follows
+    title: str  # above the panel, followed by the unit of y
     x: Axis
     y: Axis
     items: tuple[Item, ...]
     corner: str = ""  # text above its right end
     corner_colour: str = "soft"
     is_bare: bool = False  # whether no axes are drawn
-    margins: Margins = (24.0, 12.0, 6.0, 13.0)  # room at the left, below, at the right and above, pt
+    margins: Margins = (24.0, 12.0, 6.0, 13.0)  # left, below, right and above, pt
     text: float = 6.0  # size of the labels, pt
 
 
 @dataclass(frozen=True)
 class Key:
-    """Entry of a legend: how it looks and what it means."""
+    """Entry of a legend: look and meaning."""
 
     label: str
     colour: str
@@ -154,11 +154,11 @@ class Key:
 class Figure:
     """Panels of one size in rows and columns, some places empty."""
 
-    label: str  # what it shows, for those who do not see it
+    label: str  # alternative text for screen readers
     rows: tuple[tuple[Panel | None, ...], ...]  # panels by row
     width: float  # of a panel with its margins, pt
     height: float
-    legend: tuple[Key, ...] = ()  # stands above the panels
+    legend: tuple[Key, ...] = ()  # above the panels
 
     @property
     def places(self) -> list[tuple[int, int, Panel]]:
@@ -168,7 +168,7 @@ class Figure:
 
     @property
     def panels(self) -> tuple[Panel, ...]:
-        """All of them, row by row."""
+        """All panels, row by row."""
         return tuple(panel for _, _, panel in self.places)
 
     @property
@@ -186,7 +186,7 @@ def in_columns(
 
 
 def value_axis(unit: str, *curves: FloatArray, floor: float = 0.0, most: int = 4, zero: bool = True) -> Axis:
-    """Axis that holds curves, with room at both ends; its labels have the prefix that fits the unit.
+    """Axis that contains curves, with room at both ends; its labels have a suitable unit prefix.
 
     Values up to `floor` are round-off: a range of (-1, 1) shows them as zero.
     """
@@ -213,7 +213,7 @@ def time_axis(time: FloatArray, most: int = 4) -> Axis:
 
 
 def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis:
-    """Logarithmic axis with ticks at 1, 2 and 5 of every decade, or at every decade where that is enough."""
+    """Logarithmic axis with ticks at 1, 2 and 5 of every decade, or at every decade if that is enough."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     leads = (1, 2, 5) if len(decades) < most else (1,)
     every = [lead * 10.0**decade for decade in decades for lead in leads]
@@ -222,12 +222,12 @@ def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis
 
 
 def ticks(low: float, high: float, most: int = 3) -> list[float]:
-    """Round values inside a range: 1, 2 or 5 of a decade apart, and at most one more than so many.
+    """Round values inside a range, 1, 2 or 5 of a decade apart, at most one more than `most`.
 
-    Where that left a single one, which tells no scale, there are the more of the next smaller step.
+    If only one remains, which shows no scale, those of the next smaller step.
     """
     width = high - low
-    # A round value may have come out a rounding outside the range whose end it is.
+    # Rounding may put a round value at the end of the range outside it.
     low, high = low - 1e-9 * width, high + 1e-9 * width
     decade = 10.0 ** (math.floor(math.log10(width / most)) - 1)
     found: list[float] = []
@@ -245,7 +245,7 @@ def tick_label(value: float) -> str:
 
 
 def broken(values: FloatArray, gaps: Sequence[int] | np.ndarray) -> FloatArray:
-    """Put a value that is not a number before each set point of `gaps`, so that a curve breaks there."""
+    """Insert nan before each set point of `gaps`, so that a curve is interrupted there."""
     places = np.asarray(gaps, dtype=int)
     return np.insert(np.asarray(values, dtype=float), places, np.nan, axis=-1) if places.size else values
 
@@ -258,12 +258,12 @@ def over_time(
     width: float = 1.1,
     **more: Any,
 ) -> Curve:
-    """A curve that breaks before each set point of `gaps`; `more` as `Curve` has it."""
+    """A curve interrupted before each set point of `gaps`; `more` are fields of `Curve`."""
     return Curve(broken(time, gaps), broken(values, gaps), colour, width, **more)
 
 
 def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
-    """Number and name of a joint, from 0; of a name too long for some pt of width, what tells it apart."""
+    """Number and name of a joint, from 0; a name too long for the width, pt, keeps its distinctive end."""
     name, most = joints[i].name, max(int(room / (0.5 * size)) - 2, 3)
     ends = zip(*(joint.name[::-1] for joint in joints), strict=False)
     alike = sum(1 for _ in takewhile(lambda signs: len(set(signs)) == 1, ends))

@@ -1,4 +1,4 @@
-"""Every joint over time: motion, readings, torque by contribution, its error, and what was measured."""
+"""Every joint over time: motion, readings, torque by contribution, its error, and measured torque."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from gd_analyze.text import amount, pretty
 if TYPE_CHECKING:
     import xarray as xr
 
-# What torque is made of, in the order it is stacked.
+# Contributions to torque, in stacking order.
 CONTRIBUTIONS = {
     "gravity": "gravity",
     "translation": "inertia by translation",
@@ -43,11 +43,11 @@ CONTRIBUTIONS = {
     "velocity": "Coriolis and centrifugal",
     "drives": "drives",
 }
-# A limit farther from zero than this many times the torque would leave no room to see what it is made of.
+# A limit beyond this multiple of the torque would leave no room for the contributions.
 _NEAR = 1.6
-# Height that a first page leaves for the stacked torque, pt.
+# Height of the stacked torque on a first page, pt.
 _ROOM = 262.0
-# Length of what is drawn large, in periods of the cut-off, and readings at least.
+# Length of the enlarged part, in periods of the cut-off, and its least number of readings.
 _PERIODS, _FEWEST = 6.0, 40
 
 
@@ -100,7 +100,7 @@ def most_accelerated(run: Run, joint: int) -> np.ndarray:
 
 
 def degrees(values: FloatArray, joint: Joint) -> FloatArray:
-    """Angles in degrees; lengths as they are."""
+    """Angles in degrees; lengths unchanged."""
     return np.degrees(values) if joint.kind == "revolute" else values
 
 
@@ -152,17 +152,17 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
 
 @dataclass(frozen=True, eq=False)
 class Contributions:
-    """What the torque of every joint consists of, at the set points that are drawn."""
+    """Contributions to the torque of every joint, at the drawn set points."""
 
     points: NDArray[np.intp]  # the set points, from 0, shape (N,)
     time: FloatArray  # (N,), s
     parts: Mapping[str, FloatArray]  # of `torque_by_cause`, (N, n) each
     total: FloatArray  # the exact torque, their sum, (N, n)
-    limit: FloatArray  # largest torque of each joint's drive, (n,); nan where the arm states none
+    limit: FloatArray  # largest torque of each joint's drive, (n,); nan if not stated
 
     @classmethod
     def of(cls, run: Run) -> Contributions:
-        """Take them at the set points at which the elements are drawn; all of a short trajectory."""
+        """Contributions at the drawn set points; all of a short trajectory."""
         points, elements = run.drawn
         names = [name for name in ("qdd", "torque", "drive_torque") if name in run.decomposition]
         parts = torque_by_cause(elements.assign(run.decomposition[names].isel(time=points)))
@@ -173,7 +173,7 @@ class Contributions:
     def pile(self, joint: int, *, upward: bool) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Stack a joint's positive parts from zero upward, or its negative ones downward.
 
-        By the part's name the edges of its area, the one nearer to zero first, shape (N,) each. The ends of
+        Returns edges of each part's area by name, the one nearer to zero first, shape (N,) each. The ends of
         both piles sum to the torque, at the set points and on the straight lines between.
         """
         clipped = np.maximum if upward else np.minimum
@@ -189,8 +189,8 @@ class Contributions:
 def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
     """Split the torque of every joint by `CONTRIBUTIONS`, N m (N), shape (N, n) each, which sum to it.
 
-    "translation" and "rotation" are what accelerating the links takes, by effect; "velocity" is Coriolis and
-    centrifugal of both effects; "drives" is there only where they are part of the torque.
+    "translation" and "rotation" accelerate the links, by effect; "velocity" is Coriolis and centrifugal of
+    both effects; "drives" exists only if they are part of the torque.
     """
     translation, rotation = np.einsum("teij,tj->eti", dataset.inertia.values, dataset.qdd.values)
     parts = {
@@ -203,12 +203,12 @@ def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
 
 
 def error_figure(run: Run) -> Figure:
-    """Exact and simplified torque of every joint, and the error beside the allowed one."""
+    """Exact and simplified torque of every joint, and the error with the allowed one."""
     table, tube, motion = run.tables["simplified_model"], run.tables["tube"], run.trajectory
     noise, x = run.round_off, time_axis(motion.time, 5)
     ends = np.array([x.low, x.high])
     is_proven = bool(np.isfinite(tube.tube_along.values).all())
-    # Steps of the proven error near each piece of the motion, which break where nothing is proven.
+    # Steps of the proven error near each piece of the motion, interrupted where nothing is proven.
     when = np.stack([tube.segment_from.values, tube.segment_to.values], axis=1).ravel()
     breaks = 2 * np.flatnonzero(when[2::2] > when[1:-1:2]) + 2
     rows = []
@@ -288,7 +288,7 @@ def measured_figure(run: Run) -> Figure:
 
 
 def measured_joints(run: Run) -> list[int]:
-    """Joints, from 0, with a measured torque; none of a run without any."""
+    """Joints, from 0, with a measured torque; empty for a run without any."""
     if "measured_torque" not in run.tables:
         return []
     return np.flatnonzero(run.tables["measured_torque"].verdict.values != "not measured").tolist()

@@ -1,4 +1,4 @@
-"""One arm along one trajectory, as far as figures show it."""
+"""One arm along one trajectory, as needed by figures."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _DRAWN = ["inertia", "coriolis_centrifugal", "centrifugal", "coriolis", "gravity_loading"]
-# Equal stretches of a long trajectory in each of which every curve keeps its extremes: twice as many as a
-# page can show, as each figure may thin its curves further.
+# Equal stretches of a long trajectory in which every curve keeps its extremes: twice as many as a page can
+# show, as figures may thin curves further.
 STRETCHES = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Run:
-    """What figures are drawn from; `gd_analyze.results.findings.Findings` is all that was found."""
+    """Input of figures; `gd_analyze.results.findings.Findings` holds all results."""
 
     arm: RobotArm
     trajectory: Trajectory
     tables: Mapping[str, xr.Dataset]  # by the groups of `gd_analyze.schema.GROUPS`
-    model: SimplifiedModel | None = None  # none where only elements are drawn
+    model: SimplifiedModel | None = None  # None if only elements are drawn
 
     @staticmethod
     def of(arm: RobotArm, trajectory: Trajectory, threshold: float, drives: bool | None = None) -> Run:
-        """Decompose and rank, as far as figures of elements need it."""
+        """Decompose and rank, as needed by figures of elements."""
         dataset = decompose_on_demand(arm, trajectory, drives=drives)
         ranking = rank(dataset, threshold=threshold)
         taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
@@ -48,7 +48,7 @@ class Run:
 
     @property
     def decomposition(self) -> xr.Dataset:
-        """Dataset of `decompose`; of a long trajectory, elements are evaluated, or read, when asked for."""
+        """Dataset of `decompose`; for a long trajectory, elements are evaluated, or read, on access."""
         return self.tables["decomposition"]
 
     @property
@@ -73,20 +73,20 @@ class Run:
 
     @property
     def round_off(self) -> float:
-        """Torque that round-off alone may explain, N m: the bound of the cross-check."""
+        """Torque that round-off alone explains, N m: the bound of the cross-check."""
         check = self.tables["cross_check"]
         return float(check.round_off_bound.values[check.quantity.values == "torque"].max())
 
     def gaps_among(self, points: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Places in these set points before which nothing is known of the motion."""
+        """Indices of these set points before which the motion is unknown."""
         return np.unique(np.searchsorted(points, self.trajectory.gaps))
 
 
 def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:
-    """Numbers of the set points at which the elements are drawn, and D, h, its shares and c there.
+    """Indices of the drawn set points, and D, h, its shares and c there.
 
-    All of up to `MOST_KEPT` set points; else every element, each of its parts and their sum has the extremes
-    of each stretch among them.
+    All of up to `MOST_KEPT` set points; otherwise with the extremes of every element and part in each
+    stretch.
     """
     count = dataset.sizes["time"]
     if count <= MOST_KEPT:
@@ -102,7 +102,7 @@ def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:
 
 
 def _curves(block: xr.Dataset) -> Iterator[FloatArray]:
-    """Whatever is drawn of every element, shape (N, curves)."""
+    """Curves drawn for every element, shape (N, curves)."""
     for element in elements(block.sizes["joint"]):
         parts = element.parts(block).T
         yield parts

@@ -1,4 +1,4 @@
-"""Figures as SVG: whole for paper, and panel by panel for a page, whose style and script know the marks.
+"""Figures as SVG: whole for PDF, and panel by panel for a page, whose style and script use the marks.
 
 A unit of the drawing is a twentieth of a point, so that all coordinates are whole numbers.
 """
@@ -16,9 +16,9 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Curve, Figure, Key, Panel, Words
 
 UNIT = 20
-# A line may leave out points this near to it, pt.
+# Points this near to a line, pt, may be left out.
 _NEAR = 0.04
-# Points of a curve at most: some three per point of a wide panel.
+# Most points of a curve: some three per pt of a wide panel.
 _MOST_POINTS = 600
 _LEGEND = 14.0
 
@@ -45,7 +45,7 @@ def figure_svg(figure: Figure) -> str:
 
 
 def panel_svg(panel: Panel, figure: Figure) -> str:
-    """Draw one panel for a page; its script reads values from the curves, by the axes' ends."""
+    """Draw one panel for a page; its script reads values from the curves and the axes' ends."""
     frame, axes = _frame(panel, figure.width, figure.height), ""
     if not panel.is_bare and not (panel.x.is_logarithmic or panel.y.is_logarithmic):
         low, high = panel.y.low / panel.y.factor, panel.y.high / panel.y.factor
@@ -167,7 +167,7 @@ def _area(item: Area, placed: Placed, paint: Paint) -> str:
 
 
 def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
-    """Draw cells of one look in one path, those side by side as one."""
+    """Draw equal cells in one path, with neighbours merged."""
     looks = np.char.add(item.colours, np.char.mod(" %.2g", item.opacity))
     for look in np.unique(looks[item.colours != ""]):
         colour, opacity = look.split()
@@ -186,7 +186,7 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
 
 
 def _runs(points: FloatArray) -> list[FloatArray]:
-    """Pieces of a line between points that are not numbers."""
+    """Pieces of a line between points that are nan."""
     known = np.isfinite(points).all(axis=1)
     if known.all():
         return [points]
@@ -195,7 +195,7 @@ def _runs(points: FloatArray) -> list[FloatArray]:
 
 
 def _path(points: FloatArray) -> str:
-    """Line through points, pt, of which those that nobody could see are left out."""
+    """Line through points, pt, without invisible ones."""
     corners = np.rint(UNIT * without_straights(_extremes(points))).astype(int)
     first, steps = corners[0].tolist(), np.diff(corners, axis=0).ravel().tolist()
     return (
@@ -206,7 +206,7 @@ def _path(points: FloatArray) -> str:
 
 
 def _extremes(points: FloatArray) -> FloatArray:
-    """Of a long line the lowest and highest points of equal stretches, in order."""
+    """Lowest and highest points of equal stretches of a long line, in order."""
     count = len(points)
     if count <= _MOST_POINTS:
         return points
@@ -226,7 +226,7 @@ def without_straights(points: FloatArray) -> FloatArray:
         before, after = points[1:-1] - points[:-2], points[2:] - points[1:-1]
         across = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
         length = np.hypot(*(before + after).T)
-        # A line that turns back has its end where it turns.
+        # Where a line turns back, its turning point is kept.
         straight = (np.abs(across) <= _NEAR * length) & ((before * after).sum(axis=1) >= 0.0)
         straight[1::2] = False
         if not straight.any():
@@ -286,7 +286,7 @@ def _int(value: float) -> int:
 
 
 def position(figure: Figure, x: float, y: float) -> tuple[int, int]:
-    """Where numbers lie on the drawing of a figure of one panel, in units of the drawing."""
+    """Position of numbers on the drawing of a one-panel figure, in units of the drawing."""
     (panel,) = figure.panels
     left, top, wide, high = _frame(panel, figure.width, figure.height)
     across, upward = float(panel.x.place(np.array(x))), float(panel.y.place(np.array(y)))
@@ -294,6 +294,6 @@ def position(figure: Figure, x: float, y: float) -> tuple[int, int]:
 
 
 def _frame(panel: Panel, width: float, height: float) -> tuple[float, float, float, float]:
-    """Left, top, width and height of what lies within the margins."""
+    """Left, top, width and height of the area within the margins."""
     left, bottom, right, top = panel.margins
     return left, top, width - left - right, height - top - bottom

@@ -1,4 +1,4 @@
-"""A sweep: verdicts, peak torques and operations over one varied number, maps over two, points of draws."""
+"""A sweep: verdicts, peak torques and operations over one varied number, maps over two, and draws."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from gd_analyze.text import pretty
 if TYPE_CHECKING:
     import xarray as xr
 
-# Elements that have a row, and a map, at most; draws that are marked.
+# Most rows of elements, and maps; most marked draws.
 _ROWS, _MAPS, _MARKED = 30, 12, 500
 _COLOURS = {"translation": "translation", "rotation": "rotation", "both": "both", "beyond budget": "warn"}
 _LEGEND = tuple(Key(verdict, colour, "area") for verdict, colour in _COLOURS.items())
-# Colour and dashes of what a joint's torque is the sum of.
+# Colour and dashes of the contributions to a joint's torque.
 _LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {
     "inertia translation": ("translation", ()),
     "inertia rotation": ("rotation", ()),
@@ -44,14 +44,14 @@ _LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {
 
 
 def changing(found: xr.Dataset) -> list[str]:
-    """Elements whose verdict is not the same everywhere."""
+    """Elements whose verdict changes."""
     every = found.verdict.stack(point=[d for d in found.verdict.dims if d != "element"])
     differs = (every != every.isel(point=0)).any("point").values
     return [str(label) for label in found.element.values[differs]]
 
 
 def verdict_figure(found: xr.Dataset) -> Figure:
-    """Verdicts over one number, in rows: elements that are not negligible throughout, changes marked."""
+    """Verdicts over one number, a row per element that is not always negligible, with changes marked."""
     (name,) = found.verdict.dims[:-1]
     every = found.verdict.transpose("element", name)
     shown = np.isin(every.values, list(_COLOURS)).any(axis=1) & ~np.char.startswith(found.element.values, "c")
@@ -98,7 +98,7 @@ def torque_figure(found: xr.Dataset) -> Figure:
 
 
 def maps_figure(found: xr.Dataset) -> Figure:
-    """Maps over two numbers: verdicts that change, with the lines where they do; operations; peak torques."""
+    """Maps over two numbers: verdicts that change, with lines of change; operations; peak torques."""
     across, upward = map(str, found.parameter.values)
     x, grid = found[across].values, found[upward].values
     places = np.arange(len(grid)) + 0.5

@@ -1,4 +1,4 @@
-"""Operations against error: what every level gives for smaller and larger budgets."""
+"""Operations against error for every level and several budgets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gd_analyze.figures.figure import (
 from gd_analyze.figures.run import Run
 from gd_analyze.text import LEVEL_NAMES
 
-# Errors below this share of the largest stand at the axis: they would leave no room for the others.
+# Errors below this share of the largest are drawn at the axis, as they would leave no room for the others.
 _DECADES = 4
 # Colour and mark of every level.
 _COLOURS = ("series-6", "series-3", "series-2", "series-4")
@@ -33,7 +33,7 @@ _OF_LEVEL = dict(zip(LEVEL_NAMES, cycle(zip(_COLOURS, _MARKERS, strict=True))))
 
 def trade_off_figure(run: Run) -> Figure:
     """Operations against largest error: a line per level and refit, and one through budgets."""
-    assert run.model is not None  # the caller draws a run of the main job
+    assert run.model is not None  # callers draw a run of the main job
     model, table, path = run.model, run.tables["trade_off"], run.tables["budgets"]
     errors, operations = 100 * table.largest_share.values, table.operations.values.astype(float)
     exact, counts = float(model.operations_full.total), path.operations.values.astype(float)
@@ -78,7 +78,7 @@ def kind_name(level: str, refit: bool) -> str:
 
 
 def _axis(values: np.ndarray, unit: str) -> Axis:
-    """Logarithmic axis around positive values, from 0 where there are none."""
+    """Logarithmic axis around positive values, from 0 if there are none."""
     positive = values[(values > 0) & np.isfinite(values)]
     if not positive.size:
         return Axis(0.0, 1.0, (0.0,), unit, grid=True)

@@ -1,1 +1,1 @@
-"""Formulas of an arm's dynamics as values, and what writes them in a language."""
+"""Formulas of an arm's dynamics as values, and their printers."""

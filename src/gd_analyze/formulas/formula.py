@@ -1,4 +1,4 @@
-"""Formulas apart from any language: a symbol that equals a signed sum of products."""
+"""Formulas independent of any language: a symbol that equals a signed sum of products."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Symbol:
     """A letter with its index and accents: D_12^tran, the second derivative of q_3, tau_1."""
 
     letter: str  # A Latin letter, "tau" or "omega"
-    # Digits and commas, with letters of a component behind them; or a letter that stands for any joint
+    # Digits and commas, followed by letters of a component; or a letter for any joint
     index: str = ""
     dots: int = 0  # 1 for a velocity, 2 for an acceleration
     word: str = ""  # upright superscript
@@ -48,7 +48,7 @@ class Function:
 class Piece:
     """A summand, or one of those in a bracket: lines may break between pieces."""
 
-    product: Product  # its sign stands before it, and before a bracket that opens with it
+    product: Product  # its sign precedes it, or the bracket that it opens
     # "inertia", "coriolis_centrifugal" or "gravity_loading"; "carried" for the torque of the next joint
     quantity: str = ""
     opens: bool = False  # whether a bracket opens before it
@@ -56,7 +56,7 @@ class Piece:
 
     @property
     def negative(self) -> bool:
-        """Whether a minus stands before it."""
+        """Whether it has a minus sign."""
         return self.product.weight < 0
 
 
@@ -65,7 +65,7 @@ class Formula:
     """An equation."""
 
     left: Symbol
-    pieces: tuple[Piece, ...]  # in reading order, those of one quantity together; `NOTHING` for zero
+    pieces: tuple[Piece, ...]  # in reading order, grouped by quantity; `NOTHING` for zero
     unit: str = ""  # named behind the equation if it is not evident
 
 
@@ -95,7 +95,7 @@ def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ..
     """Products times a common factor, in brackets if there are several and a factor."""
     if not common or len(terms) < 2:
         return tuple(Piece(Product(weight, powers + common), quantity) for weight, powers in terms)
-    # The first one's sign goes before the bracket.
+    # The first sign precedes the bracket.
     outer = 1.0 if terms[0].weight > 0 else -1.0
     last = len(terms) - 1
     return tuple(

@@ -1,4 +1,4 @@
-"""Formulas written in plain characters, LaTeX, Typst and MathML; what is common to them is in `Printer`."""
+"""Formulas written in plain characters, LaTeX, Typst and MathML, with the common base `Printer`."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gd_analyze.formulas.formula import PRIME, Formula, Function, Legend, Piece,
 from gd_analyze.result import Equations
 
 _GREEK = {"tau": "τ", "omega": "ω"}
-# Powers of ten that are written out: 0.00059, but 5.9e-5.
+# Range of powers of ten written without exponent: 0.00059, but 5.9e-5.
 _EVERYDAY = range(-4, 6)
 
 
 def rounded(value: float, digits: int) -> tuple[str, int]:
-    """Mantissa and power of ten of a positive number; power 0 for numbers that are written out."""
+    """Mantissa and power of ten of a positive number; power 0 for numbers written without exponent."""
     shown, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
     if exponent not in _EVERYDAY:
@@ -38,7 +38,7 @@ def _trimmed(shown: str) -> str:
 
 @dataclass(frozen=True)
 class Printer(ABC):
-    """Base of the languages, which write symbols, functions and powers of ten."""
+    """Base of the languages; subclasses write symbols, functions and powers of ten."""
 
     digits: int = 3  # significant digits of weights
 
@@ -54,7 +54,7 @@ class Printer(ABC):
 
     @abstractmethod
     def raised(self, text: str, exponent: int) -> str:
-        """Write a power of what is written already."""
+        """Write a power of a written expression."""
 
     def function(self, name: str, argument: str, exponent: int) -> str:
         """Write a function of an argument already written, raised to a power: cos²(2 q2 - q3)."""
@@ -103,7 +103,7 @@ class Printer(ABC):
         return (opening if piece.opens else "") + self.product(piece.product) + self.apart.join(behind)
 
     def pieces(self, formula: Formula) -> tuple[str, ...]:
-        """Write the right-hand side in pieces, between which a line may break."""
+        """Write the right-hand side in pieces, between which lines may break."""
         return tuple(
             self.sign(piece.negative, k == 0) + self.body(piece) for k, piece in enumerate(formula.pieces)
         )
@@ -118,7 +118,7 @@ class Printer(ABC):
         return f"{self.symbol(formula.left)} = {self.right(formula)}{unit}"
 
     def legend(self, legend: Legend) -> tuple[str, ...]:
-        """Write the meaning of names, one entry each; one for all velocities that are a joint's own."""
+        """Write the meaning of names, one entry each; one for all velocities of single joints."""
         others = ", ".join(
             f"{self.symbol(other.left)}{self.words(' is ')}{self.right(other)}" for other in legend.others
         )
@@ -173,7 +173,7 @@ def equations(
     note: str = "",
     digits: int = 3,
 ) -> Equations:
-    """Formulas as a part of a result, with this many digits of weights."""
+    """Formulas as a part of a result, with this many digits."""
     plain, formulas = Plain(digits), tuple(formulas)
     explained = () if legend is None else plain.legend(legend)
     return Equations(key, title, tuple(map(plain.line, formulas)), formulas, legend, explained, note)
@@ -238,7 +238,7 @@ class Typst(Printer):
         """Write tau_(1), dot.double(q)_(2), C_(23)^2, D_(12)^"tran"."""
         base = f"{('', 'dot', 'dot.double')[symbol.dots]}({symbol.letter})" if symbol.dots else symbol.letter
         base += PRIME * symbol.primes
-        # Letters side by side would be one name.
+        # Adjacent letters would form one name.
         index = f"_({re.sub('(?<=.)(?=[a-z])', ' ', symbol.index)})" if symbol.index else ""
         word = f'^"{symbol.word}"' if symbol.word else ""
         return self.raised(f"{base}{index}{word}", exponent)
@@ -272,7 +272,7 @@ class MathML(Printer):
         if symbol.dots:
             accent = f'<mo stretchy="false">{("", "˙", "¨")[symbol.dots]}</mo>'
             base = f'<mover accent="true">{base}{accent}</mover>'
-        # Numbers upright; letters, one by one, slanted.
+        # Numbers are upright; letters, one by one, italic.
         parts = re.findall(r"[^a-z]+|[a-z]", symbol.index)
         index = "".join(f"<mi>{part}</mi>" if part.isalpha() else f"<mn>{part}</mn>" for part in parts)
         index = f"<mrow>{index}</mrow>" if len(parts) > 1 else index
@@ -327,7 +327,7 @@ class MathML(Printer):
 class PageMathML(MathML):
     """MathML in several elements per formula, between which a browser may break a line."""
 
-    # Browsers set factors without any space between them, and brackets larger than their content.
+    # By default browsers set factors without space between them, and brackets larger than their content.
     apart = '<mspace width=".16em"/>'
     brackets = ('<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>')
 
@@ -341,7 +341,7 @@ class PageMathML(MathML):
         for place, piece in enumerate(formula.pieces):
             sign = self.sign(piece.negative, first=place == 0)
             if place:
-                # Browsers take a sign that begins an element for a prefix, without any space behind it.
+                # Browsers treat a sign that begins an element as a prefix, without space after it.
                 sign = sign.replace("<mo>", '<mo rspace=".25em">')
             out.append(f"<math>{sign}{self.body(piece)}</math>")
         return tuple(out)

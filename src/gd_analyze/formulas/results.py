@@ -24,12 +24,12 @@ from gd_analyze.text import visible
 
 # Beginning and end of a comment in each format.
 COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
-# Python's parser takes a sum of thousands only as arguments of a function.
+# Python's parser accepts a sum of thousands only as arguments of a function.
 _SUMMED = 50
 
 
 class WrittenElements(tuple[Equation, ...]):
-    """Exact equations of elements, which print as text and, in a notebook, as mathematics."""
+    """Exact equations of elements; they print as text and, in a notebook, as mathematics."""
 
     __slots__ = ()
 
@@ -47,28 +47,28 @@ class WrittenElements(tuple[Equation, ...]):
 def equations(
     dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
 ) -> WrittenElements:
-    """Write elements of the inertia matrix D, the Christoffel symbols h and the gravity loading c out.
+    """Find the exact equations of elements of D, of the Christoffel symbols h_ijk and of c.
 
     Parameters
     ----------
     dynamics
         An arm, the name of a built-in one, the path of its file, or its exact dynamics.
     elements
-        Labels: "D12", "h112", "c2"; "h1" for all h_1jk (j <= k) that are not zero; "D", "h", "c" for all of
-        a kind that are not zero. All of them by default. Commas part indices of two digits: "D1,10".
+        Labels: "D12", "h112", "c2"; "h1" for all nonzero h_1jk (j <= k); "D", "h", "c" for all nonzero
+        elements of a kind. By default all. Commas separate indices of two digits: "D1,10".
     min_share
-        Leave out terms with a smaller share.
+        Leave out terms below this share of the element's largest term.
 
     Returns
     -------
     WrittenElements
-        A tuple of `Equation` in the order given, which prints as text and, in a notebook, as mathematics; an
-        element that is zero and named by all its indices has no terms.
+        A tuple of `Equation` in the given order, in kg, m, s and rad, which prints as text and, in a
+        notebook, as mathematics; a zero element named by all its indices has no terms.
 
     Raises
     ------
     UsageError
-        If a label names no element of the arm.
+        If a label does not name an element of the arm.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def equation_text(equation: Equation, form: str, digits: int, width: int) -> str
 
 
 def sympy_head(n_joints: int) -> str:
-    """Beginning of a script of SymPy: imports and symbols."""
+    """Beginning of a SymPy script: imports and symbols."""
     names = [f"q{j + 1}" for j in range(n_joints)]
     return (
         "from sympy import Add, cos, sin, symbols\n\n"
@@ -105,7 +105,7 @@ def sympy_head(n_joints: int) -> str:
 
 def sympy_line(equation: Equation) -> str:
     """Definition of an element in a script, with every digit of the coefficients."""
-    # No name in Python may hold the comma between indices of two digits.
+    # Python names cannot contain the comma between indices of two digits.
     left = f"{equation.symbol.replace(',', '_')} = "
     products = []
     for term in equation.terms:
@@ -151,7 +151,7 @@ class Heading:
         before, after = COMMENTS[self.form]
         room, out = self.width - len(before) - len(after), ""
         for text in filter(None, (f"{arm.title or arm.name}: {self.terms} terms{cut}", units, legend)):
-            # Two hyphens would end a comment of XML.
+            # Two hyphens would end an XML comment.
             safe = re.sub("-(?=-)", "- ", text) if self.form == "mathml" else text
             out += "".join(f"{before}{piece}{after}\n" for piece in textwrap.wrap(f"{visible(safe)}.", room))
         return f"{out}\n"
@@ -215,7 +215,7 @@ def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str
 
 
 def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
-    """The parameters, the combinations they are, what acts of every link, and the frames."""
+    """The parameters with their combinations, the acting parameters of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
     of_effects = {name: [number(getattr(one, name), digits) for one in base] for name in effects}
     links = range(1, base.arm.n_joints + 1)
@@ -230,8 +230,6 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     parameters = [asdict(one) | {"combination": [s._asdict() for s in one.combination]} for one in base]
     return Result(
         title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
-        subtitle="Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
-        "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
         facts=(
             Fact("arm", "", base.arm.name),
             Fact("drives", "Drives included", base.drives),
@@ -247,13 +245,15 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
         parts=(
             _texts(
                 "Base parameters",
+                "Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
+                "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
                 symbol=[one.symbol for one in base],
                 **of_effects,
                 unit=[one.unit for one in base],
             ),
             written_equations("", "Combinations", map(base_formula, base), digits=digits),
             _texts(
-                "Parameters of the links that act",
+                "Effect of the links' parameters on the torques",
                 link=[*map(str, links)],
                 **dict(zip(("alone", "combined", "never"), acting, strict=True)),
             ),
@@ -266,8 +266,9 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     )
 
 
-def _texts(title: str, **columns: Sequence[str]) -> Table:
-    return Table("", title, tuple(Column("", name, cells, shown="text") for name, cells in columns.items()))
+def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:
+    texts = tuple(Column("", name, cells, shown="text") for name, cells in columns.items())
+    return Table("", title, texts, note)
 
 
 def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:
@@ -280,7 +281,7 @@ def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:
 
 
 def _named(kinds: Sequence[str], of_link: Sequence[str]) -> str:
-    """Some of a link's parameters, or the fewer others."""
+    """Names of a link's parameters, or "all but" the others if these are fewer."""
     others = [kind for kind in of_link if kind not in kinds]
     if len(others) < len(kinds) - 1:
         return f"all but {' '.join(others)}" if others else "all"

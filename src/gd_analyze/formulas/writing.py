@@ -21,12 +21,12 @@ _QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loadin
 _OF = {quantity: letter for letter, quantity in _QUANTITIES.items()}
 _ORDER = tuple(_QUANTITIES.values())
 _EFFECTS = {"translation": "tran", "rotation": "rot"}
-# Relative difference of coefficients that are equal but for round-off.
+# Relative difference of coefficients that are equal up to round-off.
 _SAME = 1e-12
 
 
 def element_formula(equation: Equation) -> Formula:
-    """Formula of an exact element, its terms in their order: D12 = 0.687 S2 - 0.133 C23."""
+    """Formula of an exact element with its terms in order: D12 = 0.687 S2 - 0.133 C23."""
     letter, index = equation.symbol[0], equation.symbol[1:]
     products = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
     pieces = tuple(Piece(product, _QUANTITIES[letter]) for product in products)
@@ -36,7 +36,7 @@ def element_formula(equation: Equation) -> Formula:
 def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> tuple[Formula, ...]:
     """Formulas of all joints' torques: torque carried, then inertia, velocity and gravity terms.
 
-    Among these the largest come first; terms with the same velocities stand in brackets before them.
+    In each group the largest come first; terms with the same velocities are bracketed before these.
     """
     out = []
     for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
@@ -49,9 +49,9 @@ def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> t
 
 
 def element_formulas(torques: kinds.Torques, drives: Sequence[float] = ()) -> tuple[Formula, ...]:
-    """Formulas of D, J, h and c from torques in joint velocities; D21 stands beside D12 where they differ.
+    """Formulas of D, J, h and c from torques in joint velocities; D21 is included if it differs from D12.
 
-    J is the drive inertia (kg m^2 or kg) that the constants of D hold.
+    J is the drive inertia (kg m^2 or kg) contained in the constants of D.
     """
     inertia: dict[tuple[int, int], dict[Monomial, float]] = {}
     rest: dict[str, list[Piece]] = defaultdict(list)
@@ -97,7 +97,7 @@ def carried(velocities: AbsoluteVelocities, joint: int) -> list[Piece]:
 
 
 def energy_formulas(energies: kinds.Energies) -> tuple[Formula, ...]:
-    """Formulas of the elements of D' (inertia in absolute velocities), row by row, and of the potential U."""
+    """Formulas of D' (mass matrix in absolute velocities), row by row, and of the potential U."""
     ordered = sorted(
         energies, key=lambda term: (term.is_potential, term.i, term.j, falling(energies[term]), term.monomial)
     )
@@ -148,7 +148,7 @@ def _joint_symbol(letter: str, joint: int, order: int = 0) -> Symbol:
 
 
 def velocity_powers(velocities: tuple[Velocity, ...], letter: str = "p") -> tuple[Power, ...]:
-    """Powers of velocities that a term is multiplied by."""
+    """Powers of the velocities in a term."""
     return tuple(
         Power(_joint_symbol(letter, joint, order), len([*same]))
         for (order, joint), same in groupby(velocities)
@@ -204,7 +204,7 @@ def _equal(left: Symbol, right: Symbol | Function, unit: str = "") -> Formula:
 
 
 def part_symbol(label: str, effect: str = "both") -> Symbol:
-    """Symbol of an element such as "D12", with the effect as superscript if it is only one.
+    """Symbol of an element such as "D12", with a single effect as superscript.
 
     Gravity has no effects and no superscript.
     """
@@ -212,7 +212,7 @@ def part_symbol(label: str, effect: str = "both") -> Symbol:
 
 
 def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
-    """Formulas of all joints' torques with the effects of elements that are kept; [FGL87] Eq. (3.4-24).
+    """Formulas of all joints' torques with the kept effects of elements; [FGL87] Eq. (3.4-24).
 
     `kept` is "translation", "rotation", "both" or "neither" by the element's label; drives have inertia J.
     """

@@ -1,10 +1,10 @@
 """Absolute velocities of joints with parallel axes.
 
 Revolute joints whose axes stay parallel for every q form a run; prismatic joints between them do not break
-it. The link behind joint j of a run turns about the run's direction at the absolute velocity p_j = qd_j +-
-p_i, i being the joint before j in the run, with minus where the two axes are opposite. In matrices qd = A p
+it. The link beyond joint j of a run turns about the run's direction at the absolute velocity p_j = qd_j +-
+p_i, where i is the joint before j in the run, with minus if the two axes are opposite. In matrices qd = A p
 and tau = A^-T tau', where tau' are the torques that do work on p. A joint without a parallel one, and every
-prismatic joint, is a run of its own.
+prismatic joint, forms its own run.
 """
 
 from __future__ import annotations
@@ -67,14 +67,14 @@ class AbsoluteVelocities:
 
     @cached_property
     def before(self) -> dict[int, Signed]:
-        """By joint the one before it in its run, with their relative direction."""
+        """For each joint, the one before it in its run, with their relative direction."""
         pairs = (pair for run in self.runs for pair in itertools.pairwise(run))
         found = {outer: Signed(inner, self.signs[inner] * self.signs[outer]) for inner, outer in pairs}
         return dict(sorted(found.items()))
 
     @cached_property
     def carried(self) -> dict[int, Signed]:
-        """By joint the one behind it in its run, whose torque it carries, with its sign."""
+        """For each joint, the next one in its run, whose torque it carries, with its sign."""
         return dict(sorted((inner, Signed(outer, sign)) for outer, (inner, sign) in self.before.items()))
 
     @cached_property
@@ -103,7 +103,7 @@ class AbsoluteVelocities:
         return bool((within[within != 0] == 1).all()) and int(np.ptp(np.flatnonzero(within))) + 1 == len(used)
 
     def absolute(self, own: Iterable[Any]) -> list[Any]:
-        """Absolute velocities p from the joints' own, or of anything else that adds up likewise."""
+        """Absolute velocities p from the joints' own, or other quantities that sum in the same way."""
         out = list(own)
         for joint, (inner, sign) in self.before.items():
             out[joint] = _sum(out[joint], sign, out[inner])
@@ -128,7 +128,7 @@ class AbsoluteVelocities:
                 term = TorqueTerm(carrier.joint, moving, monomial)
                 out[term] += math.prod((one.sign for one in own), start=carrier.sign * weight)
                 sizes[term] += abs(weight)
-        # What cancels leaves the round-off of its summands.
+        # Terms that cancel leave the round-off of their summands.
         return {term: weight for term, weight in out.items() if abs(weight) > 1e-14 * sizes[term]}
 
 

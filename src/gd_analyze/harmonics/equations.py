@@ -1,4 +1,4 @@
-"""The elements of an arm's dynamics as equations, with the source of every term."""
+"""The elements of an arm's dynamics as equations, with the origin of every term."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from gd_analyze.text import joined, parted
 Indices = tuple[int, ...]
 
 
-# Joints that turn about axes of their own, beyond which all elements have millions of terms.
+# Most joints with non-parallel axes; beyond, all elements together have millions of terms.
 _MOST_RUNS = 9
-# Quantity whose unit an element has, by its letter.
+# Quantity that gives an element's unit, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
 
@@ -42,9 +42,9 @@ class Term:
     coefficient: float  # SI
     factors: Monomial
     effect: str  # "translation" (gravity, too), "rotation" or "both"
-    translation: float  # the coefficient's parts by effect, which add up to it
+    translation: float  # parts of the coefficient by effect
     rotation: float
-    links: tuple[int, ...]  # whose mass or inertia contributes, from 1
+    links: tuple[int, ...]  # links whose mass or inertia contributes, from 1
     share: float
 
 
@@ -61,7 +61,7 @@ class Equation:
 
 
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
-    """Find what these elements take, and no more; labels and errors as for `equations`."""
+    """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     wanted = elements_named(elements, n)
     if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_RUNS:
@@ -84,7 +84,7 @@ def each_equation(
     min_share: float = 0.0,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
-    """As `equations`, one after the other; `progress` is called with 1 after each of `elements_named`."""
+    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`."""
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
         equation = _equation(harmonics, kind, indices, min_share)
         if equation.terms or by_itself:
@@ -93,7 +93,7 @@ def each_equation(
 
 
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
-    """Elements that labels name: letter, joints from 0, and whether each is named by itself."""
+    """Elements named by labels: letter, joints from 0, and whether named individually."""
     labels = (labels,) if isinstance(labels, str) else labels
     return [each for label in labels or ("D", "h", "c") for each in _resolve(label, n)]
 
@@ -110,12 +110,12 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
             f"there is no element {label!r}",
             where="elements",
             expected=f"D, h, c, D11 to D{last[2]}, h1 to h{n}, h111 to h{last[3]} or c1 to c{n}"
-            + ("; commas part indices of two digits" if n > 9 else ""),
+            + ("; commas separate indices of two digits" if n > 9 else ""),
             found=label,
             next_step="`gd-analyze equations ROBOT` prints all of D, h and c",
         )
     if len(indices) == full[kind]:
-        # D and h_i are symmetric: sorted indices, but for the first of h.
+        # D and h_i are symmetric: indices are sorted, except the first of h.
         first = indices[:1] if kind == "h" else ()
         yield kind, (*first, *sorted(indices[len(first) :])), True
         return

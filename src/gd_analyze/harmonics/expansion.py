@@ -1,12 +1,12 @@
-"""A program written out: its outputs at every state, whatever it was made from.
+"""A program written out: exact expressions of its outputs at every state.
 
 Every step becomes a sum of exponentials exp(i m.q) and powers of prismatic variables, times up to two
-velocities or one acceleration, with a number before each. Programs that compute the same have the same sums
-but for round-off. A program that computes no torque, but say an angle or the cube of a velocity, is refused
-at the step that does. Nothing is sampled.
+velocities or one acceleration, each with a coefficient. Programs that compute the same have the same sums up
+to round-off. A program that does not compute a torque, but for example an angle or the cube of a velocity, is
+refused at that step. Nothing is sampled.
 
-The error of the numbers follows from running the program on magnitudes: the result of every step is then at
-least the sum of its numbers' magnitudes, and each number is off by at most a count of roundings times that.
+Errors of the coefficients follow from running the program on magnitudes: the result of a step is at least the
+sum of its coefficients' magnitudes, and a coefficient's error is at most a number of roundings times that.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricP
 from gd_analyze.operations.program import Program
 from gd_analyze.text import LARGEST_COEFFICIENT
 
-# Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia turned into the base
-# frame and multiplied by three axes there has more until sines and cosines cancel.
+# Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia in the base frame
+# multiplied by three axes has more until sines and cosines cancel.
 HIGHEST = 3 * DEGREE
-# Terms formed at one step and in all: about a second and 0.3 GB, and ten seconds. The exact torque of an arm
-# of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
+# Most terms formed at one step, and in total: about a second and 0.3 GB, and ten seconds. The exact torque of
+# an arm of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
 _MOST_AT_ONCE, _MOST = 2**22, 2**26
-# Roundings of the summands below which a sum counts as cancelled.
+# Number of roundings of the summands below which a sum counts as cancelled.
 _CANCELLED = 32
 _EPS = float(np.finfo(float).eps)
 
@@ -51,7 +51,7 @@ def velocity_factors(n: int) -> tuple[VelocityFactor, ...]:
 def exact_row(
     harmonics: Harmonics, inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int
 ) -> tuple[TrigonometricPolynomial, list[int]]:
-    """Summands of the exact torque of joint i, given D, and for each the place of its `velocity_factors`.
+    """Summands of the exact torque of joint i, given D, and the index of each in `velocity_factors`.
 
     The factor of qd_j qd_k, j < k, is 2 h_ijk, that of qd_j^2 is h_ijj.
     """
@@ -65,7 +65,7 @@ def exact_row(
 
 
 class TooLongError(ModelError):
-    """A program has more terms than can be written out, though it may compute a torque."""
+    """A program has too many terms to be written out, though it may compute a torque."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,22 +73,22 @@ class Expansion:
     """The outputs of a program, written out."""
 
     program: Program
-    rows: tuple[TrigonometricPolynomial, ...]  # for every output one polynomial per `velocity_factors`
-    roundings: NDArray[np.int64]  # (outputs,), the most in a row behind an output's numbers
+    rows: tuple[TrigonometricPolynomial, ...]  # for every output, one polynomial per `velocity_factors`
+    roundings: NDArray[np.int64]  # (outputs,), most successive roundings of an output's coefficients
     degrees: NDArray[np.int64]  # (outputs, n), formal degree in every joint's variable
 
     def round_off(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        """Bound the round-off of every output where no input exceeds these magnitudes, shape (outputs,).
+        """Bound the round-off of every output for inputs within these magnitudes, shape (outputs,).
 
-        It covers the numbers in `rows` as well as running the program, where every step is rounded once and
-        the argument of a sine or cosine as often as angles are added up in it.
+        It covers the coefficients in `rows` and running the program, where every step is rounded once, and
+        the argument of a sine or cosine once per added angle.
         """
         arguments = self.degrees @ (2.0 + np.abs(q))
         return np.asarray(_EPS * (2 * self.roundings + arguments) * magnitudes(self.program, q, qd, qdd))
 
 
 def magnitudes(program: Program, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-    """Sum of the magnitudes behind every output where no input exceeds these, shape (outputs,)."""
+    """Sum of the magnitudes of every output's terms for inputs within these magnitudes, shape (outputs,)."""
     limits = {"q": q, "qd": qd, "qdd": qdd}
     largest = {f"{name}{j + 1}": float(x) for name, xs in limits.items() for j, x in enumerate(xs)}
     value = program.carried_out(largest.__getitem__, _largest)
@@ -96,7 +96,7 @@ def magnitudes(program: Program, q: FloatArray, qd: FloatArray, qdd: FloatArray)
 
 
 def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
-    """Write out a program with inputs among q1 .., qd1 .. and qdd1 ..; `ModelError` if it is no torque."""
+    """Write out a program with inputs among q1, qd1, qdd1, ...; `ModelError` if it is not a torque."""
     algebra = _TorqueAlgebra(prismatic)
     with np.errstate(all="ignore"):
         value = program.carried_out(algebra.given, algebra.apply)
@@ -129,9 +129,9 @@ class _Angle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Sum:
-    """Numbers by key; a key holds the multiples of all joints and the place of the velocity factor.
+    """Coefficients by key; a key holds the multiples of all joints and the index of the velocity factor.
 
-    Degrees are formal: no term has a higher one, but terms of that degree may have cancelled.
+    Degrees are formal upper bounds: terms of that degree may have cancelled.
     """
 
     keys: NDArray[np.int64]
@@ -154,7 +154,7 @@ class _TorqueAlgebra:
         self.weights = [(2 * HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
         self.work = 0
         if (2 * HIGHEST + 1) ** self.n * len(moving) >= 2**62:
-            raise no_torque(f"it has {self.n} joints, too many to write it out")
+            raise no_torque(f"it has {self.n} joints, too many to be written out")
 
     def given(self, name: str) -> _Angle | _Sum:
         """An input: an angle, or a sum of one term."""
@@ -193,7 +193,7 @@ class _TorqueAlgebra:
         none = (0,) * self.n
         angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
         if any(isinstance(x.constant, _Sum) for x in angles):
-            raise no_torque("it adds an angle to something that is none")
+            raise no_torque("it adds an angle to something that is not an angle")
         first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
         sign = 1 if operation == "add" else -1
         multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
@@ -203,9 +203,9 @@ class _TorqueAlgebra:
         """Write a sum in harmonics, one polynomial per `velocity_factors`."""
         angles, moving = np.divmod(one.keys, len(self.products))
         if (moving >= len(self.factors)).any():
-            raise no_torque("an output holds a single velocity")
+            raise no_torque("an output is linear in a velocity")
         multiples = self._multiples(angles)
-        # Of m and -m, which are conjugate, the one of positive sign counts for both.
+        # m and -m are conjugate; the one of positive sign stands for both.
         sign = numbers(multiples * ~np.array(self.prismatic))
         kept = sign >= 0
         values = (one.numbers * np.where(sign > 0, 2.0, 1.0))[kept]
@@ -227,7 +227,7 @@ class _TorqueAlgebra:
 
     def _exponentials(self, operation: str, argument: Any) -> float | _Sum:
         if isinstance(argument, _Sum):
-            raise no_torque(f"it takes the {operation} of something that is no sum of angles")
+            raise no_torque(f"it takes the {operation} of something other than a sum of angles")
         multiples, constant = argument if isinstance(argument, _Angle) else ((0,) * self.n, argument)
         degrees = np.abs(np.array(multiples, dtype=object))
         self._require_low(degrees)
@@ -256,7 +256,7 @@ class _TorqueAlgebra:
             raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
         keys = ((angle_a[:, None] + angle_b) * len(self.products) + moving).ravel()
         values = np.outer(a.numbers, b.numbers).ravel()
-        # Roundings of complex products, and of adding those that share a key.
+        # Rounding of complex products, and of sums of those that share a key.
         least = min(len(a.keys), len(b.keys))
         roundings = a.roundings + b.roundings + 2 + least
         if least == 1:
@@ -271,7 +271,7 @@ class _TorqueAlgebra:
                 where="program",
                 expected=f"up to {_MOST_AT_ONCE} terms at every step",
                 found="more",
-                next_step="`gd-analyze evaluate` tries the model at states",
+                next_step="`gd-analyze evaluate` tests the model at states",
             )
 
     def _degrees(self, one: _Sum) -> NDArray[np.int64]:
@@ -285,7 +285,7 @@ class _TorqueAlgebra:
 
 
 def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
-    """Place of the product of two factors; -1 if no torque has it."""
+    """Index of the product of two factors; -1 if no torque contains it."""
     out = np.full((len(moving), len(moving)), -1, dtype=np.int64)
     for (a, (kind, one)), (b, (_, other)) in itertools.product(enumerate(moving), repeat=2):
         if a == 0 or b == 0:
@@ -296,7 +296,7 @@ def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]
 
 
 def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64], roundings: int) -> _Sum:
-    """Add up the numbers of equal keys, and leave out those that cancel."""
+    """Sum the coefficients of equal keys, without those that cancel."""
     order = np.argsort(keys, kind="stable")
     keys, values = keys[order], values[order]
     starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])) if len(keys) else keys
@@ -310,9 +310,9 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
 
 
 def no_torque(what: str) -> ModelError:
-    """Refuse a program that computes something else."""
+    """Error for a program that computes something else."""
     return ModelError(
-        f"the program computes no torque of an arm: {what}",
+        f"the program does not compute a torque of an arm: {what}",
         where="program",
         expected="sines and cosines of sums of angles, times at most two velocities or one acceleration",
         next_step="make the model again with `gd-analyze simplify`",

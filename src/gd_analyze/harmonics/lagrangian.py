@@ -6,8 +6,8 @@ i = j), and Lagrange's equations give its torques
 
     tau'_i += c (f pd_j + fd p_j),  tau'_j += c (f pd_i + fd p_i),  tau'_m -= c (df/dp_m) p_i p_j
 
-(half of them for i = j), where fd = sum_m (df/dp_m) p_m. A term g(q) of the potential gives dg/dp_m. So every
-torque term is a coefficient times a monomial in sines and cosines times up to two velocities or one
+(half of them for i = j), where fd = sum_m (df/dp_m) p_m. A term g(q) of the potential gives dg/dp_m. So a
+torque term is a coefficient times a monomial in sines and cosines, and up to two velocities or one
 acceleration.
 """
 

@@ -1,4 +1,4 @@
-"""Trigonometric polynomials written in products of sines and cosines, where these are shorter.
+"""Trigonometric polynomials written as products of sines and cosines, where this is shorter.
 
 0.372 sin(q3) + 0.372 sin(2 q2 + q3) is 0.744 C2 S23, and 1.35 + 0.80 cos(2 q2) is 0.55 + 1.60 C2^2. Both
 forms are exact; the second has fewer terms or simpler ones.
@@ -18,7 +18,7 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, half_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
 
-# Beyond it, trying every choice of squares would take longer than it helps; no known arm comes near.
+# Beyond this, trying every choice of squares would take too long; no known arm comes near.
 _MOST_CHOICES = 2**10
 
 
@@ -26,8 +26,8 @@ _MOST_CHOICES = 2**10
 class ProductTable:
     """K sums over the same T products, of which an arm has up to 10^5."""
 
-    names: tuple[tuple[Monomial, ...], ...]  # for every run of joints the monomials that occur, distinct
-    codes: NDArray[np.int64]  # (T, runs), which of them is a factor of every product; rows distinct
+    names: tuple[tuple[Monomial, ...], ...]  # distinct monomials of every run of joints
+    codes: NDArray[np.int64]  # (T, runs), index of each product's monomial; rows are distinct
     weights: FloatArray  # (T, K)
 
     def __len__(self) -> int:
@@ -44,7 +44,7 @@ class ProductTable:
         return ProductTable((*self.names[:r], tuple(names), *self.names[r + 1 :]), codes, weights)
 
     def groups(self, r: int) -> NDArray[np.int64]:
-        """Number products alike in all runs but r, in the order of their first occurrence, shape (T,)."""
+        """Group numbers of products that are equal in all runs but r, by first occurrence, shape (T,)."""
         if len(self.names) == 1:
             return np.zeros(len(self), dtype=np.int64)
         others = numbers(np.delete(self.codes, r, axis=1))
@@ -76,9 +76,9 @@ def to_products(
 ) -> ProductTable:
     """Write K polynomials exactly in the same products of sines and cosines.
 
-    The first polynomial is the sum to be short; others, such as its effects or links, follow it. The first
-    `deciding` decide which products there are. Products up to `noise`, the largest weight that round-off can
-    make, are left out, and weights that differ by up to twice as much count as equal.
+    The first polynomial is the sum to shorten; others, such as its effects or links, follow it. The first
+    `deciding` determine the products. Products up to `noise`, the largest weight from round-off, are left
+    out, and weights that differ by up to twice as much count as equal.
     """
     keys, weights = _split(polynomial, velocities)
     kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
@@ -97,7 +97,7 @@ def _split(
 ) -> tuple[NDArray[np.int64], FloatArray]:
     """Harmonics as products of one cosine, sine or power per run.
 
-    A harmonic is Re(C prod_r exp(i s_r a_r)), a_r being the angle of run r with the sign s_r that makes its
+    A harmonic is Re(C prod_r exp(i s_r a_r)), with the angle a_r of run r and the sign s_r that makes its
     multiples lexically positive, and exp(i s a) = cos a + i s sin a. A key holds, run by run, the multiples
     and whether the factor is a sine; keys have shape (T, n + runs), ascending, weights shape (P, T).
     """
@@ -120,7 +120,7 @@ def _split(
 
 
 def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64], Array]:
-    """Add up the columns with equal keys; keys come out ascending."""
+    """Sum the columns with equal keys; keys are returned ascending."""
     number = numbers(keys)
     order = np.argsort(number, kind="stable")
     starts = np.flatnonzero(np.diff(number[order], prepend=np.iinfo(np.int64).min))
@@ -154,7 +154,7 @@ def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) 
 
 
 def has_one_double(table: ProductTable, r: int) -> bool:
-    """Whether run r has at most one joint and one cosine of a double angle: then squares are all to try."""
+    """Whether run r has at most one joint and one cosine of a double angle: then only squares are tried."""
     factors = [factor for name in table.names[r] for factor in name]
     doubles = [name for name in table.names[r] if name and name[0].kind == "cos" and half_of(name)]
     return len({joint for factor in factors for joint in factor.joints}) <= 1 and len(doubles) <= 1
@@ -179,7 +179,7 @@ def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
             constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
             _, one, other = np.intersect1d(group[constants], group[doubles], return_indices=True)
             constants, doubles = constants[one], doubles[other]
-            # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second if only it makes the constant vanish.
+            # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second form if only it cancels the constant.
             with_cos, with_sin = (
                 np.abs(weights[constants] - sign * weights[doubles]).max(axis=1, initial=0.0) <= close
                 for sign in (1.0, -1.0)
@@ -213,7 +213,7 @@ def _with_products(table: ProductTable, r: int, close: float, velocities: Absolu
 
 
 def _members(group: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Places of the members of every group."""
+    """Indices of the members of every group."""
     order = np.argsort(group, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(order) else []
 
@@ -256,7 +256,7 @@ def _product_kinds(kind: FactorKind, same_sign: bool) -> tuple[tuple[FactorKind,
 
 
 def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, FloatArray]:
-    """Turn double angles into squares and products where that takes no further term."""
+    """Turn double angles into squares and products where that adds no term."""
     out = dict(group)
     doubles = []
     for product in list(out):

@@ -1,8 +1,8 @@
-"""Terms of an arm's torques and energies, as they are kept, written and stored.
+"""Terms of an arm's torques and energies.
 
 A term is a monomial in sines and cosines of sums of angles and in the variables of prismatic joints; in a
-torque it is multiplied by up to two velocities or one acceleration. Its coefficient stands beside it: torques
-and energies are mappings from terms to numbers.
+torque it is multiplied by up to two velocities or one acceleration. Coefficients are separate: torques and
+energies are mappings from terms to numbers.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Monomial = tuple[Factor, ...]
 
 
 def half_of(monomial: Monomial) -> tuple[int, ...] | None:
-    """Multiples of half the angle of a single sine or cosine of a double angle; None for anything else."""
+    """Multiples of half the angle of a single sine or cosine of a double angle; otherwise None."""
     if len(monomial) != 1 or monomial[0].kind == "power" or any(m % 2 for m in monomial[0].multiples):
         return None
     return tuple(m // 2 for m in monomial[0].multiples)

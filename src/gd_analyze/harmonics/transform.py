@@ -1,14 +1,12 @@
-"""The exact form of an arm's dynamics, found from numbers.
+"""The exact form of an arm's dynamics, found from numeric values.
 
 Every element of D is a polynomial of degree 2 in (cos q_k, sin q_k) of each revolute and in q_k of each
 prismatic joint; the potential energy has degree 1. The values on a tensor grid of 5 (3) angles per revolute
 and 3 (2) places per prismatic joint determine such a function, and a discrete Fourier (Vandermonde) transform
-along each axis gives its harmonics. No computer algebra is involved, and effects stay apart because their
-values are.
+along each axis gives its harmonics. No computer algebra is involved, and effects stay separate.
 
 Link s contributes to D_ij (i <= j <= s) a function of q_{i+1} .. q_s only, so its grid has these axes only.
-Treating every link by itself costs little more than treating all together, as the last link's grid is by far
-the largest.
+Separate treatment of every link costs little more, as the last link's grid is by far the largest.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ class Harmonics:
     # Contribution of link s to D_ij, i <= j <= s, by (s, i, j) from 0: translation, rotation.
     inertia_by_link: dict[tuple[int, int, int], TrigonometricPolynomial]
     potential_by_link: TrigonometricPolynomial  # one per link, J, up to a constant
-    cut: tuple[float, float]  # largest amplitude that round-off can make, in D (kg m^2) and potential (J)
+    cut: tuple[float, float]  # largest amplitude from round-off, in D (kg m^2) and potential (J)
     left_out: float  # largest amplitude left out as a structural zero, over `cut`; at most 1
 
     def __repr__(self) -> str:
@@ -52,11 +50,11 @@ class Harmonics:
 
     @property
     def noise(self) -> tuple[float, float]:
-        """Largest coefficient of a product of sines and cosines that round-off can make, like `cut`.
+        """Largest coefficient of a product of sines and cosines from round-off, like `cut`.
 
-        A product of sines and cosines of r runs is a sum of 2^(r-1) harmonics with 2^(1-r) of its size. So
-        with r the number of runs of revolute joints, the cut drops no harmonic of a product above the noise,
-        and harmonics up to the cut make no product above it.
+        A product of sines and cosines of r runs is a sum of 2^(r-1) harmonics with 2^(1-r) of its size. With
+        r runs of revolute joints, the cut drops no harmonic of a product above the noise, and harmonics up to
+        the cut form no product above it.
         """
         revolute = sum(self.arm.is_revolute[run[0]] for run in self.velocities.runs)
         of_inertia, of_potential = (cut * 2.0 ** (max(revolute, 1) - 1) for cut in self.cut)
@@ -135,7 +133,7 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
     Returns
     -------
     Harmonics
-        The harmonics that round-off cannot have made; all others are structural zeros.
+        The harmonics above round-off, SI units; all others are structural zeros.
 
     Raises
     ------
@@ -175,13 +173,13 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
         return
     n = arm.n_joints
     outer = next((i for i in range(first, n) if _bytes(arm, i) <= MOST_BYTES), None)
-    some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are found; "
+    some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are possible; "
     raise ArmError(
-        f"the exact equations of arm {arm.name} take too much memory to be found",
+        f"finding the exact equations of arm {arm.name} takes too much memory",
         where=f"arm {arm.name}",
         expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 revolute joints",
         found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
-        next_step=f"{some}what needs no exact equations takes any number of joints: `gd-analyze ROBOT "
+        next_step=f"{some}without exact equations any number of joints is possible: `gd-analyze ROBOT "
         "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
     )
 
@@ -212,11 +210,11 @@ def _only_link(arm: RobotArm, s: int) -> RobotArm:
 
 
 def _cut(arm: RobotArm) -> tuple[float, float]:
-    """Largest amplitude that round-off can make of a harmonic that is zero.
+    """Largest amplitude from round-off of a harmonic that is zero.
 
-    A value of D passes some 10 n roundings of terms that add up to at most sum_s m_s L^2 + |I_s| with the arm
-    stretched out. The transform takes means of values with weights of magnitude 1, one for m and one for -m.
-    The weights for the powers of a prismatic joint add up to 2.
+    A value of D passes some 10 n roundings of terms that sum to at most sum_s m_s L^2 + |I_s| with the arm
+    stretched out. The transform averages values with weights of magnitude 1, for m and for -m. The weights
+    for the powers of a prismatic joint sum to 2.
     """
     # The grid moves prismatic joints by up to 1 m.
     prismatic = arm.is_revolute.count(False)
@@ -229,7 +227,7 @@ def _cut(arm: RobotArm) -> tuple[float, float]:
 
 
 def _axis_nodes(arm: RobotArm, joint: int, degree: int) -> FloatArray:
-    """Evenly spaced angles, or places of a prismatic joint about zero."""
+    """Evenly spaced angles, or positions of a prismatic joint about zero."""
     if arm.is_revolute[joint]:
         return 2 * np.pi * np.arange(2 * degree + 1) / (2 * degree + 1)
     return np.linspace(-1.0, 1.0, degree + 1) if degree > 1 else np.array([0.0, 1.0])
@@ -245,12 +243,12 @@ def _grid(arm: RobotArm, joints: range, degree: int) -> tuple[tuple[int, ...], F
 
 
 def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArray]]:
-    """Rows i of D from `first` on, D_ii .. D_in by effect, on the grid of joints behind i.
+    """Rows i of D from `first` on, D_ii .. D_in by effect, on the grid of joints beyond i.
 
     Values have shape (2 (n - i), 5, 5, ...).
     """
     n = arm.n_joints
-    # All rows on the grid of the first would take n times its memory; a grid each takes a quarter more time.
+    # All rows on the first one's grid would take n times its memory; separate grids take a quarter more time.
     for i in range(first, n):
         shape, q = _grid(arm, range(i + 1, n), DEGREE)
         for joint in range(1, i + 1):
@@ -281,7 +279,7 @@ def _polynomials(
     revolute = [a for a, joint in enumerate(joints, start=1) if arm.is_revolute[joint]]
     table: Array = values
     if revolute:
-        # For real values the multiples of the first revolute joint from zero on suffice.
+        # For real values non-negative multiples of the first revolute joint suffice.
         table = np.fft.rfftn(values, axes=(*revolute[1:], revolute[0]), norm="forward")
     digits = [np.arange(size) for size in table.shape[1:]]
     for a, joint in enumerate(joints, start=1):
@@ -290,7 +288,7 @@ def _polynomials(
             table = np.moveaxis(np.tensordot(inverse, table, axes=(1, a)), 0, a)
         elif a != revolute[0]:
             digits[a - 1] = (digits[a - 1] + degree) % (2 * degree + 1) - degree
-    # Of m and -m, which are conjugate, the lexically larger one counts for both.
+    # m and -m are conjugate; the lexicographically larger one stands for both.
     mesh = np.ix_(*digits)
     number = np.zeros((1,) * len(digits), dtype=np.int64)
     for a in revolute:

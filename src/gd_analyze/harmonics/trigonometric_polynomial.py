@@ -1,7 +1,7 @@
 """Polynomials in sines, cosines and the variables of prismatic joints, as sums of harmonics.
 
-The harmonic with multiples m is Re(C prod_k b_k), b_k = exp(i m_k q_k) for a revolute joint and q_k^m_k for
-a prismatic one. A Fourier transform finds harmonics, and they are easy to bound and to differentiate: the
+The harmonic with multiples m is Re(C prod_k b_k), with b_k = exp(i m_k q_k) for a revolute joint and q_k^m_k
+for a prismatic one. Harmonics are found by a Fourier transform, and easily bounded and differentiated: the
 amplitude |C| is a harmonic's largest value, and a derivative multiplies C by i m_k or lowers a power. The
 multiples m and -m stand for the same harmonic; the one kept is lexically larger in the revolute joints.
 """
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 
-# Degree of D in every joint variable: each of its two velocities contributes one.
+# Degree of D in every joint variable, one for each of two velocities.
 DEGREE = 2
 # Positions evaluated at once: the values of some twenty polynomials fit the cache.
 _CHUNK = 8192
-# A dense sum is as fast up to this many coefficients, or from this share of nonzero ones.
+# A dense sum is as fast up to this many coefficients, or above this share of nonzero ones.
 _SPARSE = (1 << 16, 0.3)
 # Numbers in the tables held at once, 32 MB.
 _MOST = 1 << 22
@@ -89,7 +89,7 @@ class TrigonometricPolynomial:
         return TrigonometricPolynomial(self.prismatic, self.multiples, self.coefficients[polynomials])
 
     def added(self, places: Sequence[int], count: int) -> TrigonometricPolynomial:
-        """`count` sums of the polynomials: polynomial p is added to sum places[p]."""
+        """Form `count` sums: polynomial p is added to sum places[p]."""
         out = np.zeros((count, len(self)), dtype=complex)
         for place, row in zip(places, self.coefficients, strict=True):
             out[place] += row
@@ -104,7 +104,7 @@ class TrigonometricPolynomial:
         return TrigonometricPolynomial(self.prismatic, self.multiples[chosen], self.coefficients[:, chosen])
 
     def above(self, floor: float | FloatArray) -> TrigonometricPolynomial:
-        """Drop coefficients up to `floor`, and harmonics that no polynomial has any more."""
+        """Drop coefficients up to `floor`, and harmonics without any left."""
         kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
         return TrigonometricPolynomial(self.prismatic, self.multiples, kept).only((kept != 0.0).any(axis=0))
 
@@ -160,7 +160,7 @@ class TrigonometricPolynomial:
         return csr_array(parts[0]), csr_array(parts[1])
 
     def magnitudes(self) -> TrigonometricPolynomial:
-        """One polynomial with the magnitudes of all added up: its sizes are the sums of theirs."""
+        """One polynomial with the summed magnitudes of all: its sizes are the sums of theirs."""
         total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
         return TrigonometricPolynomial(self.prismatic, self.multiples, total.astype(complex))
 
@@ -238,7 +238,7 @@ def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatAr
 
 
 def numbers(multiples: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Number rows (K, n) of small integers so that the numbers order, and have signs, as the rows do."""
+    """Number rows (K, n) of small integers so that the numbers have the order and signs of the rows."""
     radix = 2 * np.abs(multiples).max(axis=0, initial=0) + 1
     return np.asarray(multiples @ np.append(np.cumprod(radix[:0:-1])[::-1], 1))
 

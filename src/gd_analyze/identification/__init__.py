@@ -1,1 +1,1 @@
-"""From logs to numbers: rows of linear equations, their solution, and bodies that are physically possible."""
+"""Identification from logs: linear equations, their solution, and physically consistent bodies."""

@@ -1,10 +1,10 @@
-"""Bodies that are physically possible and fit as well: a semidefinite program, solved by Clarabel.
+"""Physically consistent bodies that fit the logs: a semidefinite program, solved by Clarabel.
 
-A body of nowhere negative density has a positive definite pseudo-inertia [[second moment, m r],
-[m r^T, m]] (P. Wensing, S. Kim, J.-J. Slotine, Linear matrix inequalities for physically consistent inertial
-parameter identification, IEEE Robotics and Automation Letters 3, 2018). Along directions that the logs tell,
-the numbers leave the least squares by as few standard errors as that needs; along others they stay as near to
-the file, in plausible sizes, as they can.
+A body of non-negative density has a positive definite pseudo-inertia [[second moment, m r], [m r^T, m]] (P.
+Wensing, S. Kim, J.-J. Slotine, Linear matrix inequalities for physically consistent inertial parameter
+identification, IEEE Robotics and Automation Letters 3, 2018). Along directions told by the logs, the numbers
+deviate from the least squares by as few standard errors as possible; along others they stay as close to the
+file as possible, in plausible sizes.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.identification.estimate import Estimate
 from gd_analyze.identification.rows import Unknowns
 
-# A body is no thinner than this share of its plausible length, squared, in any direction.
+# Least thickness of a body in any direction, as a share of its plausible length, squared.
 _THINNEST = 1e-4
 _SQRT2 = np.sqrt(2.0)
-# Share of its plausible mass that a link keeps at least; room for round-off at a bound.
+# Least share of a link's plausible mass; room for round-off at a bound.
 _LIGHTEST, EPS = 1e-3, 1e-12
-# A solver of ten digits tells no two standard errors apart that differ by more.
+# A solver with ten digits does not resolve larger ratios of standard errors.
 _SHARPEST = 1e5
 
 
@@ -44,7 +44,7 @@ def pseudo_inertias() -> FloatArray:
 
 
 def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
-    """Unknowns nearest to an estimate of which every body, drive and friction is possible, (p,).
+    """Unknowns nearest to an estimate with physically consistent bodies, drives and friction, (p,).
 
     Raises
     ------
@@ -56,7 +56,7 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     except ImportError:
         raise UsageError(
             "physically consistent parameters need the solver Clarabel",
-            next_step="pip install 'gd-analyze[identify]', or ask for plain least squares",
+            next_step="pip install 'gd-analyze[identify]', or use plain least squares",
         ) from None
     from scipy import sparse
 
@@ -90,19 +90,19 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
         raise GdAnalyzeError(
             "no physically consistent parameters were found",
             found=f"the solver's answer: {found.status}",
-            next_step="ask for plain least squares, and look at the parameters it gives",
+            next_step="use plain least squares, and check its parameters",
         )
     return values
 
 
 def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
-    """Unknowns nearest to an estimate of which no mass, inertia of a drive or friction is negative, (p,)."""
+    """Unknowns nearest to an estimate without negative masses, drive inertias or friction, (p,)."""
     from scipy.optimize import lsq_linear
 
     lower = np.full(len(estimate.start), -np.inf)
     signed = [*(body.start for body in _bodies(unknowns)), *_nonnegative(unknowns)]
     least = np.zeros_like(lower)
-    # A link that was given some mass keeps a little.
+    # A link with mass in the file keeps a little.
     masses = [body.start for body in _bodies(unknowns)]
     least[masses] = np.minimum(estimate.start[masses], _LIGHTEST * estimate.sizes[masses])
     lower[signed] = (least[signed] - estimate.start[signed]) / estimate.sizes[signed] - EPS
@@ -113,7 +113,7 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
 
 
 def _objective(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
-    """A and b: in plausible sizes from the start, |A x - b|^2 is to be least."""
+    """A and b of the objective |A x - b|^2, with x in plausible sizes from the start."""
     untold = len(estimate.start) - estimate.told
     weights = np.concatenate([np.minimum(estimate.strength, _SHARPEST), np.ones(untold)])
     steps = np.concatenate([estimate.steps, np.zeros(untold)])
@@ -121,7 +121,7 @@ def _objective(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
 
 
 def _nonnegative(unknowns: Unknowns) -> list[int]:
-    """Inertia of drives, Coulomb and viscous friction; an offset has either sign."""
+    """Drive inertias, Coulomb and viscous friction; an offset may have either sign."""
     friction = range(unknowns.count)[unknowns.of_friction]
     return [*range(unknowns.count)[unknowns.of_drives], *(k for i, k in enumerate(friction) if i % 3 < 2)]
 
@@ -137,5 +137,5 @@ def _lengths(sizes: FloatArray) -> FloatArray:
 
 
 def _triangle(matrix: FloatArray) -> FloatArray:
-    """Upper triangle of a symmetric matrix, column by column, whose norm is the matrix's, (10,)."""
+    """Upper triangle of a symmetric matrix, column by column, scaled to the same norm, (10,)."""
     return np.array([matrix[a, b] * (1.0 if a == b else _SQRT2) for b in range(4) for a in range(b + 1)])

@@ -1,8 +1,8 @@
-"""Weighted least squares for what torque is linear in, where a log tells only some directions of it.
+"""Weighted least squares for parameters of which a log tells only some directions.
 
-Unknowns are measured in sizes that each may plausibly have, and rows in standard deviations of their joint's
-residuals. A direction is told where a change of a plausible size would show by three standard errors; along
-all others the numbers stay as they were. So of all solutions it is the one nearest to the arm's file.
+Unknowns are scaled by their plausible sizes, and rows by the standard deviation of their joint's residuals. A
+direction is told if a change of plausible size would show by three standard errors; along all others the
+numbers stay unchanged. The result is the solution nearest to the arm's file.
 """
 
 from __future__ import annotations
@@ -20,37 +20,37 @@ from gd_analyze.identification.rows import JointRows, Unknowns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import of_point_mass
 
-# Rounds of weighing joints by what the round before left, and their change from which on no more are made.
+# Most rounds of weighting joints by the previous residuals, and the change below which they end.
 _ROUNDS, _SETTLED = 12, 1e-3
-# A link is no smaller than this share of the arm's reach, nor lighter than this share of the mean link.
+# Least plausible size of a link, as a share of the reach, and mass, as a share of the mean link.
 _SHORTEST, _LIGHTEST = 0.05, 0.1
 _ROWS_AT_ONCE = 4096
-# Singular values of equations below this share of the largest are round-off, as is this share of a torque.
+# Singular values below this share of the largest are round-off, as is this share of a torque.
 _DIGITS, _ROUND_OFF = 1e-10, 1e-12
-# Density, kg/m^3, and radius over length of rods that stand for links of which a file says nothing.
+# Density, kg/m^3, and radius over length of rods that replace links without data in the file.
 _DENSITY, _SLENDER = 1500.0, 0.2
-# Radius of gyration, as a share of the reach, of a link whose mass a file leaves out.
+# Radius of gyration, as a share of the reach, of a link without mass in the file.
 _AS_WIDE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What some equations tell of p unknowns, from a start: plausible sizes times directions.
+    """Estimate of p unknowns from equations and a start, along directions in plausible sizes.
 
     Parameters
     ----------
     start, sizes
         Numbers to start from, and their plausible sizes, (p,).
     directions
-        Orthonormal, in units of these sizes, those told first, (p, p).
+        Orthonormal directions, in units of these sizes, told ones first, (p, p).
     strength
-        Singular values: one over the standard error along each direction that is told, (k,).
+        Singular values: one over the standard error along each told direction, (k,).
     steps
-        How far the solution is from the start along these, (k,).
+        Distance of the solution from the start along these, (k,).
     noise
-        Standard deviation of a row of every joint, N m (N), (n,); nan of one without rows.
+        Standard deviation of a row of every joint, N m (N), (n,); nan without rows.
     correlated
-        Rows that count as one, by joint, (n,).
+        Correlated rows per independent one, by joint, (n,).
     """
 
     start: FloatArray
@@ -63,12 +63,12 @@ class Estimate:
 
     @property
     def told(self) -> int:
-        """How many directions are told."""
+        """Number of told directions."""
         return len(self.strength)
 
     @property
     def condition(self) -> float:
-        """Of the equations along what is told."""
+        """Condition number of the equations along told directions."""
         return float(self.strength[0] / self.strength[-1]) if self.told else np.nan
 
     @property
@@ -78,20 +78,19 @@ class Estimate:
 
     @property
     def deviations(self) -> FloatArray:
-        """One standard error along each direction that is told, (k, p): D^T D is the covariance."""
+        """One standard error along each told direction, (k, p): D^T D is the covariance."""
         return self.sizes * self.directions[: self.told] / self.strength[:, None]
 
     @property
     def open(self) -> FloatArray:
-        """One plausible size along each direction that is not told, (p - k, p)."""
+        """One plausible size along each untold direction, (p - k, p)."""
         return self.sizes * self.directions[self.told :]
 
 
 def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArray) -> Estimate:
-    """Solve the equations of all joints, each weighed by the noise of its own residuals.
+    """Solve the equations of all joints, each weighted by the noise of its residuals.
 
-    Noise is what all directions together leave: were it what those told leave, what is told would follow from
-    itself.
+    Noise is the residual of all directions together: with told ones only, the definition would be circular.
     """
     p, known = len(start), [i for i, each in enumerate(rows) if len(each.torque)]
     noise, correlated = np.full(len(rows), np.nan), np.ones(len(rows))
@@ -111,7 +110,7 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
             every = np.ones(len(left), dtype=bool)
             correlated[i] = correlation_time(left.__getitem__, every, [slice(0, len(left))])
             spare = max(len(left) - rank / len(known), 1.0)
-            # What is left is never less than the round-off of what it is left of.
+            # A residual is never less than the round-off of its operands.
             least = _ROUND_OFF * float(np.abs(rows[i].torque).max())
             noise[i] = max(float(np.sqrt(left @ left / spare)), least)
         if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED:
@@ -124,7 +123,7 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
 
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:
-    """Columns by plausible size, and what the start leaves of the torque; some rows at a time."""
+    """Columns times plausible sizes, and residual torque of the start; some rows at a time."""
     for first in range(0, len(rows.torque), _ROWS_AT_ONCE):
         some = rows.at(slice(first, first + _ROWS_AT_ONCE))
         yield np.column_stack([some.columns * sizes, some.torque - some.columns @ start])
@@ -133,7 +132,7 @@ def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[F
 def plausible_sizes(
     arm: RobotArm, links: FloatArray, rows: Sequence[JointRows], unknowns: Unknowns
 ) -> FloatArray:
-    """Size that every unknown may have, (p,): of links by their parameters, of others by measured torque."""
+    """Plausible size of every unknown, (p,): of links from their parameters, of others from torque."""
     sizes, n = np.zeros(unknowns.count), arm.n_joints
     masses = np.maximum(links[:, 0], _LIGHTEST * float(links[:, 0].mean()))
     lengths = np.full(n, _SHORTEST * (arm.reach or 1.0))
@@ -154,10 +153,10 @@ def plausible_sizes(
             float(np.sqrt(np.mean(x**2))) if len(x) and x.any() else 1.0
             for x in (each.torque, each.columns[:, drive + i], each.columns[:, first + 3 * i + 1])
         )
-        # What would by itself make the torque measured.
+        # Size that alone would explain the measured torque.
         sizes[drive + i] = max(sizes[drive + i], torque / acceleration)
         sizes[first + 3 * i : first + 3 * i + 3] = torque, torque / velocity, torque
-    if unknowns.payload:  # of a hand with what it grips
+    if unknowns.payload:  # like a hand with its load
         sizes[unknowns.of_payload] = masses.mean() * lengths.mean() ** powers
     return sizes
 
@@ -180,7 +179,7 @@ def _uniform_bodies(arm: RobotArm) -> FloatArray:
 
 
 def described(arm: RobotArm) -> FloatArray:
-    """The file's parameters, (n, 10); rods where it states none, a ball of inertia stated about the axis."""
+    """The file's parameters, (n, 10); rods if it states none, a ball if only axial inertia is stated."""
     if not arm.mass.any():
         return _uniform_bodies(arm)
     given = parameters_of(arm)

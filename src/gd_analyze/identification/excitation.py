@@ -1,4 +1,4 @@
-"""Motions that tell as much as limits allow of what torque is linear in: Fourier series, optimised.
+"""Exciting motions for identification within limits: optimized Fourier series.
 
 Every joint moves by a_0 + sum_k (a_k cos k w t + b_k sin k w t), whose velocity and acceleration are zero at
 both ends. J. Swevers, C. Ganseman, D. Bilgin Tukel, J. De Schutter, H. Van Brussel, Optimal robot excitation
@@ -29,35 +29,35 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST
 
-# Set points per second where no number of them is given.
+# Set points per second by default.
 _RATE = 100.0
-# Equations are judged at every fifth of the instants that limits are.
+# Equations are evaluated at every fifth of the instants used for limits.
 _EVERY = 5
-# Random series; descents from the best of them, tries of each, and more tries of the best.
+# Random series; descents from the best ones, tries of each, and more tries of the best.
 _STARTS, _DESCENTS, _TRIES, _MORE = 40, 3, 50, 160
 # Of a derivative.
 _STEP = 1e-6
 # Positions drawn for a box, and the size of the series there.
 _DRAWN, _SMALL = 4000, 0.5
-# How far from the walls of its box the end effector shall stay, and stays at least, as a share of the reach.
+# Desired and least distance of the end effector from the walls of its box, as a share of the reach.
 _CLEARANCE, _LEAST_CLEARANCE = 5e-3, 5e-4
-# Loss of an instant at which it is outside by as much as the arm reaches; a larger one slows the descent.
+# Loss of an instant that is outside by the arm's reach; a larger one slows the descent.
 _PENALTY = 1e3
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Box that the end effector keeps within, base frame.
+    """Box that the end effector must not leave, in the base frame.
 
     Parameters
     ----------
     lower, upper
-        Corners, m, shape (3,) each.
+        Opposite corners, m, shape (3,) each.
 
     Raises
     ------
     UsageError
-        If these are no corners of a box.
+        If these are not corners of a box.
     """
 
     lower: FloatArray
@@ -70,7 +70,7 @@ class Workspace:
         shapes = all(corner.shape == (3,) and (np.abs(corner) <= LARGEST).all() for corner in corners)
         if not (shapes and (self.lower < self.upper).all()):
             raise UsageError(
-                "these are no corners of a box",
+                "these are not corners of a box",
                 where="--within",
                 expected="x, y and z of the lower corner, then of the upper one, each larger, m",
                 found=", ".join(f"{x:g}" for corner in corners for x in corner.ravel()),
@@ -86,27 +86,26 @@ def exciting_motion(
     seed: int = 0,
     name: str | None = None,
 ) -> Plan:
-    """Plan a motion, from rest to rest, that tells much of links, drives and friction.
+    """Plan a motion, from rest to rest, that excites links, drives and friction for `identify`.
 
-    It maximises the determinant of the equations that `identify` would have of it, within the arm's ranges
-    and limits of velocity and acceleration, by descents from the best of some random series. Where its
-    drives could not give the torque, it becomes smaller. It ends where it begins; a long one repeats a
-    shorter one.
+    It maximizes the determinant of the equations of `identify`, within the arm's ranges and limits of
+    velocity and acceleration, by descents from the best of some random series. If the drives are too weak,
+    the motion is made smaller. It ends where it begins; a long one repeats a shorter one.
 
     Parameters
     ----------
     arm
         The arm; or a shipped name, or the path of a file.
     duration
-        s.
+        Duration, s.
     n_set_points
-        Evenly spaced in time; by default 100 per second.
+        Number of set points, evenly spaced in time; by default 100 per second.
     within
-        Where the end effector may be, `tip_frame` of the arm.
+        Box for the end effector, the origin of `tip_frame`.
     seed
-        Of the random series; the same seed plans the same motion.
+        Seed of the random series; the same seed plans the same motion.
     name
-        Name of the trajectory; the arm's by default.
+        Name of the trajectory; by default from the arm's.
 
     Returns
     -------
@@ -124,8 +123,7 @@ def exciting_motion(
     Warns
     -----
     GdAnalyzeWarning
-        Of limits that the arm does not state, and ordinary ones in their place; of drives that are too weak
-        for even a small motion.
+        If limits are assumed because the arm states none, or drives are too weak for any motion.
 
     Examples
     --------
@@ -136,7 +134,7 @@ def exciting_motion(
     arm = arm_of(arm)
     duration = float(Schedule(duration).duration)
     count = max(2, round(_RATE * duration) + 1) if n_set_points is None else n_set_points
-    Schedule(duration, n_set_points=count)  # refuses what is impossible
+    Schedule(duration, n_set_points=count)  # refuses impossible values
     family = FourierSeries(box_limits(arm), duration)
     search = _Search(arm, family, within)
     series = search.best(np.random.default_rng(seed))
@@ -147,7 +145,7 @@ def exciting_motion(
     )
     time = np.linspace(0.0, duration, count)
     q, qd, qdd = (each.T for each in family.motion(series, time))
-    # At the ends this holds by definition, not just to round-off.
+    # Exact at the ends, not just to round-off.
     q[-1], qd[[0, -1]], qdd[[0, -1]] = q[0], 0.0, 0.0
     trajectory = Trajectory(time, q, qd, qdd, name=name or f"{arm.name}-exciting", origin=origin)
     between = Trajectory(search.fine, *(each.T for each in family.motion(series, search.fine)))
@@ -156,7 +154,7 @@ def exciting_motion(
 
 
 class _Search:
-    """What an arm's series tell, and the best of them."""
+    """Search for the most exciting series of an arm."""
 
     def __init__(self, arm: RobotArm, family: FourierSeries, within: Workspace | None) -> None:
         self.arm, self.family, self.within = arm, family, within
@@ -167,7 +165,7 @@ class _Search:
         self.torques = np.array(stated or [np.inf] * arm.n_joints)
 
     def outside(self, q: FloatArray, clearance: float) -> FloatArray:
-        """How far the end effector is outside its box along x, y and z, m, (3, N)."""
+        """Distance of the end effector outside its box along x, y and z, m, (3, N)."""
         if self.within is None:
             return np.zeros((3, q.shape[1]))
         kinematics = solve_kinematics(self.arm, q)
@@ -192,7 +190,7 @@ class _Search:
         return value, gradient
 
     def starts(self, rng: np.random.Generator) -> FloatArray:
-        """Numbers of random series, (starts, count); for a box small ones about positions within."""
+        """Numbers of random series, (starts, count); with a box, small ones about positions within it."""
         x = self.family.random(rng, _STARTS)
         if self.within is not None:
             limits, places = self.family.limits, rng.uniform(size=(_DRAWN, self.arm.n_joints))
@@ -202,7 +200,7 @@ class _Search:
         return x.reshape(_STARTS, -1)
 
     def best(self, rng: np.random.Generator) -> FloatArray:
-        """Series of the best descent, smaller where that keeps it within the box and its drives' torques."""
+        """Series of the best descent, made smaller if needed for the box or the drives' torques."""
         ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
         descents = [self.descent(x, _TRIES) for x in ranked[:_DESCENTS]]
         x, _ = self.descent(min(descents, key=lambda found: found[1])[0], _MORE)

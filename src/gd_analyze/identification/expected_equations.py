@@ -1,4 +1,4 @@
-"""The equations that `identify` would have of a motion not yet measured, and how much they tell."""
+"""The equations that `identify` would obtain from a planned motion, and their determinant."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from gd_analyze.identification.rows import Unknowns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import BoxLimits
 
-# States drawn to learn what torque is usual and what acts.
+# States drawn to find usual torques and acting parameters.
 _DRAWN = 200
-# What no state tells apart leaves singular values of round-off.
+# Singular values below this share are round-off, of indistinguishable parameters.
 _ACTING = 1e-9
-# Velocity, as a share of its limit, from which on Coulomb friction is nearly whole.
+# Velocity, as a share of its limit, above which Coulomb friction is nearly complete.
 _CREEPS = 0.05
 # Of a derivative.
 _STEP = 1e-6
@@ -38,7 +38,7 @@ class ExpectedEquations:
         unknowns = Unknowns(n)
         self.sizes = plausible_sizes(arm, described(arm), [], unknowns)
         self.sizes[unknowns.of_friction] = 1.0
-        # Noise and friction of a joint are taken to be in proportion to its usual torque.
+        # Noise and friction of a joint are assumed proportional to its usual torque.
         self.usual, self.acting = np.ones((n, 1, 1)), np.eye(unknowns.count)
         rows = self.rows(states)[..., : unknowns.of_drives.stop]
         self.usual = np.sqrt(np.square(rows).sum(axis=2, keepdims=True).mean(axis=1, keepdims=True))
@@ -46,23 +46,23 @@ class ExpectedEquations:
         self.acting = directions[: int((strength > _ACTING * strength[0]).sum())].T
 
     def rows(self, states: FloatArray) -> FloatArray:
-        """Of every joint at q, qd and qdd (3, n, N): a column per direction that acts, (n, N, columns)."""
+        """Rows of every joint at q, qd and qdd (3, n, N): a column per acting direction, (n, N, columns)."""
         q, qd, qdd = states
         n, count = q.shape
         joints, speed = np.arange(n), qd / self.fastest
         of_links = np.moveaxis(regressor(self.arm, q, qd, qdd).reshape(n, 10 * n, count), 1, 2)
         of_drives, of_friction = np.zeros((n, count, n)), np.zeros((n, count, n, 3))
         of_drives[joints, :, joints] = qdd
-        # A sign that has a derivative: `identify` leaves out where a joint creeps.
+        # A differentiable sign: `identify` leaves out creeping joints.
         signs = np.stack([np.tanh(speed / _CREEPS), speed, np.ones_like(speed)], axis=-1)
         of_friction[joints, :, joints] = signs * self.usual
         whole = np.concatenate([of_links, of_drives, of_friction.reshape(n, count, -1)], axis=2)
         return whole @ (self.sizes[:, None] * self.acting) / self.usual
 
     def log_determinant(self, states: FloatArray) -> tuple[float, FloatArray]:
-        """Of the normal equations, and its derivative by every number of the states, (3, n, N)."""
+        """Log determinant of the normal equations, and its derivatives by the states, (3, n, N)."""
         n, count = self.arm.n_joints, states.shape[2]
-        # Rows follow from the state at their instant: a step of each of its numbers at all instants at once.
+        # Rows depend only on the state at their instant: each number is varied at all instants at once.
         steps = _STEP * np.eye(3 * n + 1)[1:].reshape(3, n, -1, 1)
         near = self.rows((states[:, :, None] + steps).reshape(3, n, -1)).reshape(n, 3 * n + 1, count, -1)
         rows = near[:, 0].reshape(n * count, -1)

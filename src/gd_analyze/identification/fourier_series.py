@@ -1,4 +1,4 @@
-"""Fourier series from rest to rest that keep within an arm's limits, by numbers that may be anything."""
+"""Fourier series from rest to rest within an arm's limits, from unconstrained numbers."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.limits import BoxLimits
 
-# Harmonics, at least and at most.
+# Least and largest number of harmonics.
 _FEWEST, _MOST = 5, 12
-# Instants in the period of the fastest harmonic at which limits are judged.
+# Instants per period of the fastest harmonic at which limits are checked.
 INSTANTS = 30
-# Of a trigonometric polynomial the largest value at these instants is at least this share of the largest of
-# all (H. Ehlich, K. Zeller, Schwankung von Polynomen zwischen Gitterpunkten, Mathematische Zeitschrift 86).
+# Least ratio of a trigonometric polynomial's largest value at these instants to that at all (H. Ehlich, K.
+# Zeller, Schwankung von Polynomen zwischen Gitterpunkten, Mathematische Zeitschrift 86).
 _SHOWN = math.cos(math.pi / INSTANTS)
-# Share of what limits allow that a series uses, at least.
+# Least share of the limits that a series uses.
 _SMALLEST = 0.01
 
 
 class FourierSeries:
-    """All series of an arm and a duration that suit its limits.
+    """All series of a duration within an arm's limits.
 
     Every joint moves by a_0 + sum_k (a_k cos k w t + b_k sin k w t). A series is an array (..., n, 2 H + 1):
     a_1 to a_H, b_1 to b_H and a_0 of every joint. It follows from numbers within `bounds`, by joint: 2 H - 2
-    for its form, one for its place in the range (0 to 1), one for its share of what the limits allow.
+    for its form, one for its position in the range (0 to 1), and one for its share of the limits.
 
     Parameters
     ----------
     limits
-        Of the arm.
+        Limits of the arm.
     duration
-        s. A long motion repeats a shorter one.
+        Duration, s. A long motion repeats a shorter one.
     """
 
     def __init__(self, limits: BoxLimits, duration: float) -> None:
         self.limits, self.n_joints = limits, len(limits.lower)
-        # Faster than this, accelerations alone limit a motion: it gets smaller and tells little but inertia.
+        # Above it only accelerations limit a motion, which gets smaller and excites little but inertia.
         fastest = float(np.median(limits.acceleration / limits.velocity)) / (2.0 * np.pi)
         self.period = duration / max(1, int(fastest * duration / _MOST))
         self.harmonics = min(max(_FEWEST, math.ceil(fastest * self.period)), _MOST)
@@ -59,7 +59,7 @@ class FourierSeries:
         return np.array([np.vstack([cos, sin, one]), first, second])
 
     def within_limits(self, x: FloatArray) -> FloatArray:
-        """Series of some numbers, (..., count), of the size and at the place that these say."""
+        """Series from numbers, (..., count), with the size and position that these state."""
         x = x.reshape(*x.shape[:-1], self.n_joints, -1)
         form, place, share = x[..., :-2] @ self._form.T, x[..., -2], x[..., -1]
         q, qd, qdd = (form @ wave[:-1] for wave in self._waves)
@@ -74,7 +74,7 @@ class FourierSeries:
         return np.concatenate([size[..., None] * form, centre[..., None]], axis=-1)
 
     def motion(self, series: FloatArray, time: FloatArray | None = None) -> FloatArray:
-        """Positions, velocities and accelerations, (3, ..., n, N), by default at the instants judged."""
+        """Positions, velocities and accelerations, (3, ..., n, N), by default at the instants for limits."""
         return np.array([series @ wave for wave in (self._waves if time is None else self._waves_at(time))])
 
     def random(self, rng: np.random.Generator, count: int) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What logs told of an arm: parameters with their errors, and what is left of the torques."""
+"""Result of an identification: parameters with errors, and residual torques."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class IdentifiedParameter:
     file: float
     least_squares: float
     value: float  # identified: physically consistent, if that was asked for
-    error: float  # standard error; of what the log does not tell, its plausible size
-    size: float  # plausible one
+    error: float  # standard error; plausible size if the log does not tell the parameter
+    size: float  # plausible size
     told: bool  # whether a change of a third of its plausible size would show in the log
 
 
@@ -34,54 +34,54 @@ class Residuals:
     time: FloatArray  # s, one log after the other
     measured: FloatArray
     file: FloatArray  # of the arm as given
-    friction: FloatArray  # of that with friction fitted to it
+    friction: FloatArray  # of the same with fitted friction
     identified: FloatArray
     held_out: Array  # whether a row was predicted, not fitted
     loaded: Array  # whether the unknown payload was carried
 
     @property
     def judged(self) -> Array:
-        """Rows by which models are judged: those held out, without a payload that the file does not know."""
+        """Rows by which models are judged: held-out rows without unknown payload."""
         return self.held_out & ~self.loaded
 
     def rms(self, model: str) -> float:
-        """RMS of what a model leaves of the rows judged; `measured` for the measurement; nan without rows."""
+        """RMS residual of a model over the judged rows; `measured` for the torque; nan without rows."""
         values = getattr(self, model)[self.judged]
         left = values if model == "measured" else self.measured[self.judged] - values
         return float(np.sqrt(np.mean(left**2))) if len(left) else np.nan
 
     def share(self, model: str) -> float:
-        """That RMS over the measurement's."""
+        """RMS residual over the RMS of the measured torque."""
         measured = self.rms("measured")
         return self.rms(model) / measured if measured else np.nan
 
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """What logs tell of an arm.
+    """An arm identified from logs.
 
     Parameters
     ----------
     given, arm
-        The arm as given; and with the identified links, drives and friction, and their uncertainty.
+        The arm as given; and the arm with identified links, drives and friction, and their uncertainty.
     logs, held_out, loaded
-        Logs fitted, those held out (none: the last third of each), and those that carried the payload.
+        Names of fitted logs, of held-out ones (empty: the last third of each), and of those with the payload.
     physical
-        Whether every body was asked to be physically consistent.
+        Whether every body is physically consistent.
     parameters
         The base parameters, drives included, from base to tip.
     friction, friction_error
-        Coulomb, viscous and offset of every joint, N m, N m s, N m (N, N s/m, N), and standard errors, nan of
-        what is not told; (n, 3).
+        Coulomb and viscous friction and offset of every joint, N m, N m s, N m (N, N s/m, N), and standard
+        errors, nan where not told; (n, 3).
     drive_inertia, drive_error
-        At the joints, kg m^2 (kg), with standard errors, (n,); only part of it may be told apart from links.
+        Drive inertia at the joints, kg m^2 (kg), and standard errors, (n,); partly inseparable from links.
     residuals
-        Of every joint.
+        Residual torques by joint.
     estimate
-        Of all unknowns by least squares: noise of every joint, condition number, directions told.
+        Least squares of all unknowns: noise by joint, condition number, told directions.
     payload
-        Mass, kg, centre of mass, m, in the frame of the arm's tip, and standard errors of these four, (2, 4);
-        None without loaded logs.
+        Mass, kg, and centre of mass, m, in the frame of the arm's tip, and standard errors of these four,
+        (2, 4); None without loaded logs.
     """
 
     given: RobotArm
@@ -105,5 +105,5 @@ class Identification:
 
     @cached_property
     def silent(self) -> tuple[int, ...]:
-        """Joints, from 1, that never move enough for their torque to say anything."""
+        """Joints, from 1, that never move enough for their torque to be informative."""
         return tuple(i + 1 for i, each in enumerate(self.residuals) if not len(each.time))

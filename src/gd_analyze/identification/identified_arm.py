@@ -20,9 +20,9 @@ from gd_analyze.robots.parts import Drive, of_point_mass, symmetric_tensor
 
 
 def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
-    """Symbol, unit and link of every base parameter, drives included, and its share of links and drives.
+    """Symbol, unit and link of every base parameter, drives included, and its coefficients.
 
-    The shares are of `parameters_of` and of the drives' inertia, in the order of `Unknowns`: (k, 11 n).
+    The coefficients are for `parameters_of` and the drives' inertia, in the order of `Unknowns`: (k, 11 n).
     """
     base = base_parameters(arm, drives=True)
     of_drives = np.zeros((len(base), arm.n_joints))
@@ -37,7 +37,7 @@ def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
 def base_of(
     arm: RobotArm, estimate: Estimate, values: FloatArray, unknowns: Unknowns
 ) -> tuple[IdentifiedParameter, ...]:
-    """Give the base parameters: the file's, least squares, identified, their errors, and which are told."""
+    """Base parameters: of the file, by least squares, identified, with errors, and whether told."""
     names, matrix = base_matrix(arm)
     inertial = slice(0, unknowns.of_drives.stop)
     file, plain, found = (matrix @ x[inertial] for x in (estimate.start, estimate.values, values))
@@ -63,7 +63,7 @@ def base_of(
 def spread_of(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     """Rows whose squares add up to the covariance of links and drives, (k, n, 11).
 
-    Along what no torque depends on nothing is uncertain: how a sum splits into links stays as in the file.
+    Directions on which no torque depends are not uncertain: the split of sums among links is the file's.
     """
     matrix = base_matrix(arm)[1]
     sizes = estimate.sizes[: matrix.shape[1]]
@@ -78,7 +78,7 @@ def spread_of(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> FloatArr
 def identified_arm(
     arm: RobotArm, values: FloatArray, spread: FloatArray, unknowns: Unknowns, sources: str
 ) -> RobotArm:
-    """The arm with what was found."""
+    """The arm with identified numbers."""
     links, drives = [], []
     bodies, inertias = values[unknowns.of_links].reshape(-1, 10), values[unknowns.of_drives]
     for link, (mass, *rest) in zip(arm.links, bodies, strict=True):
@@ -119,14 +119,14 @@ def identified_arm(
         spread=spread,
         sources=(*arm.sources, sources),
         assumptions=(*arm.assumptions, _ASSUMED),
-        # What looked wrong of the links is gone with them.
+        # Doubts about the links are obsolete.
         doubts=tuple(text for text in arm.doubts if "mass" not in text and "inertia" not in text),
     )
 
 
 _ASSUMED = (
-    "Only the base parameters follow from torque: how they split into masses, centres of mass and inertias, "
-    "and what no torque depends on, is as near to the file's as physical bodies can be."
+    "Only the base parameters follow from torque: their split into masses, centres of mass and inertias, "
+    "and parameters without effect on torque, are as near to the file's as physical consistency allows."
 )
 
 
@@ -137,7 +137,7 @@ def sources_of(
     apart: Sequence[Trajectory],
     parameters: Sequence[IdentifiedParameter],
 ) -> str:
-    """State the day, the logs with their fingerprints, standard errors, and what the logs do not tell."""
+    """State day, logs with fingerprints, standard errors, and parameters that the logs do not tell."""
     kinds = (("", fitted), (", with a payload", loaded), (", held out", apart))
     logs = [f"{log.name}{how} (SHA-256 {log.fingerprint[:16]})" for how, kind in kinds for log in kind]
     untold = [one.symbol for one in parameters if not one.told]

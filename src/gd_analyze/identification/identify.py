@@ -1,4 +1,4 @@
-"""The model that a log supports: links, drives and friction from measured motion and torque."""
+"""Links, drives and friction from measured motion and torque."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import named_joints, number, percent
 
-# Share at the end of every log that is predicted, not fitted, where no log is held out.
+# Share at the end of every log that is predicted, not fitted, if no log is held out.
 HELD_OUT = 1.0 / 3.0
 # A torque that varies by less than this share of its size is constant.
 _CONSTANT = 1e-6
-# Between two logs in figures, as a share of the first.
+# Gap between two logs in figures, as a share of the first.
 _PAUSE = 0.05
-# A model that leaves more than this share of the square of what it has not seen describes nothing; share of
-# the RMS beyond which something is wrong with it or the log; ratio of two RMS that clearly differ.
+# A model with more than this share of the squared held-out torque as residual is useless; share of the RMS
+# beyond which model or log is faulty; ratio of two RMS that clearly differ.
 _NOTHING, _ROUGHLY, _CLEARLY = 0.5, 0.25, 1.1
-# First moments over the file's, or one over it, beyond which a unit is wrong rather than the file.
+# Ratio of first moments to the file's, or its inverse, that indicates a wrong unit.
 _HEAVY = 3.0
 
 
@@ -51,11 +51,11 @@ def identify(
     loaded: GivenMotions | None = None,
     physical: bool = True,
 ) -> Identification:
-    """Fit links, drives and friction to measured motions and torques, in one weighted least squares.
+    """Fit links, drives and friction to measured motions and torques by weighted least squares.
 
     Torque of every joint is linear in ten parameters of every link, the drives' inertia, Coulomb and viscous
-    friction and an offset. Rows are means over short windows of time, on both sides alike, and weighed by the
-    noise of their joint's residuals. What the logs do not tell keeps the file's values.
+    friction and an offset. Rows are means of both sides over short windows of time, weighted by the noise of
+    their joint's residuals. Parameters that the logs do not tell keep the file's values.
 
     Parameters
     ----------
@@ -64,33 +64,31 @@ def identify(
     logs
         Recordings with torques; or paths of files.
     held_out
-        Recordings that are predicted instead of fitted; by default the last third of every one of `logs`.
+        Recordings that are predicted instead of fitted; by default the last third of each log.
     loaded
-        Recordings in which the arm carries an unknown payload at its tip, whose mass and centre of mass are
-        unknowns, too.
+        Recordings with an unknown payload at the tip, whose mass and centre of mass are identified, too.
     physical
-        Take the physically consistent parameters nearest to the least squares, and along what the logs do not
-        tell nearest to the file, by a semidefinite program; otherwise only the signs of masses, of drives'
-        inertia and of friction are kept.
+        Take the physically consistent parameters nearest to the least squares and, along untold directions,
+        to the file, by a semidefinite program; otherwise only keep masses, drive inertias and friction
+        non-negative.
 
     Returns
     -------
     Identification
-        The arm, its parameters with standard errors, and what is left of the torques held out.
+        The arm, its parameters with standard errors, and the residuals of held-out torques.
 
     Raises
     ------
     UsageError
-        If a log has no torques or constant ones, is given twice, or has a sign or column wrong; if no joint
-        moves, the logs tell nothing of the links, or no model of this arm predicts what is held out.
+        If a log has no torques or constant ones, is given twice, or has a wrong sign or column; if no joint
+        moves, the logs do not determine the links, or no model of this arm predicts held-out torques.
     TrajectoryError
-        If a log is of another number of joints.
+        If a log has another number of joints.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of joints that do not move, of those that the identified model does not predict, and of first
-        moments far from the file's.
+        If joints do not move or are not predicted, or first moments are far from the file's.
     """
     arm = arm_of(arm)
     n = arm.n_joints
@@ -131,10 +129,10 @@ def identify(
     parameters = base_of(arm, estimate, values, unknowns)
     if not any(one.told for one in parameters):
         raise UsageError(
-            "the logs tell nothing of the links",
+            "the logs do not determine the links",
             where=f"arm {arm.name}",
-            expected="motions that excite them: `gd-analyze plan ROBOT --exciting` makes one",
-            found="parameters whose standard errors are as large as they are themselves",
+            expected="motions that excite them: `gd-analyze plan ROBOT --exciting` plans one",
+            found="parameters with standard errors as large as their values",
         )
     residuals = tuple(
         _residuals(each, flag, np.concatenate(load), start, values, unknowns, i)
@@ -176,10 +174,10 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
     still = [i + 1 for i, each in enumerate(rows) if not len(each.time)]
     if len(still) == arm.n_joints:
         raise UsageError(
-            "no joint moves, so that nothing can be identified",
+            "no joint moves, so nothing can be identified",
             where=f"arm {arm.name}",
-            expected="joints that turn one way for a while, faster than they creep",
-            next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` makes one",
+            expected="joints that move one way for a while, faster than creeping",
+            next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
         )
     flat = [
         i + 1
@@ -191,17 +189,17 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
             f"the measured torque of {named_joints(flat, arm.n_joints)} is constant while it moves",
             where=f"arm {arm.name}",
             expected="measured torques, or currents with --torque-constant",
-            next_step="`gd-analyze columns` shows which column was taken for the torque",
+            next_step="`gd-analyze columns` shows which column is used as torque",
         )
     if still:
-        message = f"{named_joints(still, arm.n_joints)} does not move: its torque tells nothing"
+        message = f"{named_joints(still, arm.n_joints)} does not move: its torque is not informative"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 def _require_friction_that_brakes(
     arm: RobotArm, estimate: Estimate, unknowns: Unknowns, residuals: Sequence[Residuals]
 ) -> None:
-    """Refuse torques that nothing predicts if friction would drive the joint: they are of the other sign."""
+    """Refuse unpredictable torques with which friction would drive the joint: their sign is wrong."""
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
@@ -218,18 +216,18 @@ def _require_friction_that_brakes(
 
 
 def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
-    """Refuse logs whose rows held out no parameters predict; warn of joints of which that is so."""
+    """Refuse logs whose held-out rows no parameters predict; warn of single joints of this kind."""
     n, shares = arm.n_joints, [each.share("identified") for each in residuals]
     known = [i for i, share in enumerate(shares) if np.isfinite(share)]
     unseen = [i + 1 for i in range(n) if i not in known and len(residuals[i].time)]
     if not known:
         raise UsageError(
-            "no joint moves in what is held out, so that nothing can be stated of the result",
+            "no joint moves in the held-out rows, so the result cannot be judged",
             where=f"arm {arm.name}",
-            next_step="hold out a log of moving joints, or none: then the last third of every log is",
+            next_step="hold out a log with moving joints, or none (then the last third of each)",
         )
     if unseen:
-        what = f"{named_joints(unseen, n)} does not move in what is held out: nothing is stated of its torque"
+        what = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
         warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
     poor = [i for i in known if shares[i] > _ROUGHLY]
     nothing = [i for i in poor if shares[i] ** 2 > _NOTHING]
@@ -238,21 +236,21 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
         return
     left = ", ".join(percent(shares[i]) for i in poor or worse)
     joints = named_joints([i + 1 for i in poor or worse], n)
-    what = f"the identified model leaves {left} of the RMS of the torque held out at {joints}"
+    what = f"the identified model misses {left} of the RMS of held-out torque at {joints}"
     if 2 * len(nothing) > len(known) or len(worse) == len(known):
-        better = "; the file with friction leaves less at every joint" if len(worse) == len(known) else ""
+        better = "; the file with friction misses less at every joint" if len(worse) == len(known) else ""
         raise UsageError(
             f"no model of this arm predicts the logs: {what}{better}",
             where=f"arm {arm.name}",
             next_step="check the arm, and order, signs and units of its torques (`gd-analyze columns`); "
-            "a log that is short, or ends unlike it begins, predicts nothing",
+            "a log that is short, or ends differently from its beginning, cannot predict",
         )
     what += ": check the columns, signs and units of its torque"
     warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
 
 
 def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
-    """Warn of first moments, on which gravity acts, that are far larger or smaller than the file's."""
+    """Warn of first moments, which gravity shows, that are far larger or smaller than the file's."""
     told = [one for one in parameters if one.told and one.unit == "kg m"]
     found, file = (float(np.linalg.norm([getattr(one, x) for one in told])) for x in ("value", "file"))
     if file > 0.0 and not 1.0 / _HEAVY < found / file < _HEAVY:
@@ -262,7 +260,7 @@ def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
 
 
 def _require_different(motions: Sequence[Trajectory]) -> None:
-    """Refuse a log that is given twice: it would count twice, or be predicted from itself."""
+    """Refuse a log given twice: it would count twice, or be predicted from itself."""
     seen: dict[str, str] = {}
     for motion in motions:
         if motion.fingerprint in seen:
@@ -276,7 +274,7 @@ def _require_different(motions: Sequence[Trajectory]) -> None:
 
 
 def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Sequence[Residuals]) -> None:
-    """Refuse torques that nothing predicts if they are the file's with the other sign, or another joint's."""
+    """Refuse unpredictable torques that match the file's with opposite sign, or another joint's."""
     if not arm.mass.any():
         return
     found = compare_torque(arm, motion)
@@ -284,7 +282,7 @@ def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Seq
         if not residuals[i].share("identified") > _ROUGHLY:
             continue
         if verdict == "other sign":
-            what, next_step = "has the other sign than the file's model", _to_turn([i], arm.n_joints)
+            what, next_step = "has the opposite sign of the file's model", _to_turn([i], arm.n_joints)
         elif verdict == "another joint's":
             what, next_step = f"follows the model of joint {other}", "name its column with --map"
         else:
@@ -295,9 +293,9 @@ def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Seq
 
 
 def _to_turn(joints: Sequence[int], n: int) -> str:
-    """What turns the torques' sign at these joints, from 0."""
+    """Option that reverses the torques' sign at these joints, from 0."""
     signs = ",".join("-1" if i in joints else "1" for i in range(n))
-    return f"--torque-constant {signs} turns its sign"
+    return f"--torque-constant {signs} reverses its sign"
 
 
 def _residuals(

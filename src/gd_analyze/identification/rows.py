@@ -1,9 +1,9 @@
-"""A log as linear equations: torque of a joint, a row per window of time, by what it is linear in.
+"""A log as linear equations of a joint's torque, with a row per window of time.
 
 Torque is linear in ten parameters of every link, the inertia of drives, Coulomb and viscous friction and an
-offset. Both sides of an equation are means over the same window, which filters and decimates both alike: what
-the motion's own filter does to a torque that jumps is then of no consequence (M. Gautier, Dynamic
-identification of robots with power model, ICRA 1997, calls it parallel filtering).
+offset. Both sides of an equation are means over the same window, which filters and decimates both equally, so
+that the motion's filter does not matter for jumping torques (parallel filtering: M. Gautier, Dynamic
+identification of robots with power model, ICRA 1997).
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from gd_analyze.dynamics.measured_torque import direction
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
-# Windows in a period of the fastest cut-off, beyond which the motion holds next to nothing; readings in a
-# window of a log that was not filtered.
+# Windows per period of the fastest cut-off, beyond which the motion has almost no content; readings per
+# window of an unfiltered log.
 _PER_PERIOD, _READINGS = 4.0, 5
 _OF_LINK = len(PARAMETERS)
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Where the numbers that torque is linear in stand: links, drives, friction by joint, a payload."""
+    """Layout of the unknowns: links, drives, friction by joint, payload."""
 
     n_joints: int
     payload: bool = False
 
     @property
     def of_links(self) -> slice:
-        """Ten of every link, as `parameters_of` gives them."""
+        """Ten of every link, as in `parameters_of`."""
         return slice(0, _OF_LINK * self.n_joints)
 
     @property
@@ -54,7 +54,7 @@ class Unknowns:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of unknowns."""
         return self.of_payload.stop
 
 
@@ -67,12 +67,12 @@ class JointRows:
     time: FloatArray  # middle of each window, s, (rows,)
 
     def at(self, chosen: Array | slice) -> JointRows:
-        """Some of them."""
+        """Some of the rows."""
         return JointRows(self.columns[chosen], self.torque[chosen], self.time[chosen])
 
     @classmethod
     def joined(cls, several: list[JointRows]) -> JointRows:
-        """One after the other."""
+        """Rows of several logs, one after the other."""
         return cls(*(np.concatenate([getattr(one, name) for one in several]) for name in cls.__annotations__))
 
 
@@ -86,14 +86,14 @@ def rows_of(
     arm, motion
         The arm, and a recording of it with torques.
     unknowns
-        Their order.
+        Layout of the unknowns.
     fastest
         Largest velocity of every joint over all logs, (n,): a joint much slower than this creeps.
     loaded
-        Whether the payload was carried.
+        Whether the arm carried the payload.
     """
     recording, n = motion.recording, arm.n_joints
-    assert recording is not None  # who calls has asked for it
+    assert recording is not None  # checked by callers
     assert recording.torque is not None
     ways = np.array([direction(motion, i, float(fastest[i])) for i in range(n)])
     found: list[list[JointRows]] = [[] for _ in range(n)]
@@ -114,14 +114,14 @@ def rows_of(
                 columns[unknowns.of_payload] = per_unit[i, -1]
             means = np.add.reduceat(columns, starts, axis=1) / counts
             torque = np.add.reduceat(torque, starts) / counts
-            # Where the joint creeps or turns round, its friction has no sign.
+            # Where the joint creeps or reverses, its friction has no definite sign.
             moves = np.abs(np.add.reduceat(way, starts)) == counts
             found[i].append(JointRows(means.T, torque, time).at(moves & np.isfinite(torque)))
     return [JointRows.joined(each) for each in found]
 
 
 def _windows(motion: Trajectory) -> Iterator[tuple[slice, Array]]:
-    """Set points by the `CHUNK`, and where in each the windows start; none is cut or spans a gap."""
+    """Slices of up to `CHUNK` set points, and starts of their windows; none is cut or spans a gap."""
     recording = motion.recording
     step = float(np.median(np.diff(motion.time)))
     cutoff = None if recording is None or recording.cutoff is None else float(recording.cutoff.max())

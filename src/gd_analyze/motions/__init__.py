@@ -1,1 +1,1 @@
-"""Motions of an arm: read from files of any kind, planned, pooled, or drawn as states."""
+"""Motions of an arm: read from files, planned, pooled, or drawn as states."""

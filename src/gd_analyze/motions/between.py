@@ -1,14 +1,14 @@
-r"""What a motion may do between two of its set points: three motions through both, in powers of s = 0 ... 1.
+r"""Possible motions between two neighbouring set points: three through both, in powers of s = 0 ... 1.
 
 The polynomial of fifth degree through all six numbers of a joint; that of third degree through q and qd,
-whose acceleration may jump at a set point, as that of a trapezoidal profile does; the straight line, of q, qd
-and qdd each on its own. They are the same motion but for what an acceleration along a line does not explain,
+whose acceleration may jump at a set point, as in a trapezoidal profile; and straight lines through q, qd and
+qdd separately. They differ only by what a linear acceleration does not explain,
 
     D_v = qd_1 - qd_0 - T (qdd_0 + qdd_1) / 2,
     D_q = q_1 - q_0 - T (qd_0 + qd_1) / 2 + T^2 (qdd_1 - qdd_0) / 12.
 
-Numbers in a file are rounded, and over a short T the accelerations that would explain the last digit are
-enormous: D_v and D_q below what a caller takes for rounding are taken for zero.
+Numbers in a file are rounded, and over a short T the accelerations that explain the last digit are enormous:
+D_v and D_q below the caller's rounding are set to zero.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _DEGREE = 5
 _POWERS = np.arange(_DEGREE + 1)
 # Largest s - s^k, by k.
 _OFF_LINE = (0.0, 0.0, 0.25, 0.3850, 0.4725, 0.5350)
-# Instants of an interval at which the motions are compared, its ends among them.
+# Instants of an interval at which the motions are compared, including its ends.
 _COMPARED = np.linspace(0.0, 1.0, 9)
 
 
@@ -34,7 +34,7 @@ _COMPARED = np.linspace(0.0, 1.0, 9)
 class Between:
     """Motions between consecutive set points."""
 
-    # Of s^0 ... s^5, shape (intervals, 6, 3, 3, n): of the three motions q, qd and qdd of every joint
+    # Coefficients of s^0 ... s^5, shape (intervals, 6, 3, 3, n): by motion, q, qd and qdd, and joint
     coefficients: FloatArray
 
     @classmethod
@@ -42,7 +42,7 @@ class Between:
         """Take some intervals, from 0; D_q and D_v up to `rounding`, shape (2, n), are round-off."""
         width, ((q0, q1), (v0, v1), (a0, a1)), off_q, off_v = _unexplained(motion, rounding, chosen)
         rise = off_q + off_v / 2
-        # The acceleration along a line, and what that does not explain.
+        # Linear acceleration, and what it does not explain.
         begin, second, third = [q0, v0 * width], a0 * width**2 / 2, (a1 - a0) * width**2 / 6
         rest = [third + 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v]
         quintic = [*begin, second, *rest]
@@ -68,15 +68,15 @@ class Between:
     def along_lines(
         motion: Trajectory, rounding: FloatArray, chosen: slice
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Limits of intervals, and how far the motions may be apart, (intervals, 3, n), in few operations.
+        """Limits of intervals, and bounds on the motions' distance, (intervals, 3, n), in few operations.
 
-        With c_k s^k a motion's power, it is off the straight line between its ends by at most
-        sum_k abs(c_k) max_s (s - s^k), so that limits are wider than those of `ranges`.
+        A motion with powers c_k s^k deviates from the straight line between its ends by at most sum_k
+        abs(c_k) max_s (s - s^k); the limits are wider than those of `ranges`.
         """
         width, ends, off_q, off_v = _unexplained(motion, rounding, chosen)
         (q0, q1), (v0, v1), (a0, a1) = ends
         rise, second, third = off_q + off_v / 2, a0 * width**2 / 2, (a1 - a0) * width**2 / 6
-        # Of the quintic and the cubic together.
+        # The quintic and the cubic together.
         bend = (
             abs(second) + abs(3 * rise - off_v),
             abs(third) + abs(10 * rise - 4 * off_v) + abs(2 * rise - off_v),
@@ -99,7 +99,7 @@ class Between:
 
     @property
     def differences(self) -> FloatArray:
-        """How far the motions are apart, at most, at some instants between, shape (intervals, 3, n)."""
+        """Largest distance between the motions at some instants, shape (intervals, 3, n)."""
         values = self._combined(_COMPARED[:, None] ** _POWERS)
         return np.asarray(np.ptp(values, axis=2).max(axis=1))
 
@@ -111,7 +111,7 @@ class Between:
 
 
 def _bernstein(begin: FloatArray, end: FloatArray) -> FloatArray:
-    """What makes Bernstein coefficients on begin ... end of coefficients of powers, shape (K, 6, 6)."""
+    """Matrices from coefficients of powers to Bernstein coefficients on begin ... end, shape (K, 6, 6)."""
     binomial = np.array([[math.comb(j, i) for j in _POWERS] for i in _POWERS], dtype=float)
     width = (end - begin)[:, None, None]
     shift = np.maximum(_POWERS[None, :] - _POWERS[:, None], 0)
@@ -124,7 +124,7 @@ def _bernstein(begin: FloatArray, end: FloatArray) -> FloatArray:
 def _unexplained(
     motion: Trajectory, rounding: FloatArray, chosen: slice | NDArray[np.intp]
 ) -> tuple[FloatArray, tuple[tuple[FloatArray, FloatArray], ...], FloatArray, FloatArray]:
-    """T, shape (intervals, 1), q, qd and qdd at both ends, and D_q and T D_v without what is rounding."""
+    """T, shape (intervals, 1), q, qd and qdd at both ends, and D_q and T D_v without rounding."""
     if isinstance(chosen, slice):
         chosen = np.arange(*chosen.indices(motion.n_set_points - 1))
     width = (motion.time[chosen + 1] - motion.time[chosen])[:, None]

@@ -1,6 +1,6 @@
-"""The cut-off of the low-pass, by rule or as asked for, and the readings that accelerations come from.
+"""The cut-off of the low-pass, by rule or as given, and the readings from which accelerations are derived.
 
-Motion and noise are told apart by their spectra: see docs/decisions/0021-cut-off.md.
+Motion and noise are distinguished by their spectra: see docs/decisions/0021-cut-off.md.
 """
 
 from __future__ import annotations
@@ -18,36 +18,35 @@ from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import Sampling
 from gd_analyze.text import figures, named_joints
 
-# Length of the pieces whose spectra are averaged, s, and in readings at least.
+# Length of the pieces whose spectra are averaged: in s, and the least number of readings.
 _PIECE, _SHORTEST = 8.0, 64
-# Frequencies averaged into one: a share of the frequency to either side, and these many at least.
+# Frequencies averaged into one: a share of the frequency to either side, and the least number.
 _SHARE, _FEWEST = 0.15, 2
-# Above it arms swing in the elasticity of their joints, which no model of rigid links describes.
+# Hz; above it elastic joints make arms vibrate, which no model of rigid links describes.
 _HIGHEST = 30.0
-# Of the readings per second: noise that they fold must not reach what passes.
+# Share of the sample rate: aliased noise must not reach the pass band.
 _HIGHEST_SHARE = 0.2
-# The lowest cut-off that is chosen, Hz, and that of a short motion in periods.
+# The lowest cut-off chosen by rule, Hz, and for a short motion in periods.
 _LOWEST, _FEWEST_PERIODS = 0.5, 2.0
-# Ratio of the cut-offs that are compared.
+# Ratio of neighbouring cut-offs that are compared.
 _RATIO = 1.05
-# How much more a density has to be than somewhere up to so many times its frequency, to be of motion:
-# averaged as it is, noise varies less, and what a sensor filters falls less.
+# A density is of motion if it exceeds by this factor the density somewhere up to this multiple of its
+# frequency: averaged noise varies less, and a sensor's filter falls less.
 _STANDS_OUT, _WITHIN = 6.0, 5.0
 # The law of the noise is fitted from the highest frequency of motion times this, for a decade.
 _CLEAR, _DECADE = 1.3, 10.0
 _FEWEST_FITTED = 5
 # Steepest rise of a density: white noise, differentiated twice.
 _STEEPEST = 4.0
-# Share of the most moving joint's acceleration as which that of a still one counts.
+# Least acceleration of a joint, as a share of that of the joint that moves most.
 _HARDLY = 0.1
-# Integral of the squared error of a constant jerk at both ends of a stretch, times f_c^3.
+# Integral of the squared error from a constant jerk at both ends of a stretch, times f_c^3.
 _ENDS = 0.0228
-# Highest cut-off that a user may give, of the readings per second: above it hardly anything is smoothed.
+# Highest cut-off that a user may give, as a share of the sample rate: above it hardly anything is smoothed.
 _LARGEST_SHARE = 0.25
-# Share of the motion that the best readings show, which others have to show as well: where all is noise, no
-# motion is missed.
+# Share of the motion in the best readings that others must show, too, unless all is noise.
 _SEEN = 0.5
-# Share of a joint's acceleration at too high frequencies that is warned of; below _AT_REST, per s^2, none is.
+# Share of a joint's acceleration at too high frequencies that causes a warning, if above _AT_REST, per s^2.
 _MISSED, _AT_REST = 0.1, 1e-3
 
 
@@ -63,8 +62,8 @@ def passed(frequency: FloatArray, cutoff: float) -> FloatArray:
 def power(time: FloatArray, readings: FloatArray, rate: float, order: int, piece: int) -> FloatArray:
     """Power spectral density of the derivative of readings, by Welch's method on their differences.
 
-    Unlike positions, differences have no trend that would leak into all frequencies; what they lack of a
-    derivative at high frequencies is made up for.
+    Unlike positions, differences have no trend that leaks into all frequencies; their attenuation of high
+    frequencies is compensated.
     """
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import welch
@@ -81,20 +80,20 @@ def power(time: FloatArray, readings: FloatArray, rate: float, order: int, piece
 class Noise:
     """Motion and noise in a joint's accelerations."""
 
-    frequency: FloatArray  # hz, even steps from the first above zero, shape (F,)
+    frequency: FloatArray  # Hz, even steps from the first above zero, shape (F,)
     # S and N, one-sided, (rad/s^2)^2 per Hz, or in m, shape (F,)
     motion: FloatArray
     noise: FloatArray
     seconds: float  # T, mean length of the stretches
-    # RMS acceleration that stands out above the frequencies of motion, per s^2: noise of some frequency, or
-    # motion too fast for the readings
+    # RMS acceleration of peaks above the frequencies of motion, per s^2: noise of one frequency, or motion
+    # too fast for the readings
     missed: float
 
     @classmethod
     def of(
         cls, parts: Sequence[tuple[FloatArray, FloatArray]], rate: float, order: int, highest: float
     ) -> Noise:
-        """Tell a joint's motion and noise apart, stretch by stretch; above `highest`, Hz, all is noise."""
+        """Separate a joint's motion and noise, stretch by stretch; above `highest`, Hz, all is noise."""
         piece = min(max(int(_PIECE * rate), _SHORTEST), max(len(x) for _, x in parts) - order)
         pairs = [(t, x) for t, x in parts if len(x) - order >= piece]
         total = sum(power(t, x, rate, order, piece) * len(x) for t, x in pairs)
@@ -166,7 +165,7 @@ class Source:
 
     @classmethod
     def of(cls, sampling: Sampling, values: FloatArray, order: int) -> Source:
-        """Look at the spectra of readings, shape (N, n)."""
+        """Compute the spectra of readings, shape (N, n)."""
         of_joints = ([(sampling.time[part], x[part]) for part in sampling.stretches] for x in values.T)
         rate, highest = 1 / sampling.step, _highest(sampling)
         return cls(values, order, tuple(Noise.of(parts, rate, order, highest) for parts in of_joints))
@@ -177,10 +176,10 @@ class Source:
 
     @property
     def sizes(self) -> FloatArray:
-        """RMS accelerations by which errors of the joints are measured, shape (n,).
+        """RMS accelerations that scale the joints' errors, shape (n,).
 
-        A joint that hardly moves counts as if it moved by a tenth of what the most moving one does: its
-        noise must not take the motion from others, nor theirs pass for its motion.
+        A joint that hardly moves counts as moving a tenth as much as the joint that moves most: its noise
+        must not determine the cut-off of the others.
         """
         moved = np.array([noise.moved for noise in self.noises])
         size = np.maximum(moved, _HARDLY * moved.max(initial=0.0))
@@ -207,10 +206,10 @@ def _highest(sampling: Sampling) -> float:
 def chosen(
     sources: Sequence[Source], sampling: Sampling, treatment: Treatment
 ) -> tuple[Source, FloatArray, str]:
-    """Choose a source, its cut-offs in Hz, shape (n,), and the rule they follow.
+    """Choose a source and its cut-offs, Hz, shape (n,), and name the rule.
 
-    The rule gives all joints one cut-off, so that they move together and torques can be compared. The source
-    is the one whose accelerations have the least expected error, of those that show the motion.
+    The rule gives all joints one cut-off, so that they move together and torques can be compared. Of the
+    sources that show the motion, the one with the least expected error of accelerations is taken.
     """
     n = sources[0].values.shape[1]
     if treatment.cutoff is not None:
@@ -227,13 +226,13 @@ def chosen(
     joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
     if highest < _HIGHEST and joints:
         what = f"accelerations above {figures(highest)} Hz in the log, left out: {named_joints(joints, n)}"
-        few = f"{figures(1 / sampling.step)} readings per second are too few for them, log faster"
+        few = f"{figures(1 / sampling.step)} readings per second are too few for these; log faster"
         warnings.warn(f"{what}; {few}", GdAnalyzeWarning, stacklevel=4)
     rule = "least expected error of the accelerations"
     if own[place] >= highest * 0.999:
         slow = own[place] < _HIGHEST * 0.999
-        why = f"{_HIGHEST_SHARE:g} of the readings per second" if slow else "above it arms are not rigid"
-        rule = f"the highest of the rule: {why}"
+        why = f"{_HIGHEST_SHARE:g} of the sample rate" if slow else "arms are not rigid above it"
+        rule = f"the highest allowed: {why}"
     return seeing[place], np.full(n, own[place]), rule
 
 
@@ -244,7 +243,7 @@ def _given(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> Flo
         raise refusal("wrong number of cut-offs", "--cutoff", expected, str(given.size))
     most = _LARGEST_SHARE / sampling.step
     if given.max() > most:
-        what, found = "the cut-off is too high for so few readings", f"{figures(float(given.max()))} Hz"
+        what, found = "the cut-off is too high for the sample rate", f"{figures(float(given.max()))} Hz"
         expected = f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second"
-        raise refusal(what, "--cutoff", expected, found, "give a lower one, or none: a rule chooses one then")
+        raise refusal(what, "--cutoff", expected, found, "give a lower one, or none to have it chosen")
     return given

@@ -1,4 +1,4 @@
-"""Columns that belong together: of one role, one per joint of the arm, by name or by number; and of time."""
+"""Families of columns: one role, one column per joint, matched by name or number; and columns of time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gd_analyze.motions.roles import (
 )
 
 SAMPLE = "sample"
-# Before all else a log has the time of its rows, then the stamp of the message, then anything called time.
+# Preferred are the time of the rows, then the stamp of the message, then anything called time.
 _ROW_TIME, _STAMP, _ANY = 0, 1, 2
 
 
@@ -29,21 +29,21 @@ _ROW_TIME, _STAMP, _ANY = 0, 1, 2
 class Family:
     """Columns of one role, one per joint."""
 
-    # As the names say, see `Meaning`
+    # From the names, see `Meaning`
     role: str
     group: Words
     kind: Kind
     rank: int
     word: str
     label: Words  # words beside the number of the joint
-    columns: Mapping[int, tuple[int, ...]]  # columns of each joint of the arm, from 0; there should be one
+    columns: Mapping[int, tuple[int, ...]]  # columns of each joint of the arm, from 0, normally one
     extra: tuple[int, ...]  # columns of joints that the arm lacks
     why: str  # how the joints were matched
     renamed: tuple[tuple[str, str], ...] = ()  # log's name and arm's name of joints whose names differ
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What tells it from others."""
+        """Key that distinguishes it from other families."""
         return self.role, self.group, self.label, self.rank, self.word
 
     @property
@@ -53,12 +53,12 @@ class Family:
 
     @property
     def topic(self) -> Words:
-        """Words of where it comes from, be it measured or commanded."""
+        """Words of its origin, regardless of measured or commanded."""
         return tuple(sorted(set(self.group) - MEASURED - TARGET))
 
     @property
     def all_columns(self) -> tuple[int, ...]:
-        """Every column of it."""
+        """All its columns."""
         return tuple(column for columns in self.columns.values() for column in columns)
 
 
@@ -72,7 +72,7 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
         if meaning.role in ROLES:
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, {})[column] = meaning
-    # A log that numbers its joints tells by other words what else it has of each: TorqueSm1 beside Position1.
+    # A log that numbers its joints may use other words for further quantities: TorqueSm1 beside Position1.
     beside = any(
         m.number is not None and not m.label for columns in groups.values() for m in columns.values()
     )
@@ -106,7 +106,7 @@ def _by(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
 
 
 def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
-    """Label and numbers of joints whose names differ in a number alone; None of others."""
+    """Label and numbers of joints whose names differ only in a number; None for others."""
     split = [joint_of(words_of(name)) for name in names]
     numbers = tuple(number for _, number in split if number is not None)
     if len(set(numbers)) < len(names) or len({label for label, _ in split}) > 1:
@@ -123,7 +123,7 @@ def _by_number(
 ) -> Family | None:
     """Match columns of a label by number.
 
-    Where words beside the numbers name joints, `written` are the names as written, and the arm's must count.
+    Where words beside the numbers name joints, `written` are names as written; the arm's must be numbered.
     """
     counts = arms_numbers(names)
     if label and written is not None and counts is None:
@@ -142,12 +142,12 @@ def _by_number(
 
 
 def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) -> Family | None:
-    """Match names that differ in the same words before all of them, such as a prefix of the robot."""
+    """Match names that differ only by the same leading words, such as the robot's prefix."""
     own = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
     if not all(any(not word.isdigit() for word in words) for words in own):
         return None
-    # Words that the log has before a joint's; after "", words that it lacks.
+    # Leading words that the log adds; after "", leading words that it lacks.
     prefixes: dict[Words, None] = {}
     for words in logged.values():
         for joint in own:
@@ -181,7 +181,7 @@ class TimeColumns:
 def time_columns(
     names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
 ) -> TimeColumns | None:
-    """Find the time of the rows; `stand` tells of which columns all first cells are the same."""
+    """Find the time of the rows; `stand` tells whether all first cells of a column are equal."""
     found = []
     for k, meaning in enumerate(meanings):
         name = names[k].strip()

@@ -1,4 +1,4 @@
-"""Does a motion suit an arm? Its extremes beside the limits, and warnings of what looks wrong."""
+"""Check a motion against an arm: extremes and limits, and warnings of implausible numbers."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from gd_analyze.robots.parts import Joint
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-# Limits are nominal numbers of a few digits; files print positions with ten or so. Less than this past a
-# limit, relative to it, is a rounded digit and no violation.
+# Limits are nominal numbers of a few digits; files print positions with ten or so. Exceeding a limit by less
+# than this, relative to it, is rounding and no violation.
 ROUNDING = 1e-9
-# A joint without limits may turn several times; numbers beyond two turns are rarely radians.
+# Joints without limits may turn several times, but numbers beyond two turns are rarely radians.
 MANY_TURNS = 4 * math.pi
-# Motions of more than this, rad or m, do not creep; and velocities up to this share of the limits are usual.
+# Motions of more than this, rad or m, are not creeping; velocities from this share of the limits are usual.
 _MOVES, _USUAL = 0.1, 1.5
-# An arm whose joints keep within so many standard deviations of their noise stands still.
+# An arm stands still if its joints keep within this many standard deviations of their noise.
 _STILL = 6.0
-# Steps, s, of logs: 10 kHz to 10 Hz.
+# Time steps of logs, s: 10 kHz to 10 Hz.
 _FASTEST, _SLOWEST = 1e-4, 0.1
 _UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
@@ -50,7 +50,7 @@ class Violation:
 
     @property
     def excess(self) -> float:
-        """Distance of the value past the limit, positive."""
+        """Excess of the value over the limit, positive."""
         return abs(self.value - self.limit)
 
     def __str__(self) -> str:
@@ -80,14 +80,14 @@ class JointExtremes:
 
 @dataclass(frozen=True)
 class LimitReport:
-    """Extremes of a motion beside the limits of the arm."""
+    """Extremes of a motion and the limits of the arm."""
 
     rows: tuple[JointExtremes, ...]  # one per joint
     violations: tuple[Violation, ...]  # every limit exceeded, in the order of the joints
 
     @property
     def least_stretch(self) -> float | None:
-        """Factor on the duration at which velocities and accelerations just meet their limits.
+        """Factor on the duration with which velocities and accelerations just meet their limits.
 
         Stretching time by k divides velocities by k and accelerations by k^2; None without such limits.
         """
@@ -101,7 +101,7 @@ class LimitReport:
 
 
 def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> LimitReport:
-    """Compare extremes with limits: of a trajectory at its set points, of a path between them too."""
+    """Compare extremes with limits: at the set points of a trajectory, or everywhere on a path."""
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
         limits: list[tuple[Quantity, float | None, str, int]] = [
@@ -121,7 +121,7 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
 
 
 def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[float, float]]:
-    """Least and largest variable, largest velocity and acceleration of a joint (from 0), with instants."""
+    """Smallest and largest variable, largest velocity and acceleration of a joint (from 0), with instants."""
     found = []
     for order in range(3):
         if isinstance(motion, Trajectory):
@@ -136,7 +136,7 @@ def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[
 
 
 def _candidates(path: PPoly[np.float64], joint: int) -> tuple[FloatArray, FloatArray]:
-    """Instants and values of possible extremes: ends of each piece, and where its derivative is 0."""
+    """Instants and values of possible extremes: ends of each piece, and zeros of its derivative."""
     instants, values = [], []
     for piece, (begin, width) in enumerate(zip(path.x, np.diff(path.x), strict=False)):
         coefficients = path.c[:, piece, joint]
@@ -162,7 +162,7 @@ def angle(value: float, unit: str) -> str:
 
 
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
-    """Refuse a trajectory of another number of joints; warn of limits exceeded and of what looks wrong."""
+    """Refuse a trajectory with another number of joints; warn of exceeded limits and implausible numbers."""
     require_joints(trajectory, arm)
     low, high = trajectory.extremes[0]
     suspects = _degree_suspects(arm, low, high)
@@ -171,7 +171,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
         largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
-        step = f"name the columns q{suspects[0] + 1}_deg and so on, or say --degrees"
+        step = f"name the columns q{suspects[0] + 1}_deg and so on, or give --degrees"
         found.append(f"{reached}, which looks like degrees; if they are, {step}")
     smooth = trajectory.recording is not None and trajectory.recording.measured
     for violation in limit_report(arm, trajectory).violations:
@@ -184,7 +184,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
         if violation.joint - 1 not in suspects:
             found.append(message)
-    # Velocities that come of positions and instants alone, and would be usual in another unit of time.
+    # Velocities derived from positions and instants that would be usual in another unit of time.
     span = high - low
     moving = span > _MOVES
     limits = arm.limits("velocity_limit")[moving]
@@ -192,14 +192,14 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
         period = float(np.median(np.diff(trajectory.time)))
         usual = [unit for unit, of in _UNITS.items() if 0.0 < of * share <= _USUAL]
-        # A controller's rate tells more than how fast it may move the arm.
+        # A controller's rate is better evidence than the arm's velocity limits.
         units = [unit for unit, of in _UNITS.items() if _FASTEST <= period / of <= _SLOWEST] or usual
         if usual:
-            slow = f"at most {100 * share:.2g} % of the arm's velocity limits, in time read as seconds"
-            found.append(f"{slow}; if it is in {units[0]}, say --time-unit {units[0]}")
+            slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
+            found.append(f"{slow}; if it is in {units[0]}, give --time-unit {units[0]}")
     recording = trajectory.recording
     if smooth and recording is not None and (span <= _STILL * recording.noise_q + ROUNDING).all():
-        found.append("no joint moves by more than the noise: the arm stands still")
+        found.append("no joint moves by more than its noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in found:
@@ -207,11 +207,11 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
 
 
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
-    """Refuse a trajectory of another number of joints; raises TrajectoryError."""
+    """Raise a TrajectoryError if a trajectory has another number of joints."""
     if trajectory.n_joints != arm.n_joints:
         where, step = (
             f"trajectory {trajectory.name}",
-            "choose its arm; `gd-analyze arms` lists the built-in ones",
+            "choose the right arm; `gd-analyze arms` lists the built-in ones",
         )
         expected, found = f"{arm.n_joints} joints", f"{trajectory.n_joints} joints"
         raise refusal(f"{where} is not for arm {arm.name}", where, expected, found, step)
@@ -220,7 +220,7 @@ def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
 def warn_if_radians(name: str, degrees: FloatArray) -> None:
     """Warn when angles that a file calls degrees, shape (N, k), look like radians.
 
-    Few motions stay within 3.15 degrees of zero in every joint; in radians all within half a turn do.
+    Few motions stay within 3.15 degrees of zero in every joint; in radians, all within half a turn do.
     """
     reach = float(np.nanmax(np.abs(degrees), initial=0.0))
     if reach <= 3.15 and bool((np.ptp(degrees, axis=0) > 0).any()):

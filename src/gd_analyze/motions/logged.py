@@ -1,4 +1,4 @@
-"""What a log holds of a motion, and the numbers of a trajectory made of it: sorted, unwrapped, smoothed."""
+"""The motion in a log, and its conversion to a trajectory: sorted, unwrapped, smoothed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Role = Literal["time", "unused"] | Quantity
 
 _DEGREE = 5
 _KNOTS_PER_PERIOD, _KNOTS_PER_READING = 8, 4
-# Below so many periods in a stretch the spline is a parabola, whatever the cut-off.
+# Below this many periods in a stretch the spline is a parabola for any cut-off.
 _PARABOLA = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
 _GRAM = np.array([1, 26, 66, 26, 1]) / 120
@@ -35,20 +35,20 @@ _GRAM = np.array([1, 26, 66, 26, 1]) / 120
 class ColumnUse:
     """How one column of a log was understood."""
 
-    column: str  # its name, or its number from 1 where it has none
+    column: str  # its name, or its number from 1 if it has none
     role: Role  # "time", "q", "qd", "qdd", "torque" or "unused"
-    joint: str = ""  # name of the arm's joint; "" of time and unused columns
+    joint: str = ""  # name of the arm's joint; "" for time and unused columns
     unit: str = ""  # unit of its numbers in the log
     why: str = ""  # the reason for the role
 
 
 @dataclass(frozen=True, eq=False)
 class Logged:
-    """The columns of an arm's motion, in SI units and in the order of the joints, not yet treated."""
+    """The columns of an arm's motion, in SI units and in the order of the joints, untreated."""
 
-    time: FloatArray  # s, shape (N,); of a log, instants may repeat, jump or leave gaps
+    time: FloatArray  # s, shape (N,); in a log instants may repeat, jump or leave gaps
     q: FloatArray  # joint variables, rad (m), shape (N, n); nan where a cell is empty
-    # Velocities, accelerations and torques at the joints, same shape; None where there are none
+    # Velocities, accelerations and torques at the joints, same shape; None if missing
     qd: FloatArray | None
     qdd: FloatArray | None
     torque: FloatArray | None
@@ -57,10 +57,10 @@ class Logged:
     # Short identifier, and where it was read
     name: str = "log"
     origin: str = ""
-    # Of a file of set points, whose rows are taken as they are: the rows, from 0, before which it states a
-    # gap. None of any other log
+    # For a file of set points, whose rows are used unchanged: the rows, from 0, before which it states a gap.
+    # None for any other log
     gaps: tuple[int, ...] | None = None
-    judged: bool = False  # whether `measured` follows from names alone, so that the numbers may say otherwise
+    judged: bool = False  # whether `measured` follows from names alone, so that the numbers may contradict it
 
     def __repr__(self) -> str:
         found = [role for role in ROLES if getattr(self, role) is not None]
@@ -70,29 +70,29 @@ class Logged:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """The numbers of a log at the set points of its trajectory, and what was made of them."""
+    """The numbers of a log at the set points of its trajectory, and their treatment."""
 
     q: FloatArray  # joint variables as read, unwrapped, rad (m), shape (N, n)
-    # Torques at the joints as read, and through the filter of the motion, N m (N), shape (N, n), or None
+    # Torques at the joints as read, and after the filter of the motion, N m (N), shape (N, n), or None
     torque: FloatArray | None
     torque_filtered: FloatArray | None
-    # Cut-off frequency of the filter, Hz, shape (n,); None of a plan, which is not smoothed
+    # Cut-off frequency of the filter, Hz, shape (n,); None for a plan, which is not smoothed
     cutoff: FloatArray | None
-    # Standard deviation of the noise in the readings, and of what is left of it in the accelerations, rad (m)
-    # and per s^2, shape (n,)
+    # Standard deviation of the noise in the readings, and of the noise left in the accelerations, rad (m) and
+    # per s^2, shape (n,)
     noise_q: FloatArray
     noise_qdd: FloatArray
     columns: tuple[ColumnUse, ...] = ()  # how the log's columns were understood
-    # What was done: rows left out, gaps, unwrapping, filter and the rule of its cut-off
+    # Treatment: rows left out, gaps, unwrapping, filter and the rule of its cut-off
     treatment: tuple[str, ...] = ()
 
     @property
     def measured(self) -> bool:
-        """Whether these are smoothed readings; else a plan that a log holds."""
+        """Whether these are smoothed readings; otherwise a plan in a log."""
         return self.cutoff is not None
 
 
-# Time, q, qd and qdd of a trajectory, where these derivatives come from, its gaps and the readings behind it.
+# Time, q, qd and qdd of a trajectory, origin of the derivatives, gaps, and recording.
 Treated = tuple[FloatArray, FloatArray, FloatArray, FloatArray, str, tuple[int, ...], Recording | None]
 
 
@@ -132,15 +132,15 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
 
 
 def _as_readings(logged: Logged) -> Logged:
-    """Take a log for a recording that its names do not call one."""
-    what = "its accelerations are noise, so it is taken for a recording and smoothed"
-    message = f"trajectory {logged.name}: {what}; --planned takes its rows as they are"
+    """Treat a log as a recording although its names do not say so."""
+    what = "its accelerations are noise, so it is treated as a recording and smoothed"
+    message = f"trajectory {logged.name}: {what}; --planned uses its rows unchanged"
     warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
     return replace(logged, measured=True, gaps=None, judged=False)
 
 
 def _without_sparse(logged: Logged) -> Logged:
-    """Leave out velocities and accelerations of fewer than half of the rows that hold positions."""
+    """Leave out velocities and accelerations given in fewer than half of the rows with positions."""
     held = np.isfinite(logged.q).all(axis=1)
     count = int(held.sum())
     for name in ("qd", "qdd"):
@@ -165,7 +165,7 @@ def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tup
         noise_qdd = noise_of(kept.qdd, qdd, sampling.step, cutoffs, left=True)
     torque = None
     if kept.torque is not None:
-        # What the motion holds of any joint acts on all.
+        # Noise of one joint's acceleration enters the torques of all.
         (torque,) = _smooth(sampling, kept.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
     hertz = " and ".join(dict.fromkeys(f"{figures(float(cutoff))} Hz" for cutoff in cutoffs))
     whence = f"the measured {'velocities' if from_velocities else 'positions'}"
@@ -180,11 +180,11 @@ def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tup
 
 
 def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:
-    """Positions, and velocities where there are any that do not contradict them."""
+    """Positions, and velocities if there are any that agree with them."""
     sources = [Source.of(sampling, kept.q, 2)]
     if kept.qd is None or not treatment.use_velocities:
         return sources
-    # The longest stretch: velocities are compared with changes of positions, of which a gap says nothing.
+    # In the longest stretch, velocities are compared with changes of positions.
     longest = max(sampling.stretches, key=lambda stretch: stretch.stop - stretch.start)
     found = contradictions(kept.time[longest], kept.q[longest], kept.qd[longest], None)
     if found:
@@ -197,7 +197,7 @@ def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Sou
 def _smooth(
     sampling: Sampling, values: FloatArray, cutoffs: FloatArray, orders: tuple[int, ...]
 ) -> list[FloatArray]:
-    """Derivatives of smoothed readings, shape (N, n) each; nan in a stretch that holds fewer than three."""
+    """Derivatives of smoothed readings, shape (N, n) each; nan in a stretch of fewer than three readings."""
     out = [np.full_like(values, np.nan) for _ in orders]
     for stretch in sampling.stretches:
         time = sampling.time[stretch]
@@ -214,8 +214,8 @@ def _smooth(
 def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
     """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz.
 
-    Its knots, eight in a period of f_c, are dense enough for the H of infinitely many, and few enough for
-    well-conditioned equations.
+    Its knots, eight per period of f_c, are dense enough to give the response H of infinitely many, and few
+    enough for well-conditioned equations.
     """
     from scipy.interpolate import BSpline
     from scipy.linalg import solveh_banded
@@ -223,11 +223,11 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
 
     span = float(time[-1] - time[0])
     cutoff = max(cutoff, _PARABOLA / span)
-    # Where readings are far apart, knots between them would say nothing.
+    # Where readings are far apart, knots between them are useless.
     step = max(1 / (_KNOTS_PER_PERIOD * cutoff), span / (_KNOTS_PER_READING * len(time)))
-    # One more than it takes, so that rounding leaves no reading outside.
+    # One more than needed, so that rounding leaves no reading outside.
     pieces = int(span / step) + 1
-    # From zero on: instants of an epoch have few digits left for what is between them.
+    # Time starts at zero: instants of an epoch have few digits left for their differences.
     local = time - time[0]
     knots = step * np.arange(-_DEGREE, pieces + _DEGREE + 1)
     count = pieces + _DEGREE
@@ -241,7 +241,7 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
     banded = np.zeros((_DEGREE + 1, count))
     for k in range(_DEGREE + 1):
         banded[_DEGREE - k, k:] = equations.diagonal(k)
-    # Without the first reading: what is large and does not change leaves no rounding in the derivatives.
+    # Relative to the first reading, so that a large constant causes no rounding in the derivatives.
     origin = values[0]
     coefficients = solveh_banded(banded, weight * (basis.T @ (values - origin)), check_finite=False)
     return BSpline(knots + time[0], coefficients + origin, _DEGREE)
@@ -252,8 +252,8 @@ def noise_of(
 ) -> FloatArray:
     """Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
 
-    Of the variance of white noise H removes 1 - 7/18 w, and leaves 5/18 w, with w = 2 pi f_c dt. `left` asks
-    for what is left of the noise in the smoothed readings instead.
+    H removes 1 - 7/18 w of the variance of white noise, and leaves 5/18 w, with w = 2 pi f_c dt. With `left`,
+    the noise left in the smoothed readings.
     """
     removed = np.square(readings - smooth).mean(axis=0)
     passing = 2 * math.pi * cutoffs * step

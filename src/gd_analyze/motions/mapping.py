@@ -1,4 +1,4 @@
-"""Which columns of a log are used for what: chosen by their names, by what the user says, or refused."""
+"""Roles of a log's columns: chosen by their names and the user's options, or refused."""
 
 from __future__ import annotations
 
@@ -29,39 +29,39 @@ _NONE = "none"
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _TIMED = ("time", "sec", "nanosec", "index")
-# Names that a message lists.
+# Most names listed in a message.
 _MOST = 12
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What is used of a log."""
+    """Columns used from a log."""
 
-    uses: tuple[tuple[int, ColumnUse], ...]  # columns of a role in the order of the joints
-    time: TimeColumns | None  # column or columns of time; None where rows are counted
-    unused: Mapping[int, str]  # reason for each column that is left out
+    uses: tuple[tuple[int, ColumnUse], ...]  # columns with a role, in the order of the joints
+    time: TimeColumns | None  # column or columns of time; None if rows are counted
+    unused: Mapping[int, str]  # reason for each unused column
     measured: bool  # whether these are readings
-    set_points: bool = False  # whether the rows are set points, to be taken as they are
-    remarks: tuple[str, ...] = ()  # what to warn of
+    set_points: bool = False  # whether the rows are set points, used unchanged
+    remarks: tuple[str, ...] = ()  # warnings
     families: Mapping[str, Family] = field(default_factory=dict)  # the families chosen, by role
 
     @property
     def wanted(self) -> tuple[list[int], tuple[int, ...]]:
-        """Columns to read as numbers, and as instants; set points have their instants as they stand."""
+        """Columns to read as numbers, and as instants; instants of set points are plain numbers."""
         columns = {column for column, _ in self.uses}
         times = self.time.columns if self.time is not None else ()
         return (sorted({*columns, *times}), ()) if self.set_points else (sorted(columns), times)
 
 
 class AmbiguityError(TrajectoryError):
-    """Several families fit alike; those of them that are 0 throughout may yet be left out."""
+    """Several families fit equally; those that are 0 throughout may be left out in a second try."""
 
     families: tuple[Family, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Log:
-    """A log whose names were read."""
+    """A log with the meanings of its columns' names."""
 
     table: LogTable
     arm: RobotArm
@@ -79,7 +79,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
         if name in plain[:k]:
             found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
             raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
-    # q1 of a file of set points is the arm's first joint, whatever its name, with a header line or without.
+    # In a file of set points q1 is the arm's first joint, whatever its name, with or without a header line.
     named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
     in_order = table.set_points or (named and complete)
@@ -105,7 +105,7 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     time = _time(log, said)
     exact = table.set_points and not measured and reading.rate is None
     if exact and time is not None:
-        why = "as files of set points have it" if reading.time_unit is None else "as given"
+        why = "as in files of set points" if reading.time_unit is None else "as given"
         time = replace(time, unit=reading.time_unit or "s", why=why)
     unused = _unused(log, {column for column, _ in uses}, chosen)
     if exact and unused and not (reading.columns or reading.map or reading.family):
@@ -113,19 +113,19 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
         kind = plain[column].rstrip("0123456789")
         what, where = f"column {table.names[column]} does not fit arm {arm.name}", table.where(None, column)
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
-        step = "choose the arm that the file is of, or complete the columns"
+        step = "choose the arm of this file, or complete the columns"
         raise refusal(what, where, expected, _listed(table.names), step)
     return Choice(tuple(uses), time, unused, measured, exact, tuple(_remarks(log, chosen)), chosen)
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
-    """What the columns' names say; columns of text and those not asked for say nothing."""
+    """Meanings of the columns' names; columns of text and those not asked for have none."""
     known = known_joints([joint.name for joint in arm.joints])
     for role, other in reading.map:
         if role.startswith("joint:"):
             joint = _joint_named(role.removeprefix("joint:"), arm)
             known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
-    named = tuple(name or "-" for name in table.names) == reading.columns  # those of a file without a header
+    named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
     only = set() if named else set(reading.columns)
     for name in sorted(only - set(table.names)):
         raise _no_column(name, table, "--columns")
@@ -139,7 +139,7 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
             fits = role != "time" or unit in ("", *TIME_UNITS)
         text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
         meanings.append(meaning if fits and not text else Meaning("other", unit=unit))
-    # Columns name0, name1 and so on name the joints of the numbered ones.
+    # Columns name0, name1 and so on hold the joints' names of the numbered columns.
     naming = [
         k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
     ]
@@ -155,14 +155,14 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
 
 
 def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
-    """Columns by role and joint that the user names; joint -1 of a role that shall be left out."""
+    """Columns named by the user, by role and joint; joint -1 for a role to leave out."""
     said: dict[tuple[str, int], int] = {}
     for role, column in reading.map:
         of, colon, joint = role.partition(":")
         if of == "joint" and colon:
             continue
         if of not in (*ROLES, "time") or ((of == "time") == bool(colon) and column != _NONE):
-            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; qd=none and such"
+            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; or qd=none"
             what = f"{of} of which joint?" if of in ROLES else f"unknown role {role!r}"
             raise refusal(what, "--map", expected, f"{role}={column}")
         if column == _NONE and of != "q":
@@ -173,7 +173,7 @@ def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, i
 
 
 def _joint_named(name: str, arm: RobotArm) -> int:
-    """Number, from 0, of the arm's joint of a name, or of a number from 1."""
+    """Number, from 0, of the arm's joint given by name or by number from 1."""
     names = [joint.name for joint in arm.joints]
     if name in names:
         return names.index(name)
@@ -186,7 +186,7 @@ def _joint_named(name: str, arm: RobotArm) -> int:
 
 
 def column_named(column: str, table: LogTable, where: str = "--map") -> int:
-    """Column of a name, or of #NUMBER from 1; TrajectoryError if there is none, or there are several."""
+    """Column given by name, or by #NUMBER from 1; TrajectoryError if there is none or several."""
     if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
         number = int(column[1:])
         if 1 <= number <= len(table.names):
@@ -208,18 +208,18 @@ def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names as one line of a message, of many the first."""
+    """Names as one line of a message; only the first of many."""
     names = [name for name in names if name]
     first = ", ".join(names[:_MOST]) or "columns without names"
     return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
 
 
 def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) -> Family | None:
-    """Choose the family of a role; one of the positions must be found."""
+    """Choose the family of a role; positions are required."""
     words = [word for asked in log.reading.words_for(role) for word in words_of(asked)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
     if role != "q" and q is not None and not words:
-        # Beside positions belong what is of the same topic, and commanded as they are.
+        # Quantities of the positions' topic, measured or commanded like them, are preferred.
         commanded = q.kind == "target"
         of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
     complete = [f for f in of_role if all(j in f.columns or j in given for j in range(log.arm.n_joints))]
@@ -251,7 +251,7 @@ def _uses(
         elif not columns or family is None:
             known = ", ".join(log.arm.joints[j].name for j in sorted(given))
             expected, step = f"a column for each joint, {of.name} too", f"add --map '{role}:{of.name}=COLUMN'"
-            raise refusal(f"{role} is given of some joints only", "--map", expected, known, step)
+            raise refusal(f"{role} is given for some joints only", "--map", expected, known, step)
         elif len(columns) > 1:
             what, where = f"{len(columns)} columns hold {role} of {of.name}", table.where(None, columns[1])
             found = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
@@ -266,7 +266,7 @@ def _uses(
         unit = fitting_unit(said, role, revolute)
         if unit is None:
             what, expected = f"column {table.names[column]} is in {said}", ", ".join(units_of(role, revolute))
-            step = f"check which joint it is of, as {of.name} is {of.kind}; --map names another column"
+            step = f"check its joint, as {of.name} is {of.kind}; --map names another column"
             raise refusal(what, table.where(None, column), expected, said, step)
         uses.append((column, ColumnUse(table.shown(column), role, of.name, unit, why)))
     return uses
@@ -288,9 +288,9 @@ def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
         for k, name in enumerate(table.names):
             cells = table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
-                what = f"the time in column {name} is text, of which no instants are read"
+                what = f"the time in column {name} is text, which is not read as instants"
                 raise refusal(what, table.where(None, k), expected, in_python(cells[0]), step)
-        what = "no column is known to be the time"
+        what = "no column is recognized as time"
         raise refusal(what, table.where(), expected, _listed(table.names), step)
     return found
 
@@ -304,7 +304,7 @@ def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int
     for family in log.families:
         reason = "0 throughout" if family.key in log.zero else "of another family"
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
-            reason = "target beside measured"
+            reason = "target; measured is used"
         why |= dict.fromkeys(set(family.all_columns) - used, reason)
         if family.why != "by name":
             why |= dict.fromkeys(set(family.extra) - used, "of a joint that the arm lacks")
@@ -312,25 +312,25 @@ def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int
 
 
 def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
-    """What to say of joints under other names or of another arm, and of columns that are 0 throughout."""
+    """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
     if q is not None and q.renamed:
         (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
         matched = f"joints matched by number, as their names differ: {other} is {own} ... {last}"
-        remarks.append(f"{matched}; --map joint:{own}={other} and so on matches them otherwise")
+        remarks.append(f"{matched}; --map joint:{own}={other} and so on changes this")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
         if astray is not None:
             column, joint = log.table.names[q.columns[astray][0]], log.arm.joints[astray].name
-            remarks.append(f"{column} is taken for {joint}, joint {astray + 1} of the chain; check the order")
-    # An arm picked out of a longer chain counts as the log does.
+            remarks.append(f"{column} is used for {joint}, joint {astray + 1} of the chain; check the order")
+    # An arm selected from a longer chain may count like the log.
     is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
     if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
         left = _listed([log.table.names[k] for k in q.extra])
         logged = f"{len(q.columns) + len(q.extra)} joints logged"
-        check = f"left out: {left}; check that the log is of this arm"
+        check = f"left out: {left}; check that the log belongs to this arm"
         remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
         dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
@@ -347,7 +347,7 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     for family in choices[:6]:
         own = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
         words += own[:1] if own and own[0] else []
-    choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to look at"
+    choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to use"
     what, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
     found = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
     expected = "one column per joint"
@@ -357,7 +357,7 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
 
 
 def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
-    """Error of a log whose positions are not those of the arm's joints, or of some of them only."""
+    """Error for a log whose positions are not those of all the arm's joints."""
     table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]
     if words and not of_role and any(family.role == "q" for family in log.families):
@@ -370,8 +370,8 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         having = [table.names[c] for c in nearest.all_columns]
         others = [name for name in table.names if name and name not in having]
         what, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
-        found = f"{_listed(having)}; beside it {_listed(others)}" if others else _listed(having)
-        step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the arm the log is of"
+        found = f"{_listed(having)}; also {_listed(others)}" if others else _listed(having)
+        step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the log's arm"
         return refusal(what, table.where(), f"positions of all joints: {expected}", found, step)
     strangers = {
         as_written(meaning.token, name) if meaning.label else name: None
@@ -381,8 +381,8 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
     if strangers:
         pairs = (f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False))
         what, found = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        step = f"if they are the same in this order: {' '.join(pairs)}"
+        step = f"if these are the same joints in this order: {' '.join(pairs)}"
         return refusal(what, table.where(), ", ".join(names), found, step)
-    what, step = "no column is known to be a position of a joint", f"--map 'q:{names[0]}=COLUMN' and so on"
+    what, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
     return refusal(what, table.where(), expected, _listed(table.names), f"name the columns: {step}")

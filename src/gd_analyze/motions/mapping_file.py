@@ -1,4 +1,4 @@
-"""The small TOML file that says how a log is to be read, so that the next one needs no options."""
+"""A small TOML file that says how to read a log, so that similar logs need no options."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LARGEST_FILE = 1_000_000
 
 
 class MappedColumn(BaseModel):
-    """A column: what it holds, of which joint of the arm, in which unit."""
+    """A column: role, joint of the arm, and unit."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -50,7 +50,7 @@ class Mapping(BaseModel):
 
 
 def write_mapping(choice: Choice, table: LogTable, reading: Reading, time_unit: str) -> None:
-    """Write how a log was understood to `reading.save_mapping`, atomically; raises OutputError."""
+    """Write the columns' roles to `reading.save_mapping`, atomically; raises OutputError."""
     times = choice.time.columns if choice.time else ()
     columns = [(k, "time", "", unit) for k, unit in zip(times, (time_unit, "ns"), strict=False)]
     columns += [(k, use.role, use.joint, use.unit) for k, use in choice.uses]
@@ -77,7 +77,7 @@ def _quoted(text: str) -> str:
 
 
 def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
-    """Read a mapping file, and where in it everything stands; TrajectoryError, with line, if wrong."""
+    """Read a mapping file and the places of its keys; a TrajectoryError names the faulty line."""
     path = Path(path)
     try:
         content = (read_at_most(path, _LARGEST_FILE) or b"").decode("utf-8")
@@ -85,9 +85,9 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         return Mapping.model_validate(tomllib.loads(content)), lines
     except OSError as error:
         found = error.strerror or str(error)
-        raise _misfit(Location(path), found, "a mapping file that may be read") from None
+        raise _misfit(Location(path), found, "a readable mapping file") from None
     except UnicodeDecodeError:
-        raise _misfit(Location(path), "no text", "TOML in UTF-8") from None
+        raise _misfit(Location(path), "not text", "TOML in UTF-8") from None
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"line (\d+), column (\d+)", str(error))
         where = Location(path, int(place[1]), int(place[2])) if place else Location(path)
@@ -99,16 +99,16 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
             found, expected = "nothing", f"a key {first['loc'][-1]}"
         raise _misfit(lines.locate(tuple(first["loc"])), found, expected) from None
     except (ValueError, RecursionError):
-        raise _misfit(Location(path), "numbers or tables beyond any mapping", "a few columns") from None
+        raise _misfit(Location(path), "numbers or tables too large for a mapping", "a few columns") from None
 
 
 def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
-    step = "write one anew with --save-mapping"
+    step = "write a new one with --save-mapping"
     return refusal("the mapping file cannot be used", where, expected, found, step)
 
 
 def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
-    """Columns as a mapping file says; TrajectoryError if log or arm lack them, or a role joints."""
+    """Columns by a mapping file; TrajectoryError if log or arm lack them, or a role lacks joints."""
     joints = {joint.name: joint for joint in arm.joints}
     uses: list[tuple[int, ColumnUse]] = []
     times: dict[str, int] = {}

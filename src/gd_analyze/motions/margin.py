@@ -1,4 +1,4 @@
-"""How far from a motion states may be: a margin of position, velocity and acceleration."""
+"""Largest distance of states from a motion: a margin of position, velocity and acceleration."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Margin:
-    """Largest distance of states from the motion; by default what a drive that follows it well keeps.
+    """Largest distance of states from the motion; the default is what a well-tuned drive keeps.
 
-    A joint that is held still has a margin of position only, as its peak velocity is zero.
+    A joint at rest has a margin of position only, as its peak velocity is zero.
 
     Parameters
     ----------
     revolute, prismatic
         Positions of revolute joints, rad, and of prismatic joints, m.
     velocity, acceleration
-        Velocities and accelerations, as shares of each joint's largest along the motion.
+        Velocities and accelerations, as shares of each joint's peak along the motion.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Margin:
 
     @classmethod
     def parse(cls, text: str) -> Margin:
-        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these entries; others are as by default.
+        """Read "1deg,1mm,qd=2%,qdd=5%", or some of these entries; the others keep their defaults.
 
         Raises
         ------

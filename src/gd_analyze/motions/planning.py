@@ -1,4 +1,4 @@
-"""Plans the set points of a motion and compares them with the arm's limits."""
+"""Plan the set points of a motion and compare them with the arm's limits."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from gd_analyze.text import LARGEST, rounded_up
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
-# A file of a million set points of six joints has 300 MB; more than that says nothing about a motion.
+# A file of a million set points of six joints takes 300 MB; no motion needs more.
 _MOST_SET_POINTS = 1_000_000
-# s. Nothing with a joint gets anywhere in less, and its powers stay within doubles.
+# s. No arm moves in less, and its powers stay within doubles.
 _SHORTEST = 1e-6
-# Extremes are found by calculation, which leaves round-off where they are zero.
+# Extremes that are zero are computed with round-off.
 _ZERO = 1e-12
 _REACHED = ("lowest", "highest", "velocity", "acceleration")
 _LIMITS = ("lower", "upper", "velocity_limit", "acceleration_limit")
@@ -42,7 +42,7 @@ _PAIRS = (
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """When and how smoothly a motion gets from start to goal.
+    """Timing of a motion from start to goal.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ class Schedule:
     n_set_points
         Number of set points, evenly spaced in time, both ends included.
     via_times
-        Instants of the vias, s; by default each stretch takes a time in proportion to the square root of
-        what it asks of its slowest joint.
+        Instants of the vias, s; by default the time of each stretch is proportional to the square root of the
+        distance of its slowest joint.
 
     Raises
     ------
     TrajectoryError
-        If there is no such profile or a number is impossible.
+        If the profile is unknown or a number is impossible.
     """
 
     duration: float
@@ -74,7 +74,7 @@ class Schedule:
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST <= duration <= LARGEST:
             expected, found = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
-            raise refusal("no motion has this duration", "duration", expected, found)
+            raise refusal("the duration is out of range", "duration", expected, found)
         if not 2 <= self.n_set_points <= _MOST_SET_POINTS:
             expected, found = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
             raise refusal("impossible number of set points", "n_set_points", expected, found)
@@ -85,10 +85,10 @@ class Plan:
     """A planned motion."""
 
     trajectory: Trajectory
-    limits: LimitReport  # extremes of the whole motion, between the set points too, beside the arm's limits
+    limits: LimitReport  # extremes of the whole motion, between set points too, and the arm's limits
     knot_times: FloatArray  # instants of start, vias and goal, s
-    # The duration at which this motion, stretched evenly, just meets its velocity and acceleration limits, s;
-    # None when the arm states none
+    # Duration with which this motion, stretched evenly, just meets velocity and acceleration limits, s; None
+    # if the arm states none
     shortest_duration: float | None
 
 
@@ -102,7 +102,7 @@ def plan(
     allow_violations: bool = False,
     name: str | None = None,
 ) -> Plan:
-    """Plan a motion from rest to rest and report what it asks of every joint.
+    """Plan a motion from rest to rest and compare it with the arm's limits.
 
     Parameters
     ----------
@@ -113,17 +113,17 @@ def plan(
     via
         Joint variables to pass in between, in order. For 4-3-4 and 3-5-3: none, or lift-off and set-down.
     schedule
-        When and how smoothly.
+        Duration, profile and number of set points.
     allow_violations
         Warn, rather than fail, when velocities or accelerations exceed their limits.
     name
-        Name of the trajectory; arm and profile by default.
+        Name of the trajectory; by default arm and profile.
 
     Returns
     -------
     Plan
-        Set points with exact velocities and accelerations of the profile, and the limits. Where an
-        acceleration jumps, the value is the one just after the jump, at the goal the one just before.
+        Set points with the profile's exact velocities and accelerations, and the limits. Where an
+        acceleration jumps, its value is that after the jump, at the goal that before.
 
     Raises
     ------
@@ -194,8 +194,8 @@ def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: Arra
 def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: ArrayLike | None) -> FloatArray:
     """Instants of the knots, s, shape (m,).
 
-    Time in proportion to the square root of distance is what constant acceleration takes; splines timed
-    so (centripetally) overshoot least where short and long stretches meet.
+    Constant acceleration takes a time in proportion to the square root of distance; splines timed this way
+    (centripetally) overshoot least where short and long stretches meet.
     """
     if via_times is None:
         limits = arm.limits("velocity_limit")
@@ -218,7 +218,7 @@ def _judge(
 ) -> None:
     overshoots = [f"{v}, at {v.time:.3g} s" for v in report.violations if v.quantity == "position"]
     if overshoots:
-        what = "the motion leaves the range of the joints between its knots"
+        what = "the motion leaves the joints' range between its knots"
         step = "move or add a via there, or choose the profile trapezoidal, which never overshoots"
         raise refusal(what, where, "every joint within its range all the time", overshoots, step)
     if not report.violations or shortest is None:
@@ -227,17 +227,17 @@ def _judge(
     what, found = f"the motion is too fast for {arm.name}", list(map(str, report.violations))
     if not allow_violations:
         expected = "velocities and accelerations within the limits of every joint"
-        raise refusal(what, where, expected, found, f"{enough}; allow_violations=True plans it all the same")
+        raise refusal(what, where, expected, found, f"{enough}; allow_violations=True plans it anyway")
     warnings.warn(f"{what}: {'; '.join(found)}; {enough}", GdAnalyzeWarning, stacklevel=3)
 
 
 def _sample(
     path: PPoly[np.float64], profile: Profile, knots: FloatArray, n_set_points: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Set points evenly in time: time, q, qd, qdd."""
+    """Set points evenly spaced in time: time, q, qd, qdd."""
     time = np.linspace(path.x[0], path.x[-1], n_set_points)
-    # A set point meant to lie on a break misses it by round-off; which side it falls on must not depend
-    # on that, or an acceleration that jumps there would depend on the machine.
+    # A set point on a break misses it by round-off, which must not decide its side: an acceleration that
+    # jumps there would depend on the machine.
     nearest = path.x[np.abs(time[:, None] - path.x).argmin(axis=1)]
     instants = np.where(np.abs(time - nearest) < ROUNDING * path.x[-1], nearest, time)
     q, qd, qdd = (path(instants, order) for order in range(3))
@@ -249,7 +249,7 @@ def _sample(
 
 
 def plan_result(made: Plan) -> Result:
-    """Facts of a plan; people see angles in degrees, as they are typed."""
+    """Facts of a plan; people see angles in degrees."""
     motion, rows, shortest = made.trajectory, made.limits.rows, made.shortest_duration
     joints = [row.joint for row in rows]
     known = columns_of(rows, *((name, "", "number") for name in _REACHED))

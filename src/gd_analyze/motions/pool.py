@@ -1,4 +1,4 @@
-"""Several motions of one arm as one trajectory, and one of them again."""
+"""Several motions of one arm as one trajectory, and back."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from gd_analyze.motions.trajectory import Motion, Trajectory, in_words
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python, number, visible
 
-# One motion, by itself or by what it is read from; or several, or a folder of them.
+# One motion or its source; or several, or a folder of them.
 GivenMotion = Trajectory | str | Path
 GivenMotions = GivenMotion | Sequence[GivenMotion]
 Read = Callable[[str | Path, RobotArm], Trajectory]
 
-# Motions that the name of a pool spells out, and how long it may be: it is the name of a folder, too.
+# Most motions spelt out in a pool's name, and its largest length, as it also names a folder.
 _SPELT_OUT, _LONGEST = 3, 80
-# Between two motions, as a share of their mean duration; where none lasts, in s.
+# Pause between two motions, as a share of their mean duration; in s if all are instants.
 _PAUSE, _STILL = 0.1, 1.0
 
 
 def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> Trajectory:
-    """Take a trajectory, or read what names, paths of files and folders stand for; several become a pool."""
+    """Take a trajectory, or read those given by names, files and folders; several become a pool."""
     if isinstance(given, Trajectory):
         return given
     several, name = _several(given)
@@ -38,12 +38,12 @@ def trajectory_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajecto
 
 
 def motions_of(given: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
-    """Take the motions that `trajectory_of` makes one of, apart, without readings, no two of one name."""
+    """Take the same motions separately, without readings and with distinct names."""
     return _apart(_each(_several(given)[0], arm, read))
 
 
 def _several(given: GivenMotions) -> tuple[list[GivenMotion], str | None]:
-    """Motions, and files in place of folders; the name of a folder that is all that is given."""
+    """Motions, with folders replaced by their files; and the folder's name if only one is given."""
     entries = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     several, name = list[GivenMotion](), None
     for entry in entries:
@@ -60,26 +60,26 @@ def _each(several: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator
 
 
 def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
-    """Put motions of one arm one after the other, with a pause between that nothing is known of.
+    """Join motions of one arm to one trajectory, with gaps between them.
 
     Parameters
     ----------
     motions
-        Trajectories of as many joints; one alone is given back as it is.
+        Trajectories with the same number of joints; a single one is returned unchanged.
     name
-        Of the whole; "a+b" by default, or "a+7-more".
+        Name of the pool; by default "a+b" or "a+7-more".
 
     Returns
     -------
     Trajectory
-        Its `motions` tell which set points are whose, `gaps` where each begins. Time runs from 0, each motion
-        by its own clock; the pause is a tenth of their mean duration. Motions of one name get different ones.
-        Readings are those of all, where all have some.
+        Its `motions` assign set points to motions, and `gaps` state where each begins. Time starts at 0; the
+        pause between motions is a tenth of their mean duration. Equal names are made distinct. Readings are
+        joined if all motions have some.
 
     Raises
     ------
     TrajectoryError
-        If there are none, or they are not of as many joints.
+        If there are no motions, or their numbers of joints differ.
 
     Examples
     --------
@@ -123,18 +123,18 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
 
 
 def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
-    """Motions of one arm by themselves, no two of one name; at least one."""
+    """Motions of one arm with distinct names; at least one."""
     found: list[Trajectory] = []
     for one in motions:
         if not isinstance(one, Trajectory):
-            raise refusal("this is no trajectory", "motions", "a Trajectory", in_python(one))
+            raise refusal("this is not a trajectory", "motions", "a Trajectory", in_python(one))
         found += taken_apart(one)
     if not found:
         raise refusal("there are no motions", "motions", "at least one", "none")
     first, taken = found[0], set[str]()
     for k, one in enumerate(found):
         if one.n_joints != first.n_joints:
-            what, where = f"trajectory {one.name} is not of the arm of the others", f"trajectory {one.name}"
+            what, where = f"trajectory {one.name} is for a different arm", f"trajectory {one.name}"
             expected, step = f"{first.n_joints} joints, as {first.name} has", "analyse the arms one by one"
             raise refusal(what, where, expected, f"{one.n_joints} joints", step)
         others = (f"{one.name}-{number}" for number in count(2))
@@ -145,7 +145,7 @@ def _apart(motions: Iterable[Trajectory]) -> list[Trajectory]:
 
 
 def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
-    """Take a pool apart again, without readings; any other trajectory is its only motion."""
+    """Split a pool into its motions, without readings; any other trajectory is its only motion."""
     parts = []
     for of in whole.motions:
         time = whole.time[of.rows] - whole.time[of.first] + of.start
@@ -156,7 +156,7 @@ def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
 
 
 def _recording(motions: Sequence[Trajectory]) -> Recording | None:
-    """Readings of all motions, where all have some; of filter and noise the joint's worst."""
+    """Readings of all motions, if all have some; filter and noise are each joint's worst."""
     found = [one.recording for one in motions if one.recording is not None]
     if len(found) < len(motions):
         return None

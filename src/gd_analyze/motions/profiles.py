@@ -1,4 +1,4 @@
-"""Time profiles: how the joints get from one knot to the next, as piecewise polynomials of time."""
+"""Time profiles: piecewise polynomials of time from one knot to the next."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from gd_analyze.arrays import FloatArray
 
-# Without vias, lift-off and set-down lie on the straight line to the goal, at a quarter and three quarters
-# of the time, where the quintic 10 x^3 - 15 x^4 + 6 x^5 of least jerk would pass: no joint overshoots.
+# Without vias, lift-off and set-down lie on the straight line to the goal, where the minimum-jerk quintic 10
+# x^3 - 15 x^4 + 6 x^5 passes at a quarter and three quarters of the time: no joint overshoots.
 LIFT_OFF_TIME = 0.25
 LIFT_OFF_SHARE = 53 / 512
 
@@ -29,7 +29,7 @@ class Profile:
 
     name: str  # as on the command line
     via_counts: tuple[int, ...] | None  # numbers of vias it takes; None for any
-    # how many derivatives of q are zero at start and goal: 1 velocities, 2 accelerations too
+    # number of derivatives of q that are zero at start and goal: 1 velocities, 2 accelerations too
     rest_orders: int
     # Makes the motion q(t) from the knots' instants (m,) and joint variables (m, n)
     path: Callable[[FloatArray, FloatArray], PPoly[np.float64]]
@@ -98,7 +98,7 @@ def _cubic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
 def _trapezoidal(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
     """Straight lines in joint space, a third each accelerating, cruising and braking; stops at vias.
 
-    Thirds need the least heat in the drives' windings of all trapezoids of a given distance and time.
+    Of all trapezoids of a given distance and time, thirds heat the drives' windings least.
     """
     widths, steps = np.diff(times)[:, None], np.diff(knots, axis=0)
     cruise, acceleration = 1.5 * steps / widths, 4.5 * steps / widths**2
@@ -117,7 +117,7 @@ def _trapezoidal(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
 
 
 def _shifted(coefficients: FloatArray, breaks: FloatArray, start: FloatArray) -> PPoly[np.float64]:
-    """Motion from displacements: solved without the start, a joint that stays put stays exactly."""
+    """Motion from displacements, solved without the start so that a joint at rest stays exactly at rest."""
     moved = np.array(coefficients)
     moved[-1] += start
     return PPoly(moved, breaks)

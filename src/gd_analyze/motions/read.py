@@ -1,4 +1,4 @@
-"""The one way from a file to a motion: a table, a role, joint and unit of its columns, SI numbers."""
+"""From a file to a motion: a table, the role, joint and unit of its columns, SI numbers."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ _LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
     **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"}
 }
-# Text in a folder that may be a motion.
+# Suffixes of text files in a folder that may be motions.
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
-# Of a pipe; a million set points of a seven-joint arm, every number with all its digits, are 0.45 GB.
+# Limit for a pipe; a million set points of seven joints with all digits take 0.45 GB.
 _LARGEST_STREAM = 1_000_000_000
 
 
@@ -64,13 +64,13 @@ def read_trajectory(
     path_or_name
         A file, the folder of a bag, the name of a shipped trajectory, or "-" for standard input.
     arm
-        The arm that shall follow it, or did, or its name or the path of its file.
+        The arm of the motion, its name, or the path of its file.
     reading
-        How a log is to be read; what is left out is understood from the log.
+        How to read a log; fields left out are inferred from the log.
     treatment
-        How readings are treated; by default rules decide.
+        How to treat readings; by default chosen by rule.
     progress
-        Called with how much of how much has been read.
+        Called with the amount read and the total.
 
     Returns
     -------
@@ -81,13 +81,13 @@ def read_trajectory(
     Raises
     ------
     TrajectoryError
-        If it cannot be read, or may be understood in several ways; the message names line and column.
+        If it cannot be read or is ambiguous; the message names line and column.
 
     Warns
     -----
     GdAnalyzeWarning
-        If the arm's limits are exceeded, angles seem to be in another unit than stated, or joints are matched
-        although their names differ.
+        If the arm's limits are exceeded, angles seem to be in another unit than stated, or joints with
+        different names are matched.
 
     Examples
     --------
@@ -102,13 +102,13 @@ def read_trajectory(
 def motion_of(
     logged: Logged, path_or_name: str | Path, arm: RobotArm, treatment: Treatment | None
 ) -> Trajectory:
-    """Make a motion of what was read, and look at its numbers; see `read_trajectory`."""
+    """Make a motion from a log, and check its numbers; see `read_trajectory`."""
     try:
         trajectory = Trajectory.from_log(logged, arm, treatment)
     except TrajectoryError as error:
         if str(path_or_name) in str(error):
             raise
-        # Of numbers alone it does not know which file they are from.
+        # The error, raised from numbers alone, does not know the file.
         expected, found, step = (error.details.get(key, "") for key in ("expected", "found", "next"))
         where = Location("standard input" if str(path_or_name) == "-" else path_or_name)
         raise refusal(error.what, where, expected, found, step or None) from None
@@ -128,46 +128,46 @@ def read_log(
     *,
     progress: Progress = no_progress,
 ) -> Logged:
-    """Read what a log or a file of set points holds of an arm's motion.
+    """Read the motion of an arm from a log or a file of set points, without treating it.
 
     Parameters
     ----------
     path_or_name
-        As of `read_trajectory`.
+        As for `read_trajectory`.
     arm
-        Whose motion it is, or its name or the path of its file.
+        The arm of the motion, its name, or the path of its file.
     reading
-        How it is to be read; what is left out is understood from the log.
+        How to read the log; fields left out are inferred from the log.
     progress
-        Called with how much of how much has been read.
+        Called with the amount read and the total.
 
     Returns
     -------
     Logged
-        In SI units; `Logged.columns` tells how every column was understood.
+        The motion in SI units; `Logged.columns` states role, joint and unit of every column.
 
     Raises
     ------
     TrajectoryError
-        If it cannot be read, or may be understood in several ways; the message lists them.
+        If it cannot be read or is ambiguous; the message lists the choices.
 
     Warns
     -----
     GdAnalyzeWarning
-        Where joints are matched although their names differ.
+        If joints with different names are matched.
     """
     arm, reading = arm_of(arm), reading or Reading()
     path, name, origin, data = _source(path_or_name)
     for file in (path, reading.mapping):
         with suppress(OSError):
             if file and reading.save_mapping and Path(reading.save_mapping).samefile(file):
-                what, found = "the mapping would be written over what is read", str(reading.save_mapping)
+                what, found = "the mapping file would overwrite an input", str(reading.save_mapping)
                 raise refusal(what, "--save-mapping", "another file", found)
     mapping = None
     if reading.mapping is not None:
         if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
-            what, expected = "a mapping file says all of a log's columns", "no option on columns or units"
-            step = "change the mapping file, or write it anew with --save-mapping"
+            what, expected = "a mapping file defines all columns of a log", "no option on columns or units"
+            step = "change the mapping file, or write a new one with --save-mapping"
             raise refusal(what, "--mapping", expected, "such options", step)
         mapping, lines = read_mapping(reading.mapping)
         rate, topic = reading.rate or mapping.rate, reading.topic or mapping.topic
@@ -198,16 +198,16 @@ def read_log(
 
 
 def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> str | None:
-    """Link whose joint is the last that a log names; None unless all joints it names are on one way.
+    """Link of the last joint that a log names; None unless all joints it names are on one path.
 
-    `paths` has the joints on the way to every link. None too where the log can be read only once.
+    `paths` holds the joints on the path to every link. Also None if the log can be read only once.
     """
     path = Path(path_or_name)
     known = sorted({joint for way in paths.values() for joint in way}, key=len, reverse=True)
     try:
         table = _opened(path, Reading(), None, no_progress, 1)
     except (TrajectoryError, OSError):
-        return None  # whatever it is, reading it for an arm tells better
+        return None  # reading it for an arm gives a better message
     said = set()
     for name in table.names:
         whole = (joint for joint in known if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
@@ -217,7 +217,7 @@ def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> s
 
 
 def files_in(folder: Path) -> list[Path] | None:
-    """Trajectories of a folder, by name, but for hidden ones and what a run writes; None where it is none."""
+    """Trajectories of a folder, by name, except hidden files and results; None if it is not a folder."""
     if not folder.is_dir() or _format(folder) is not None:
         return None
     try:
@@ -237,17 +237,17 @@ def files_in(folder: Path) -> list[Path] | None:
 
 
 def _format(path: Path) -> str | None:
-    """Format of a log that its name tells: "bag" (a folder with metadata.yaml too), "parquet" or "yaml"."""
+    """Format of a log by its name: "bag" (also a folder with metadata.yaml), "parquet" or "yaml"."""
     if path.is_dir():
         return "bag" if (path / "metadata.yaml").is_file() else None
     return _FORMATS.get(path.suffix.lower())
 
 
 def _source(given: str | Path) -> tuple[Path, str, str, bytes | None]:
-    """Path, name and origin of a motion, and the bytes of one that can be read only once."""
+    """Path, name and origin of a motion, and its bytes if it can be read only once."""
     if not isinstance(given, str | PathLike):
         expected = "the name of a shipped one, or the path of a file"
-        raise refusal("this is no trajectory", "trajectory", expected, in_python(given))
+        raise refusal("this is not a trajectory", "trajectory", expected, in_python(given))
     known, path = shipped_trajectories(), Path(given)
     if str(given) == "-":
         return Path("standard input"), "stdin", "read from standard input", _stream(None)
@@ -293,12 +293,12 @@ def _begin(path: Path) -> bytes:
 
 
 def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress, joints: int) -> LogTable:
-    """The table of a file, with names: those of its header, of the messages in it, or those of the user."""
+    """The table of a file, with names from its header, its messages, or the user."""
     kind = None if data is not None else _format(path)
     begin = data if data is not None or path.is_dir() else _begin(path)
     if (begin or b"").startswith(_LFS):
         found, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
-        raise refusal("this is no log", Location(path), "the log itself", found, step)
+        raise refusal("this is not a log", Location(path), "the log itself", found, step)
     if kind == "bag":
         return read_bag(path, reading.topic, progress)
     if kind == "parquet":
@@ -309,7 +309,7 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
     where = Location(path, table.layout.first)
     if (table.names or table.first_cells)[0].lstrip().startswith("<"):
         expected, found = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
-        raise refusal("this is no log", where, expected, found, "name the robot first, then the log")
+        raise refusal("this is not a log", where, expected, found, "name the robot first, then the log")
     if any(table.names):
         return table
     cells = table.first_cells
@@ -319,7 +319,7 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
         return TextTable(path, data, echoed)
     if not reading.columns:
-        # Joint 1 is no time: as many columns as the arm's joints have no time among them.
+        # As many columns as joints, or a multiple, leave no column for time.
         has_time = len(cells) % joints > 0 or joints == 1
         kinds = max(1, min((len(cells) - has_time) // joints, len(ROLES)))
         names = ["time"] * has_time
@@ -338,7 +338,7 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
 
 
 def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress) -> tuple[Choice, Columns]:
-    """Choose columns and read them, and choose again where those of a family are 0 throughout."""
+    """Choose columns and read them; choose again if those of a family are 0 throughout."""
     zero: frozenset[object] = frozenset()
     while True:
         try:
@@ -407,7 +407,7 @@ def _logged(
         rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
         place = (table.label(column), table.where(None, column))
         time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
-    # Rows of other topics, and those without an instant, say nothing of the motion.
+    # Rows of other topics and rows without an instant do not describe the motion.
     known = np.isfinite(time)
     for chunk in blocks(q):
         known[chunk] &= np.isfinite(q[chunk]).any(axis=1)
@@ -435,7 +435,7 @@ def _logged(
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
-    """Take columns, each times its factor; what is mapped remains so."""
+    """Take columns, each times its factor; memory-mapped columns stay mapped."""
     if is_mapped(numbers) and (factors == 1.0).all() and (np.diff(places) == 1).all() and places:
         return numbers[:, places[0] : places[-1] + 1]
     spool = Spool(len(places))
@@ -445,12 +445,12 @@ def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) ->
 
 
 def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: bool) -> None:
-    """Refuse a plan where a cell says nan; one of set points where one is empty, too."""
+    """Refuse a plan with a cell nan, and a file of set points with an empty cell."""
     for column, values in held.items():
         for row in np.flatnonzero(np.isnan(values))[:1].tolist():
             found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
             if everywhere or found.lower().strip("-") == "nan":
-                what, step = f"{table.label(column)} is no finite number", "give one, or remove the set point"
+                what, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
                 step += "; --measured leaves out such rows of a recording"
                 raise refusal(what, table.where(row, column), "a number", found, step)
 
@@ -458,13 +458,13 @@ def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: b
 def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
     """Refuse set points whose time does not increase."""
     for k in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
-        where, expected = table.where(k + 1, column), f"more than {time[k]!s}, as the line before has"
-        step = "sort the set points by time and keep one for each instant; --measured does so with readings"
+        where, expected = table.where(k + 1, column), f"more than {time[k]!s}, the time of the line before"
+        step = "sort the set points by time and keep one per instant; for readings, --measured does this"
         raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 
 def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
-    """How every column was understood, in the order of the log."""
+    """Role of every column, in the order of the log."""
     times = choice.time.columns if choice.time is not None else ()
     reason = "another time" if times else "no time is needed"
     numbers = range(len(table.names))

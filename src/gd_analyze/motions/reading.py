@@ -1,4 +1,4 @@
-"""What the user says of a log: how its columns are to be read, and how its readings are to be treated."""
+"""The user's choices for a log: how to read its columns and how to treat its readings."""
 
 from __future__ import annotations
 
@@ -22,43 +22,43 @@ _MOST_COLUMNS = 10_000
 def refusal(
     what: str, where: Location | str, expected: str, found: str | list[str], next_step: str | None = None
 ) -> TrajectoryError:
-    """Error about a motion."""
+    """Make a TrajectoryError."""
     return TrajectoryError(what, where=where, expected=expected, found=found, next_step=next_step)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a log is to be read; what is left out is understood from the log.
+    """How to read a log; fields left out are inferred from the log.
 
     Parameters
     ----------
     columns
-        Names of the columns of a file without a header, `-` for one that is not needed; of a file with one,
-        the only columns to look at. `q1..q6` stands for six names.
+        Column names of a file without a header, `-` for a column that is not needed; for a file with a
+        header, the only columns to use. `q1..q6` stands for six names.
     map
         Pairs of a role and its column: "time" or "q:JOINT" (qd, qdd, torque) and a name or #NUMBER from 1;
         "joint:JOINT" and the joint's name in the log; "torque" (qd, qdd) and "none".
     rate
-        Samples per second, Hz, where the log counts samples or has no time.
+        Samples per second, Hz, if the log counts samples or has no time.
     time_unit
-        s, ms, us or ns.
+        Unit of time: s, ms, us or ns.
     degrees
-        Whether angles of columns that state no unit are in degrees.
+        Whether angles in columns without a unit are in degrees.
     family
         Pairs of a role ("" for all) and a word in the names of the columns to take.
     topic
-        Topic of a bag.
+        Topic of a bag to read.
     mapping, save_mapping
-        Mapping file to read the log by, and mapping file to write.
+        Mapping file to read, and mapping file to write.
     measured
-        Whether these are readings of sensors, or else a plan.
+        True for sensor readings, False for a plan.
     torque_constant
-        Torque at the joint per unit of the torque columns, N m/A (N/A) where these are currents, by joint.
+        Torque at each joint per unit of its torque column: N m/A (N/A) if these are currents.
 
     Raises
     ------
     TrajectoryError
-        If a value is impossible, or rate and unit of time are both given.
+        If a value is invalid, or rate and unit of time are both given.
     """
 
     columns: tuple[str, ...] = ()
@@ -81,7 +81,7 @@ class Reading:
         family: str | Iterable[str] = (),
         **rest: Any,
     ) -> Reading:
-        """Take words as they are typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
+        """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
         Raises
         ------
@@ -109,7 +109,7 @@ class Reading:
             raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
         if self.torque_constant is not None and None in self.torque_constant:
             expected = "a number per joint, N m/A, with commas"
-            raise refusal("the torque constants are no numbers", "torque_constant", expected, "another word")
+            raise refusal("the torque constants are not numbers", "torque_constant", expected, "another word")
         if self.rate is not None and self.time_unit is not None:
             expected, found = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
             raise refusal("a rate and a unit of time contradict each other", "rate", expected, found)
@@ -125,17 +125,16 @@ class Reading:
 
 @dataclass(frozen=True, kw_only=True)
 class Treatment:
-    """How readings are treated; what is left out is decided by rule, see docs/trajectories.md.
+    """How to treat readings; fields left out are chosen by rule, see docs/trajectories.md.
 
     Parameters
     ----------
     cutoff
-        Cut-off frequency of the low-pass, Hz: one for all joints, or one each.
+        Cut-off frequency of the low-pass, Hz: one for all joints, or one per joint.
     largest_gap
-        Longest time between two readings across which the motion goes on, s.
+        Longest time between two readings that is not a gap in the motion, s.
     use_velocities
-        Whether accelerations may come from measured velocities; by rule they do where these leave less noise
-        than the positions.
+        Whether accelerations may be derived from measured velocities; by default if they have less noise.
 
     Raises
     ------
@@ -160,7 +159,7 @@ def _pair(entry: str, where: str) -> tuple[str, str]:
     role, _, column = entry.partition("=")
     if not role.strip() or not column.strip():
         expected = "ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3"
-        raise refusal("this maps nothing", where, expected, repr(entry))
+        raise refusal("this is not a mapping", where, expected, repr(entry))
     return role.strip(), column.strip()
 
 
@@ -180,5 +179,5 @@ def _expanded(entry: str) -> list[str]:
     first, last = int(found[2]), int(found[4])
     if found[3] not in ("", found[1]) or not first <= last < first + _MOST_COLUMNS:
         expected = "q1..q6, with the same letters on both sides"
-        raise refusal("this is no range of names", "--columns", expected, repr(entry))
+        raise refusal("this is not a range of names", "--columns", expected, repr(entry))
     return [f"{found[1]}{k}" for k in range(first, last + 1)]

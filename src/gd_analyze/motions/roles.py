@@ -1,4 +1,4 @@
-"""What the name of a column says: role, joint, measured or target, unit; and the units that logs are in."""
+"""Meaning of a column's name: role, joint, measured or target, unit; and units in logs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gd_analyze.motions.reading import TIME_UNITS
 
 
 def word_set(words: str) -> frozenset[str]:
-    """Words between blanks."""
+    """Set of words separated by blanks."""
     return frozenset(words.split())
 
 
@@ -44,7 +44,7 @@ _SPELT = {
     for spelt in all_spelt.split()
 }
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
-# Of drives, of counts of unknown size, and of no use in a motion.
+# Units of drives, counts of unknown size, and units that no motion uses.
 _FOREIGN = word_set(
     "a ma amp amps v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
     "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm"
@@ -52,7 +52,7 @@ _FOREIGN = word_set(
 
 
 def unit_in_words(text: str) -> str | None:
-    """Read a unit as somebody wrote it; None where it is no known one."""
+    """Read a unit in any known spelling; None if it is unknown."""
     bare = re.sub(r"\s+", "", text).lower().replace("²", "^2").replace("**2", "^2")
     if bare == "rpm":
         return "rpm"
@@ -66,7 +66,7 @@ def unit_in_words(text: str) -> str | None:
 
 
 def units_of(role: str, revolute: bool) -> dict[str, float]:
-    """Units that a joint's q, qd, qdd or torque may be in, the SI unit first, and their size in it."""
+    """Units of a joint's q, qd, qdd or torque, the SI unit first, and their size in SI."""
     if role == "torque":
         return _TORQUES if revolute else _FORCES
     units = {f"{unit}{_PER[role]}": size for unit, size in (_ANGLES if revolute else _LENGTHS).items()}
@@ -74,7 +74,7 @@ def units_of(role: str, revolute: bool) -> dict[str, float]:
 
 
 def fitting_unit(said: str, role: str, revolute: bool) -> str | None:
-    """Unit of a role that a name means by `said`; None where that is of another quantity."""
+    """Unit of a role for the unit `said` in a name; None if that belongs to another quantity."""
     known = units_of(role, revolute)
     return next((unit for unit in (said, said + _PER.get(role, "")) if unit in known), None)
 
@@ -95,14 +95,14 @@ _WORDS_OF: dict[Said, str] = {
     "torque": "tau torque torques trq effort efforts moment moments",
 }
 _ROLE_WORDS = {word: role for role, words in _WORDS_OF.items() for word in words.split()}
-# In a log with q, theta is of something else: of the motors in libfranka's.
+# In a log with q, theta means something else, such as motor angles in libfranka.
 _SECOND_CHOICE = word_set("theta th phi dtheta thetadot thetad omega")
 MEASURED = word_set("actual act measured meas msr feedback fbk fb real current present")
 TARGET = word_set(
     "target tgt command commanded cmd cmptd desired des reference ref setpoint setpoints planned plan "
     "goal nominal demand demanded interpolated"
 )
-# Beside a joint in a log, and no quantity of its motion.
+# Words beside a joint in a log that are not quantities of its motion.
 _BLOCKED = word_set(
     "temp temps temperature temperatures cur currents amps voltage voltages pose tcp cartesian ext "
     "external contact collision tool scaling fraction mode error errors err deviation force forces wrench "
@@ -110,7 +110,7 @@ _BLOCKED = word_set(
     "model modelled predicted ff feedforward coriolis inertia residual bias delta init initial damping "
     "gravity friction quaternion orientation tf success digital analog"
 )
-# Words that say no more than that a joint is named.
+# Words that only say that a joint is named.
 _FILLERS = word_set("joint joints jnt axis axes j actuator motor")
 _CONTAINERS = word_set(
     "states state msg message field data points point header robot values value interface rtde log record "
@@ -130,13 +130,13 @@ _DERIVED = {
     **{("q", "dot"): "qd", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd", ("d", "q"): "dq", ("dd", "q"): "ddq"},
     **{("theta", "dot"): "thetadot", ("thetadot", "dot"): "thetaddot"},
 }
-# A1 to A6 of a KUKA count as joints; its E1 and the S, L, U of others do not tell which they are.
+# KUKA's A1 to A6 are joints; its E1 and the S, L, U of others do not tell which.
 _SINGLE = ("a",)
 _SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
 
 
 def is_of_set_points(name: str) -> bool:
-    """Whether a column's name is one of a file of set points: time, q1, qd1_deg."""
+    """Whether a column's name belongs to a file of set points: time, q1, qd1_deg."""
     return _SET_POINT_COLUMN.fullmatch(name.strip().lower()) is not None
 
 
@@ -146,14 +146,14 @@ def words_of(name: str) -> Words:
 
 
 def unit_taken_out(name: str) -> tuple[str, str]:
-    """Split a unit in brackets or at the end off a name; "" where there is none."""
+    """Split a unit in brackets or at the end off a name; "" if there is none."""
     for found in _BRACKETED.finditer(name):
         unit = unit_in_words(found[1] or found[2])
         if unit is not None:
             return name[: found.start()] + name[found.end() :], unit
     for separator in ("_", " ", "-"):
         front, between, last = name.rpartition(separator)
-        # One letter may be anything: a joint s, a counter n.
+        # A single letter is ambiguous: a joint s, a counter n.
         of_time = last == "s" and words_of(front)[-1:] in (("time",), ("t",), ("timestamp",), ("stamp",))
         if between and front and (len(last) > 1 or of_time):
             unit = unit_in_words(last)
@@ -163,7 +163,7 @@ def unit_taken_out(name: str) -> tuple[str, str]:
 
 
 def joint_of(words: Words) -> tuple[Words, int | None]:
-    """Split the words of a joint's name into those that name it and its number."""
+    """Split the words of a joint's name into label and number."""
     label = without_fillers(words)
     for k in reversed(range(len(label))):
         if _is_count(label[k]):
@@ -172,12 +172,12 @@ def joint_of(words: Words) -> tuple[Words, int | None]:
 
 
 def without_fillers(words: Words) -> Words:
-    """Words without those that say no more than that a joint is named."""
+    """Words without fillers, which only say that a joint is named."""
     return tuple(word for word in words if word not in _FILLERS)
 
 
 def as_written(words: Words, name: str) -> str:
-    """Words as they stand in a name that contains them, or joined by underscores."""
+    """Words as written in a name that contains them, or joined by underscores."""
     found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
     return found[0] if found and words else "_".join(words)
 
@@ -192,15 +192,15 @@ def known_joints(names: Sequence[str]) -> dict[Words, int]:
 
 @dataclass(frozen=True)
 class Meaning:
-    """What one name says."""
+    """Meaning of one name."""
 
-    role: Said  # what the column seems to hold
+    role: Said  # apparent role
     token: Words = ()  # words of the joint; `label` and `number` are its name and its count
     joint: int | None = None  # the arm's joint of exactly this name, from 0
-    group: Words = ()  # words that tell it from columns of the same role and joint: topic, actual, target
+    group: Words = ()  # words that distinguish columns of the same role and joint: topic, actual, target
     kind: Kind = "plain"  # whether these say measured or target
     unit: str = ""  # unit in the name
-    # How plain the role is: 0 of `q` and `position`, 1 of `theta`, 2 of the bare name of a joint
+    # Clarity of the role: 0 for `q` and `position`, 1 for `theta`, 2 for the bare name of a joint
     rank: int = 0
     word: str = ""  # the word of the role
 
@@ -267,7 +267,7 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
 
 
 def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[list[Words], int, int | None]:
-    """The segments without the words of the arm's joint that is named, its segment and its number."""
+    """The segments without the words of the named joint, its segment and its number."""
     for words in sorted(joints, key=len, reverse=True):
         for k, segment in enumerate(segments):
             for first in range(len(segment) - len(words) + 1):
@@ -278,7 +278,7 @@ def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[li
 
 
 def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> Meaning:
-    """Role, joint and group of a name that is not of time."""
+    """Role, joint and group of a name other than time."""
     with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
     role: Said = "other"
@@ -297,16 +297,16 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
                 words.append((k, word))
     token_at = _token_segment(segments, words, role_at, at)
     token = tuple(word for k, word in words if k == token_at) if joint is None else ()
-    # What stands beside the joint tells families apart, containers do not.
+    # Words beside the joint distinguish families, containers do not.
     group += [w for k, w in words if (k != token_at or joint is not None) and not _says_nothing(w)]
     if role == "other":
         label, number = joint_of(token)
         if "name" in label or "names" in label:
             return Meaning("name", token)
-        # A3 counts, joint_a3 is a name; of other words only those beside "joint" are surely joints'.
+        # A3 is numbered, joint_a3 is a name; other words certainly name a joint only beside "joint".
         beside = bool(set(token) & {"joint", "jnt", "axis"})
         counts = number is not None and (not label or (not beside and label == _SINGLE))
-        # elbow is a position; elbow_enabled and elbow_x are something else of it.
+        # elbow is a position; elbow_enabled and elbow_x are other quantities.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
         if more or (joint is None and not counts and not beside):
             return Meaning("other", token, unit=unit)
@@ -321,7 +321,7 @@ def _says_nothing(word: str) -> bool:
 
 
 def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at: int, at: int) -> int:
-    """Segment that names the joint: the role's own, one behind it, or one before."""
+    """Segment that names the joint: that of the role, or the one after or before it."""
     if at >= 0:
         return at
     if role_at < 0:

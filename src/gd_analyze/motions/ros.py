@@ -1,4 +1,4 @@
-"""Messages of ROS that carry an arm's motion: in bags, and as `ros2 topic echo` prints them."""
+"""ROS messages with an arm's motion: in bags, and as printed by `ros2 topic echo`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
 _DYNAMIC = "control_msgs/msg/DynamicJointState"
 _KINDS = (_STATE, _TRAJECTORY, _CONTROLLER, _DYNAMIC)
 _ECHOED = ("position", "velocity", "effort")
-# Fields of states and of points, and the ends of the columns' names made of them.
+# Fields of states and of points, and the suffixes of their columns' names.
 _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
 _TOLD_EVERY = 1000
 _LARGEST_YAML = 400_000_000
-# A message in memory takes 35 times the room of its text.
+# A message takes 35 times as much memory as its text.
 _LARGEST_MESSAGE = 30_000_000
 # Messages nest five deep.
 _DEEPEST = 50
@@ -38,7 +38,7 @@ _INTEGER = re.compile(r"[0-9]{1,19}")
 
 
 def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
-    """Read one topic of a rosbag2 (.db3, .mcap or folder, its metadata.yaml may be missing) or ROS 1 bag."""
+    """Read one topic of a rosbag2 (.db3, .mcap or folder, with or without metadata.yaml) or ROS 1 bag."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -62,7 +62,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
     # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
     except Exception as error:
         found, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
-        step = "check it with `ros2 bag info`; messages that are none of ROS itself need their definitions"
+        step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
         raise refusal("the bag cannot be read", Location(path), expected, found, step) from None
 
 
@@ -73,20 +73,20 @@ def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> l
     shown = fitting or connections
     listed = (f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in shown)
     if not topics or topic not in (None, *topics):
-        what = "the bag holds no motion of joints" + ("" if topic is None else f" on topic {topic}")
+        what = "the bag contains no joint motion" + ("" if topic is None else f" on topic {topic}")
         expected = ", ".join(topics) or "a topic of JointState, JointTrajectory or a controller's state"
         step = "give one of these with --topic" if topics else "record /joint_states too"
         raise refusal(what, Location(path), expected, "; ".join(listed) or "no messages", step)
     if topic is None and len(topics) > 1:
-        what, step = "several topics of the bag carry motions of joints", " or ".join(topics[:6])
+        what, step = "several topics of the bag contain joint motions", " or ".join(topics[:6])
         raise refusal(what, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
     return [c for c in fitting if c.topic == (topic or topics[0])]
 
 
 def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
-    """Names of the columns of an echoed JointState in CSV, by its first row; None of any other row.
+    """Column names of an echoed JointState in CSV, from its first row; None for any other row.
 
-    A row has seconds, nanoseconds, frame, joints' names and what is given of each; an empty list is one cell.
+    A row holds seconds, nanoseconds, frame, the joints' names and their values; an empty list is one cell.
     """
     if len(cells) < 5 or not all(_INTEGER.fullmatch(cell) for cell in cells[:2]) or is_number(cells[2]):
         return None
@@ -114,7 +114,7 @@ def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
 
 
 def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
-    """Documents, one at a time: all of them would take far more room than their text."""
+    """Documents, one at a time: together they would take far more memory than their text."""
     import yaml
 
     begin, line = 0, 0
@@ -126,17 +126,17 @@ def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]
             raise _too_large(where, _LARGEST_MESSAGE)
         try:
             depth = 0
-            # Building a document that nests deeper than any message would exhaust the stack.
+            # Building a document nested deeper than any message would exhaust the stack.
             for event in yaml.parse(document, Loader=yaml.CSafeLoader):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
                 if depth > _DEEPEST:
-                    raise ValueError(f"lists or maps in each other, more than {_DEEPEST} of them")
+                    raise ValueError(f"lists or maps nested more than {_DEEPEST} deep")
             message = yaml.load(document, Loader=yaml.CSafeLoader)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark
             where = Location(path) if mark is None else Location(path, line + mark.line + 1, mark.column + 1)
-            raise _not_read(where, error.problem or "no YAML") from None
+            raise _not_read(where, error.problem or "not YAML") from None
         except (yaml.YAMLError, ValueError, RecursionError) as error:
             raise _not_read(where, str(error).split("\n", 1)[0]) from None
         if message is not None:
@@ -152,13 +152,13 @@ def _too_large(where: Location, most: int) -> TrajectoryError:
 
 
 def _not_read(where: Location, found: str) -> TrajectoryError:
-    expected = "what `ros2 topic echo --full-length` prints of JointState or JointTrajectory"
-    step = "echo the topic anew, or record a bag"
+    expected = "output of `ros2 topic echo --full-length` for JointState or JointTrajectory"
+    step = "echo the topic again, or record a bag"
     return refusal("the log cannot be read as messages in YAML", where, expected, found, step)
 
 
 def _field(message: Any, name: str) -> Any:
-    """A field of a message, which is a mapping in YAML and an object in a bag; None where it is not there."""
+    """A field of a message, which is a mapping in YAML and an object in a bag; None if missing."""
     return message.get(name) if isinstance(message, Mapping) else getattr(message, name, None)
 
 
@@ -173,14 +173,14 @@ def _kind_of(message: Any) -> str:
         return _STATE
     if named and any(_field(message, side) is not None for side in _SIDES):
         return _CONTROLLER
-    raise ValueError("a document that is no JointState, JointTrajectory or controller state")
+    raise ValueError("a document other than JointState, JointTrajectory or controller state")
 
 
 def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
-    """Rows of a message: ns from its stamp on, values of joints by the column's name."""
+    """Rows of a message: ns since its stamp, and values of joints by column name."""
     names = _field(message, "name" if kind == _STATE else "joint_names")
     if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise ValueError("names of joints that are no list of words")
+        raise ValueError("names of joints that are not a list of words")
     if kind == _TRAJECTORY:
         for point in _field(message, "points"):
             yield _nanoseconds(_field(point, "time_from_start")), dict(_values(point, names, ""))
@@ -199,7 +199,7 @@ def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
 
 
 def _nanoseconds(stamp: Any) -> int:
-    """Instant of a stamp or a duration, ns; 0 where there is none, ValueError where it is no stamp."""
+    """Instant of a stamp or a duration, ns; 0 if there is none, ValueError if it is not a stamp."""
     if stamp is None:
         return 0
     whole = []
@@ -222,7 +222,7 @@ def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str
             raise ValueError(f"{len(values)} of {key} for {len(names)} joints")
         for name, value in zip(names, values, strict=True):
             if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise ValueError(f"a {key} that is no number")
+                raise ValueError(f"a {key} that is not a number")
             yield f"{before}{name}/{shown}", float(value)
 
 
@@ -232,9 +232,9 @@ def _gathered(
     commanded: bool = False,
     told: Callable[[int], None] = lambda done: None,
 ) -> ArrayTable:
-    """Rows of messages, each with its kind, if known, and when it came, ns; nan of joints that a row lacks.
+    """Rows of messages, each with its kind, if known, and time of arrival, ns; nan for missing joints.
 
-    Raises ValueError if a message contradicts itself or something is no number.
+    Raises ValueError if a message is inconsistent or a value is not a number.
     """
     columns: dict[str, list[float]] = {}
     stamps: list[int] = []
@@ -261,10 +261,10 @@ def _gathered(
     if not columns:
         expected = "messages with names and positions of joints"
         found = f"{len(stamps)} messages without numbers" if stamps else "no message"
-        raise refusal("the log holds no motion", Location(path), expected, found, "check the recording")
+        raise refusal("the log contains no motion", Location(path), expected, found, "check the recording")
     several = [str(points) for points in plans if points > 1]
     if len(several) > 1:
-        what, found = f"the log holds {len(several)} trajectories", f"{', '.join(several[:6])} points"
+        what, found = f"the log contains {len(several)} trajectories", f"{', '.join(several[:6])} points"
         expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
         raise refusal(what, Location(path), expected, found, step)
     numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]

@@ -1,4 +1,4 @@
-"""The rows of a log as set points: in the order of time, one per instant, cut at gaps, angles unwrapped."""
+"""The rows of a log as set points: ordered by time, one per instant, cut at gaps, angles unwrapped."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import figures, named_joints
 
-# Readings of a stretch that is kept: a few in a row say nothing of accelerations.
+# Least readings of a stretch that is kept: fewer do not show accelerations.
 FEWEST = 16
-# A gap is longer than so many of the log's usual steps, and than this, s: a logger that stumbles is no gap.
+# A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger, s.
 _GAP_STEPS, _GAP = 5.0, 0.05
-# Closer than this share of the usual step, stamps are the same; so many of them are worth a warning.
+# Stamps closer than this share of the usual step are equal; this share of equal stamps causes a warning.
 _SAME, _MANY_SAME = 0.01, 0.01
-# A step of so many usual ones lacks a reading.
+# A step of this many usual ones lacks a reading.
 _LONG = 1.5
-# Time that starts farther from zero than this, s, is a date.
+# Times that start beyond this, s, are dates.
 _DATE = 1e6
 _TURN = 2 * math.pi
-# A jump that differs from full turns by more than this, rad, is none of a wrapped angle.
+# A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
 _NEAR = math.pi / 2
 
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """Which rows of a log are set points, and when."""
+    """The rows of a log that are set points, and their instants."""
 
     rows: NDArray[np.intp]  # numbers of the rows, from 0, in the order of time, shape (N,)
     time: FloatArray  # s, strictly increasing, shape (N,)
     gaps: tuple[int, ...]  # set points before which there is a gap
     step: float  # the usual time between two readings (median), s
-    notes: tuple[str, ...]  # what was done
+    notes: tuple[str, ...]  # steps taken
 
     @property
     def stretches(self) -> list[slice]:
@@ -68,7 +68,7 @@ def sampling_of(
     rows, times = _in_order(rows, times, gap, notes)
     same = int((np.diff(times) <= _SAME * step).sum())
     times = _apart(times, q[rows], step)
-    # Of the same stamps the last: a message sent again holds what is newest.
+    # Of equal stamps the last is kept: a message sent again is the newest.
     kept = np.append(np.diff(times) > _SAME * step, True)
     if same:
         left_out = int((~kept).sum())
@@ -94,7 +94,7 @@ def sampling_of(
         notes.append(f"gaps longer than {figures(gap)} s: {len(gaps)}; {across}")
     times = times[kept]
     since = times - times[0]
-    # Where stamps are dates, unless that takes digits that tell them apart.
+    # If stamps are dates, unless this loses digits that distinguish them.
     if abs(times[0]) > _DATE and (np.diff(since) > 0).all():
         notes.append("time counts from the first reading")
         times = since
@@ -104,7 +104,7 @@ def sampling_of(
 def _in_order(
     rows: NDArray[np.intp], times: FloatArray, gap: float, notes: list[str]
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Sort by time; where a clock starts again, what follows comes after what was before."""
+    """Sort by time; rows after a restart of the clock follow those before it."""
     begins = np.concatenate([[0], np.flatnonzero(np.diff(times) < -gap) + 1])
     parts = np.split(times, begins[1:])
     spans = sorted((float(part.min()), float(part.max())) for part in parts)
@@ -126,7 +126,7 @@ def _in_order(
 
 
 def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
-    """Give rows that move but share a stamp instants of their own, where a step is missing beside them."""
+    """Give rows that move but share a stamp distinct instants, where a step is missing beside them."""
     times, steps = times.copy(), np.diff(times)
     moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
     for k in np.flatnonzero((steps[1:-1] <= _SAME * step) & moves[1:-1]) + 1:
@@ -144,9 +144,9 @@ def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
 
 
 def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:
-    """Undo jumps of full turns of revolute joints, shape (N, n), within each stretch; say what was done.
+    """Undo jumps of full turns of revolute joints, shape (N, n), within each stretch; return notes, too.
 
-    Across a gap angles stay as logged, but for a stretch outside limits that full turns put within.
+    Across a gap angles stay as logged, unless full turns bring a stretch back within limits.
     """
     out = q.copy()
     jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1

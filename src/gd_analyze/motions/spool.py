@@ -1,4 +1,4 @@
-"""Rows of numbers that may be very many: in memory, or in a temporary file that is mapped into it."""
+"""Very many rows of numbers: in memory, or in a memory-mapped temporary file."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, FloatArray, chunks
 
-# Numbers that are kept in memory, 32 MB; and rows after which memory of mapped ones is given back.
+# Most numbers kept in memory, 32 MB; rows after which memory of mapped ones is released.
 _MOST, _ROWS = 2**22, 8 * CHUNK
-# Rows taken here and there after which it is given back: the system maps 64 kB with each.
+# Scattered rows after which memory is released: the system maps 64 kB with each.
 _GATHERED = 256
 
 
 class Spool:
-    """Takes rows of `width` numbers block by block; a file without a name takes more than `_MOST` numbers."""
+    """Collects rows of `width` numbers; beyond `_MOST` numbers they go to an unnamed file."""
 
     def __init__(self, width: int) -> None:
         self._width, self._rows = width, 0
@@ -33,7 +33,7 @@ class Spool:
         self._rows += len(rows)
         self._parts.append(rows)
         if self._file is None and self._rows * self._width > _MOST:
-            # What is mapped from it lasts after it is closed.
+            # The mapping outlives the open file.
             self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open from block to block, for no `with`
         if self._file is not None:
             for part in self._parts:
@@ -41,7 +41,7 @@ class Spool:
             self._parts.clear()
 
     def array(self) -> FloatArray:
-        """All rows, shape (N, width); read only where they are mapped."""
+        """All rows, shape (N, width); read-only if mapped."""
         if self._file is None:
             return np.concatenate([np.empty((0, self._width)), *self._parts])
         self._file.flush()
@@ -50,7 +50,7 @@ class Spool:
 
 
 def _map_of(array: FloatArray) -> mmap.mmap | None:
-    """What an array is mapped from."""
+    """The map behind an array, if any."""
     base: Any = array
     while isinstance(base, np.ndarray):
         base = base.base
@@ -63,7 +63,7 @@ def is_mapped(array: FloatArray) -> bool:
 
 
 def release(*arrays: FloatArray) -> None:
-    """Give back the memory that mapped arrays take, which are read from their file again when asked for."""
+    """Release the memory of mapped arrays, which are read from their file again on access."""
     for array in arrays:
         found = _map_of(array)
         if found is not None and hasattr(mmap, "MADV_DONTNEED"):
@@ -71,7 +71,7 @@ def release(*arrays: FloatArray) -> None:
 
 
 def gathered(array: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
-    """Take some rows, and give back memory on the way: each that is read brings its neighbours."""
+    """Take some rows, releasing memory on the way, as each row read loads its neighbours."""
     out = np.empty((len(rows), *array.shape[1:]))
     for start in range(0, len(rows), _GATHERED):
         part = slice(start, start + _GATHERED)
@@ -81,7 +81,7 @@ def gathered(array: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
 
 
 def blocks(*arrays: FloatArray) -> Iterator[slice]:
-    """Cut rows into slices of `CHUNK`, and give back memory on the way."""
+    """Cut rows into slices of `CHUNK`, releasing memory on the way."""
     for chunk in chunks(len(arrays[0])):
         yield chunk
         if chunk.stop % _ROWS == 0:
@@ -90,6 +90,6 @@ def blocks(*arrays: FloatArray) -> Iterator[slice]:
 
 
 def trim() -> None:
-    """Give the system what glibc keeps of freed memory, some 100 MB after a search."""
+    """Return freed memory that glibc keeps, some 100 MB after a search, to the system."""
     with suppress(OSError, AttributeError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)

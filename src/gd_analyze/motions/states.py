@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Joint variables, velocities and accelerations, and where they come from.
+    """States of an arm: joint variables, velocities and accelerations, with their origin.
 
     Parameters
     ----------
     q, qd, qdd
-        rad (m) and per s, s^2, shape (..., n); mostly (N, n).
+        rad (m) and per s, s^2, shape (..., n), usually (N, n).
     described
-        Where they come from, in plain values: "trajectory", "trajectory_fingerprint" and "set_points", or
-        "box", "states" and "seed". Of several motions "motions" has the names, comma-separated.
+        Origin as plain values: "trajectory", "trajectory_fingerprint" and "set_points", or "box",
+        "states" and "seed". For several motions, "motions" lists their names, comma-separated.
     motions
-        Which of them are of which motion, where they are all those of several.
+        Assignment to motions, if these are all states of several.
     weights
-        How much a torque error counts at each of them, shape of q; None where all count alike.
+        Weight of a torque error at each state and joint, shape of q; None for equal weights.
 
     Raises
     ------
     TrajectoryError
-        If the three are not of one shape (..., n), or something is no number, not finite or too large.
+        If the shapes differ, or a value is not a number, not finite or too large.
     """
 
     q: FloatArray
@@ -75,30 +75,30 @@ class States:
 
     @property
     def last(self) -> tuple[Array, Array, Array]:
-        """q, qd and qdd with the states last, shape (n, N): how the formulations take them."""
+        """q, qd and qdd with the states last, shape (n, N), as the formulations take them."""
         q, qd, qdd = (set_points_last(np.asarray(x, dtype=float)) for x in self.arrays)
         return q, qd, qdd
 
     @property
     def in_a_row(self) -> States:
-        """The same ones, shape (N, n)."""
+        """The same states, shape (N, n)."""
         q, qd, qdd = (x.reshape(-1, self.q.shape[-1]) for x in self.arrays)
         return States(q, qd, qdd, self.described)
 
     @property
     def in_words(self) -> str:
-        """Where they come from."""
+        """Origin in words."""
         return in_words(self.described) if self.described else f"{len(self)} states"
 
     def at(self, chosen: Any) -> States:
-        """Take some of them, by a slice, numbers or a mask."""
+        """Take some states, by a slice, indices or a mask."""
         weights = None if self.weights is None else self.weights[chosen]
         return States(self.q[chosen], self.qd[chosen], self.qdd[chosen], self.described, weights=weights)
 
     def joined_by(
         self, q: FloatArray, qd: FloatArray, qdd: FloatArray, weights: FloatArray | None = None
     ) -> States:
-        """Add more, shape (M, n); they count alike unless weights are given."""
+        """Add states, shape (M, n), with equal weights unless weights are given."""
         if self.weights is not None or weights is not None:
             both = (self.weights, self.q), (weights, q)
             weights = np.vstack([np.ones_like(like) if own is None else own for own, like in both])
@@ -112,7 +112,7 @@ class States:
 
 
 def in_words(described: Mapping[str, str | int]) -> str:
-    """Where states come from, given `States.described`."""
+    """Origin of states in words, from `States.described`."""
     if "trajectory" in described:
         of = described["trajectory"]
         if "motions" in described:
@@ -134,7 +134,7 @@ def states_of(trajectory: Trajectory) -> States:
 
 
 def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
-    """Which set points of a decomposition are of which motion; none where it is of one or of a part."""
+    """Motions of a decomposition's set points; empty for a single motion or a part."""
     about = dataset.attrs
     if "motions" not in about:
         return ()
@@ -146,7 +146,7 @@ def motions_in(dataset: xr.Dataset) -> tuple[Motion, ...]:
 
 
 def states_for(arm: RobotArm, states: States) -> States:
-    """Take states of an arm in a row, shape (N, n); TrajectoryError where there are none, or of another's."""
+    """Flatten states to shape (N, n); TrajectoryError if there are none or they do not fit the arm."""
     require_joints(arm, states)
     if not states.q.size:
         raise refusal("there are no states", "states", "at least one", "none")
@@ -154,43 +154,48 @@ def states_for(arm: RobotArm, states: States) -> States:
 
 
 def require_dataset(given: object) -> None:
-    """Raise a TrajectoryError where what is given for states is none of the kinds there are."""
+    """Raise a TrajectoryError if states are given as an object of the wrong type."""
     if not hasattr(given, "data_vars"):
-        expected = "a trajectory, its shipped name or its path, States, or what `decompose` gave"
-        raise refusal("these are no states", "states", expected, in_python(given))
+        expected = "a trajectory, its shipped name or its path, States, or a Dataset of `decompose`"
+        raise refusal("these are not states", "states", expected, in_python(given))
 
 
 def require_joints(arm: RobotArm, states: States) -> None:
-    """Raise a TrajectoryError where states are of another number of joints."""
+    """Raise a TrajectoryError if states have another number of joints."""
     if states.q.shape[-1] != arm.n_joints:
         what, expected = f"the states do not fit arm {arm.name}", f"shape (..., {arm.n_joints})"
         raise refusal(what, "q", expected, f"shape {states.q.shape}")
 
 
 def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
-    """Draw states evenly from the arm's ranges and its velocity and acceleration limits.
+    """Draw states uniformly within the arm's ranges and its velocity and acceleration limits.
 
     Parameters
     ----------
     arm
         The arm, or the name of a built-in one, or the path of its file.
     count, seed
-        How many; the same seed draws the same.
+        Number of states; the same seed draws the same states.
+
+    Returns
+    -------
+    States
+        N = count states, shape (N, n).
 
     Raises
     ------
     UsageError
-        If the number of states is none.
+        If count is not 1 or more.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of limits that the arm does not state and that are assumed instead; `States.described` names them.
+        If limits are assumed because the arm does not state them; `States.described` names them.
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:
         found = in_python(count)
-        raise UsageError("this is no number of states", where="count", expected="1 or more", found=found)
+        raise UsageError("this is not a number of states", where="count", expected="1 or more", found=found)
     limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
@@ -202,7 +207,7 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
 
 
 def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
-    """Leading shape and arrays of quantities that each have one finite number per joint."""
+    """Leading shape, and arrays of quantities with one finite number per joint."""
     arrays: list[FloatArray] = []
     for name, values in given.items():
         array = array_of(values, name, UsageError)

@@ -1,4 +1,4 @@
-"""A log as a table: named columns, read when they are asked for, and instants in seconds."""
+"""A log as a table: named columns, read on demand, and instants in seconds."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.reading import TIME_UNITS, refusal
 from gd_analyze.text import LARGEST, visible
 
-# Called with how much of how much has been read.
+# Called with the amount read and the total.
 Progress = Callable[[int, int], None]
 
-# Rows by which a column is judged.
+# Number of first rows by which a column is judged.
 HEAD_ROWS = 200
-# Instants since 1970 of logs between 1990 and 2100, s.
+# Instants from 1990 to 2100, in s since 1970.
 _EPOCH = (6.3e8, 4.2e9)
-# Longer steps than this may be of set points in s, or of readings in ms, us or ns.
+# Longer steps may be set points in s, or readings in ms, us or ns.
 _LONGEST = 0.5
-# Steps of logs of robots, s: from 10 kHz to 1 Hz.
+# Time steps of robots' logs, s: 10 kHz to 1 Hz.
 _STEPS = (1e-4, 1.0)
 
 
@@ -36,14 +36,14 @@ def no_progress(_done: int, _total: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Stamps:
-    """Instants as a whole number, which may be an epoch in nanoseconds, and what is added to it."""
+    """Instants relative to an integer, which may be an epoch in nanoseconds."""
 
     base: int
     rest: FloatArray
 
     @classmethod
     def of(cls, values: FloatArray | NDArray[np.int64]) -> Stamps:
-        """Split instants that are held exactly."""
+        """Split instants that are stored exactly."""
         finite = values[np.isfinite(values)]
         base = int(finite[0]) if finite.size and abs(finite[0]) < 2.0**62 else 0
         return cls(base, (values - base).astype(float, copy=False))
@@ -51,7 +51,7 @@ class Stamps:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What was read."""
+    """Columns that were read."""
 
     numbers: FloatArray  # (N, k)
     stamps: tuple[Stamps, ...]
@@ -59,23 +59,23 @@ class Columns:
 
 
 class LogTable(ABC):
-    """What the readers of all formats give."""
+    """Interface of the readers of all formats."""
 
-    path: str | Path  # where it was read, for messages
-    names: tuple[str, ...]  # names of the columns; all empty where there is no header
-    planned: bool | None = None  # whether the kind of message is a plan; None where it does not say
-    set_points: bool = False  # whether the file's own header is that of set points: time, q1, qd1_deg
+    path: str | Path  # source, for messages
+    names: tuple[str, ...]  # names of the columns; all empty if there is no header
+    planned: bool | None = None  # whether the kind of message is a plan; None if unknown
+    set_points: bool = False  # whether the file has a header of set points: time, q1, qd1_deg
 
     @abstractmethod
     def head(self, column: int) -> list[str | float]:
-        """First cells of a column: floats, or text where they are no numbers."""
+        """First cells of a column: floats, or text if not numbers."""
 
     @abstractmethod
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, counted from 0; nan where a cell is empty."""
 
     def stands(self, column: int) -> bool:
-        """Whether the first numbers of a column are several, and the same."""
+        """Whether a column begins with several equal numbers."""
         first = self.head(column)
         return len(first) > 1 and len(set(first)) == 1
 
@@ -88,7 +88,7 @@ class LogTable(ABC):
         return self.names[column] or f"column {column + 1}"
 
     def shown(self, column: int) -> str:
-        """Name of a column as it may be printed, or its number alone."""
+        """Printable name of a column, or its number alone."""
         return visible(self.names[column]) or str(column + 1)
 
 
@@ -115,15 +115,15 @@ class ArrayTable(LogTable):
 
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
-    """Error of a log that needs a library which is not installed."""
+    """Error for a log that needs a missing library."""
     what, step = f"this log needs the library {library}", "pip install 'gd-analyze[logs]'"
     return refusal(what, Location(path), library, "it is not installed", step)
 
 
 class ParquetTable(LogTable):
-    """A Parquet file; columns of instants are read in nanoseconds, and named so.
+    """A Parquet file; columns of instants are read in nanoseconds, and [ns] is added to their names.
 
-    A column of lists, as LeRobot's `observation.state`, is one column per element, `observation.state_1`.
+    A column of lists, as LeRobot's `observation.state`, gives a column per element, `observation.state_1`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -134,7 +134,7 @@ class ParquetTable(LogTable):
         except ImportError:
             raise missing_library("pyarrow", path) from None
         self._arrow = pyarrow
-        # What a damaged file raises.
+        # Errors raised by a damaged file.
         self._errors = (OSError, ValueError, pyarrow.lib.ArrowException)
         try:
             self._file = pyarrow.parquet.ParquetFile(path)
@@ -154,11 +154,11 @@ class ParquetTable(LogTable):
             return ["text"]
         try:
             return [] if self._first is None else list(self._numbers(self._of(self._first, column)).tolist())
-        except self._errors as error:  # a number beyond 64 bits with a sign, too
+        except self._errors as error:  # also for numbers beyond signed 64 bits
             raise self._broken(error) from None
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
-        """Read columns, a group of rows at a time."""
+        """Read columns, one row group at a time."""
         table = np.empty((self._file.metadata.num_rows, len(numbers)))
         instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]
         columns = sorted({*numbers, *stamps})
@@ -185,7 +185,7 @@ class ParquetTable(LogTable):
         return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants))
 
     def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
-        """Name, kind and number in a list, from 0, of the columns that a field is."""
+        """Name, type and index in the list, from 0, of a field's columns."""
         if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
             return [(field.name, field.type, None)]
         first = self._first.column(field.name)[0].as_py() if self._first else None
@@ -202,19 +202,19 @@ class ParquetTable(LogTable):
         return pyarrow.compute.list_element(held, at)
 
     def _numbers(self, column: Any, *, exact: bool = True) -> Any:
-        """Floats, or integers where the file has such; instants in nanoseconds."""
+        """Floats, or integers if the file has them; instants in nanoseconds."""
         if _is_instant(column.type):
             kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
             column = column.cast(kind("ns")).cast(self._arrow.int64())
         whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
-        # A batch is copied only when told, a table's column knows no such word.
+        # A batch must be told to copy, a table's column has no such argument.
         told = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
         kind = self._arrow.int64() if whole else self._arrow.float64()
         return column.cast(kind, safe=whole).to_numpy(**told)
 
     def _broken(self, error: Exception) -> TrajectoryError:
         where, found = Location(self.path), str(error).split("\n", 1)[0]
-        return refusal("the log cannot be read as Parquet", where, "a Parquet file", found, "write it anew")
+        return refusal("the log cannot be read as Parquet", where, "a Parquet file", found, "write it again")
 
 
 def _is_instant(kind: Any) -> bool:
@@ -229,7 +229,7 @@ def in_seconds(
     name: str,
     where: Location,
 ) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, the unit it was in, and the reason for that unit, or refuse."""
+    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse."""
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
         values = seconds.rest + 1e-9 * (nano.rest + nano.base)
@@ -244,10 +244,10 @@ def in_seconds(
     if rate is not None:
         least = _steps(values, np.min)
         if told or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
-            what = f"{name} counts no samples, so a rate does not tell its time"
+            what = f"{name} does not count samples, so --rate does not apply to it"
             expected = "whole numbers in steps of 1, or a name such as sample"
             found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
-            remedy = "leave --rate out, or the column: --map time=none; --time-unit gives a unit"
+            remedy = "omit --rate, or the column with --map time=none; --time-unit gives a unit"
             raise refusal(what, where, expected, found, remedy)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:
@@ -258,7 +258,7 @@ def in_seconds(
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
         what, found = f"{name} counts samples, or its unit is unknown", f"whole numbers in steps of {step:g}"
         remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
-        raise refusal(what, where, "time in s, or how long a sample is", found, remedy)
+        raise refusal(what, where, "time in s, or the sample rate", found, remedy)
     if step <= _LONGEST:
         return values, "s", "no unit stated"
     likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
@@ -277,6 +277,6 @@ def _whole(values: FloatArray) -> bool:
 
 
 def _steps(values: FloatArray, of: Callable[[FloatArray], Any]) -> float:
-    """Median or least of the steps forwards; 0 where there are none."""
+    """Median or smallest of the positive steps; 0 if there are none."""
     steps = np.diff(values[np.isfinite(values)])
     return float(of(steps[steps > 0])) if (steps > 0).any() else 0.0

@@ -1,4 +1,4 @@
-"""A log in a text file: comma, semicolon, tab or blanks; read in blocks, and only the columns needed."""
+"""A log in a text file with commas, semicolons, tabs or blanks; only needed columns are read, in blocks."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from gd_analyze.text import LARGEST, in_python, number_in
 
 _BLOCK = 2_000_000  # bytes read at once
 _HEAD_BYTES = 1_000_000
-# Lines by which a file's layout is judged.
+# Number of first lines by which a file's layout is judged.
 _JUDGED = 8
-# Names of columns in logs of robots, topics included, are shorter.
+# Column names in robots' logs, topics included, are shorter.
 _LONGEST_NAME = 200
-# Doubles hold smaller instants to a few nanoseconds; of larger ones the whole part is taken off first.
+# Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
 _EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
 _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
@@ -42,12 +42,12 @@ _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 @dataclass(frozen=True)
 class Layout:
-    """How the lines of a text table are to be read."""
+    """Layout of a text table's lines."""
 
-    delimiter: str  # comma, semicolon or tab; a blank stands for any white space
+    delimiter: str  # comma, semicolon or tab; a blank means any white space
     decimal: str  # point or comma
-    names: tuple[str, ...]  # names of the columns, empty ones where no line has them
-    header: int  # line of the names, from 1; 0 where there is none
+    names: tuple[str, ...]  # names of the columns, empty if no line has them
+    header: int  # line of the names, from 1; 0 if there is none
     first: int  # line of the first row, from 1
 
     def plain(self, cell: str) -> str:
@@ -57,12 +57,12 @@ class Layout:
 
 def is_number(cell: str) -> bool:
     """Whether a cell holds a number, with a point or a comma."""
-    short = len(cell) <= _LONGEST_NAME  # of many digits and a letter, the expressions take quadratic time
+    short = len(cell) <= _LONGEST_NAME  # on many digits and a letter the expressions take quadratic time
     return short and (number_in(cell) is not None or bool(_WITH_COMMA.fullmatch(cell.strip())))
 
 
 def _split(line: str, delimiter: str, where: Location) -> list[str]:
-    """Cells of a line; TrajectoryError where a quote is left open or a cell is far too long."""
+    """Cells of a line; TrajectoryError if a quote is left open or a cell is far too long."""
     if delimiter == " ":
         return line.split()
     try:
@@ -77,28 +77,28 @@ def _is_row(line: str) -> bool:
 
 
 def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
-    """Find out how a text table is laid out; TrajectoryError if there is no row, or a name is no column's."""
+    """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
     rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
     if not rows:
         found = "comments only" if any(line.strip() for line in lines) else "no data"
         expected = "a line of names, such as time,q1,q2, and a line per instant"
         step = "check the recording; `gd-analyze plan --help` shows how to make a trajectory"
         raise refusal("the file is empty", Location(path), expected, found, step)
-    # The sign that stands equally often in every line; a decimal comma does so too, and comes last.
+    # The delimiter occurs equally often in every line; so may a decimal comma, which is tried last.
     judged = [line for _, line in rows[:_JUDGED]]
     even = (sign for sign in "\t;," if len({line.count(sign) for line in judged}) == 1 and sign in judged[0])
     most = max("\t;,", key=judged[0].count)
     delimiter = next(even, most if most in judged[0] else " ")
     number, first = rows[0]
     cells = [cell.strip() for cell in _split(first.lstrip("%"), delimiter, Location(path, number))]
-    # Two numbers, then text: a `ros2 topic echo --csv` of few joints.
+    # Two numbers, then text: `ros2 topic echo --csv` with few joints.
     echoed = len(cells) > 4 and all(re.fullmatch("[0-9]+", cell) for cell in cells[:2])
     if sum(map(is_number, cells)) <= len(cells) / 2 and not echoed:
         if first.startswith("%") and cells:
             cells[0] = f"%{cells[0]}"
         if len(rows) == 1:
             expected, step = "one line per instant", "check the recording, or add a line for each instant"
-            raise refusal("the file holds a header only", Location(path, number), expected, "none", step)
+            raise refusal("the file has only a header", Location(path, number), expected, "none", step)
         header = number
         names, (begin, row) = _with_units(cells, rows[1:3], delimiter)
     else:
@@ -106,7 +106,7 @@ def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
         begin, row = number, first
     refuse_long_names(names, Location(path, header))
     values = _split(row, delimiter, Location(path, begin))
-    # Between commas a decimal comma stands in quotes.
+    # Between commas a decimal comma is in quotes.
     comma = any(_WITH_COMMA.fullmatch(cell.strip()) for cell in values)
     return Layout(delimiter, "," if comma else ".", names, header, begin)
 
@@ -114,7 +114,7 @@ def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
 def _with_units(
     names: Sequence[str], following: Sequence[tuple[int, str]], delimiter: str
 ) -> tuple[tuple[str, ...], tuple[int, str]]:
-    """Names with the units of a line below them, if it is one, and the first row."""
+    """Names with units from the line below, if it has them, and the first row."""
     units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
     said = [unit for unit in units if unit not in ("", "-", "1")]
     if len(following) < 2 or len(units) != len(names) or not said or None in map(unit_in_words, said):
@@ -124,7 +124,7 @@ def _with_units(
 
 
 def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple[tuple[str, ...], int]:
-    """Names in the last comment above the rows, as numpy.savetxt writes them, and its line."""
+    """Names in the last comment above the rows, as written by numpy.savetxt, and its line."""
     comments = (k for k in range(len(before), 0, -1) if before[k - 1].strip().startswith("#"))
     number = next(comments, 0)
     text = before[number - 1].strip().lstrip("# \t") if number else ""
@@ -136,20 +136,20 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
 
 
 def refuse_long_names(names: Sequence[str], where: Location) -> None:
-    """Raise a TrajectoryError where a name is longer than any column's."""
+    """Raise a TrajectoryError if a name is too long for a column."""
     for column, name in enumerate(names, start=1):
         if len(name) > _LONGEST_NAME:
-            what, place = f"column {column} has far too long a name", Location(where.path, where.line, column)
+            what, place = f"name {column} is far too long", Location(where.path, where.line, column)
             expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
             raise refusal(what, place, expected, in_python(name), "check that the file is a log")
 
 
 def _require_number(cell: str, name: str, where: Location) -> None:
-    """Raise a TrajectoryError where a cell is no finite number of a possible size."""
+    """Raise a TrajectoryError if a cell is not a finite number of possible size."""
     number = number_in(cell)
     if number is None and cell.lower() in _EMPTY | _INFINITE:
         found, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
-        raise refusal(f"{name} is no finite number", where, "a finite number", found, step)
+        raise refusal(f"{name} is not a finite number", where, "a finite number", found, step)
     if number is None:
         expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
         step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell"
@@ -161,7 +161,7 @@ def _require_number(cell: str, name: str, where: Location) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Some rows."""
+    """A block of rows."""
 
     data: bytes  # lines without comments
     numbers: Sequence[int]  # their numbers in the file
@@ -173,7 +173,7 @@ class _Block:
 
 
 class TextTable(LogTable):
-    """A text file, or the bytes of one; `names` are those of a file that has none."""
+    """A text file, or the bytes of one; `names` are for a file without names."""
 
     def __init__(self, path: str | Path, data: bytes | None = None, names: tuple[str, ...] = ()) -> None:
         self.path, self.data = path, data
@@ -198,7 +198,7 @@ class TextTable(LogTable):
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
 
     def require_constant(self, first: Mapping[int, str], *, or_empty: bool = False) -> None:
-        """Raise a TrajectoryError where a column of text is not in every row as in the first, or empty."""
+        """Raise a TrajectoryError if a text column is not constant, or is empty unless `or_empty`."""
         columns = sorted(first)
         for block in self._blocks(no_progress):
             frame = self._parsed(block, columns, frozenset(columns)) if block.numbers else {}
@@ -220,17 +220,17 @@ class TextTable(LogTable):
         return read
 
     def stands(self, column: int) -> bool:
-        """Whether the first cells are several, and the same to their last digit."""
+        """Whether the column begins with several cells that are equal to the last digit."""
         cells = {row[column] for row in self._head if column < len(row)}
         return len(self._head) > 1 and len(cells) == 1 and "" not in cells
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place in the file; to find a row's line takes as long as to read the file."""
+        """Place in the file; finding a row's line takes as long as reading the file."""
         line = self.layout.header or None if row is None else self._line(row)[0]
         return Location(self.path, line, None if column is None else column + 1)
 
     def cell(self, row: int, column: int) -> str:
-        """A cell as it is written."""
+        """A cell as written."""
         number, line = self._line(row)
         return self._cells(line, number)[column]
 
@@ -258,13 +258,13 @@ class TextTable(LogTable):
         return Columns(spool.array(), instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
-        """Columns of a block, and the last one, as a frame; a fault is refused with its line and column."""
+        """Columns of a block, and the last one, as a frame; an error names line and column."""
         import pandas as pd
 
         layout, last = self.layout, len(self.names) - 1
         asked = sorted({*columns, last})
         text = as_text | ({last} - set(columns))
-        # Since 3.1 pandas reads every digit, and warns of being told to.
+        # Since 3.1 pandas reads every digit, and warns if told to.
         release = tuple(int(part) for part in pd.__version__.split(".")[:2])
         exact: dict[str, Any] = {} if release >= (3, 1) else {"float_precision": "round_trip"}
         try:
@@ -296,7 +296,7 @@ class TextTable(LogTable):
         return frame
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
-        """Whether every line has as many cells as there are names; delimiters tell, quotes aside."""
+        """Whether every line has as many cells as there are names, by delimiters outside quotes."""
         sign, width = self.layout.delimiter, len(self.names)
         if sign == " ":
             return all(len(line.split()) == width for line in block.data.splitlines())
@@ -308,7 +308,7 @@ class TextTable(LogTable):
         return all(line.count(sign.encode()) == width - 1 for line in lines if line)
 
     def _locate(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
-        """Raise for the first wrong cell of a block; slow, but knows where it is."""
+        """Raise for the first wrong cell of a block; slow, but finds the place."""
         layout = self.layout
         for number, line in zip(block.numbers, block.lines, strict=True):
             cells = self._cells(line, number)
@@ -319,13 +319,13 @@ class TextTable(LogTable):
                 expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
                 step = "complete the line, or remove it if the recording broke off there"
                 raise refusal(what, where, expected, str(len(cells)), step)
-            for column in set(columns) - as_text:  # stamps may be of any size, and text is not read here
+            for column in set(columns) - as_text:  # stamps may have any size, and text is not read here
                 if cells[column].lower() not in _EMPTY:
                     where = Location(self.path, number, column + 1)
                     _require_number(layout.plain(cells[column]), self.label(column), where)
 
     def _stamps(self, cells: Any, column: int) -> Stamps:
-        """Instants from their digits, so that nothing is lost of an epoch in nanoseconds."""
+        """Instants from their digits, so that an epoch in nanoseconds stays exact."""
         texts = [self.layout.plain(cell.strip()) if isinstance(cell, str) else "nan" for cell in cells]
         values = np.empty(len(texts))
         for row, text in enumerate(texts):
@@ -344,7 +344,7 @@ class TextTable(LogTable):
         return Stamps(base, np.array(rest))
 
     def _blocks(self, progress: Progress) -> Iterator[_Block]:
-        """The rows, some megabytes at a time, cut between lines."""
+        """The rows, some megabytes at a time, split between lines."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
         number, done, rest = 1, 0, b""
         with self._opened() as file:
@@ -380,10 +380,10 @@ class TextTable(LogTable):
 
 
 def _block_of(lines: bytes, number: int, begin: int) -> _Block:
-    """The rows among some lines, the first of which is line `number`; rows begin on line `begin`."""
+    """The rows among lines from line `number` on; rows begin on line `begin`."""
     read = np.frombuffer(lines, dtype=np.uint8)
     firsts = read[np.append(0, np.flatnonzero(read[:-1] == _NEWLINE) + 1)]
-    # A line that begins otherwise is a row, which is told in a tenth of the time that the pattern takes.
+    # Any other line is a row; this check takes a tenth of the pattern's time.
     if number >= begin and not (np.isin(firsts, _BEFORE_NO_ROW).any() and _NEEDS_LOOK.search(lines[:-1])):
         return _Block(lines, range(number, number + len(firsts)))
     kept: dict[int, bytes] = {}

@@ -25,7 +25,7 @@ from gd_analyze.text import LARGEST, html_of, number
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-# A line of its own where nothing is known of the motion between the set points above and below.
+# A separate line where the motion between the set points above and below is unknown.
 GAP = "# gap"
 
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
@@ -33,14 +33,14 @@ _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
 
 @dataclass(frozen=True)
 class Motion:
-    """One of several motions that a trajectory consists of."""
+    """One of several motions in a trajectory."""
 
-    name: str  # different from those of the others
-    # Its set points, from 0: `first` is the first of them, `end` the first that is not
+    name: str  # unique in the trajectory
+    # Its set points, from 0: `first` is the first, `end` the one after the last
     first: int
     end: int
-    start: float = 0.0  # instant of its first set point by its own clock, s
-    # Of the motion by itself, see `Trajectory`
+    start: float = 0.0  # instant of its first set point on its own clock, s
+    # Attributes of the motion, see `Trajectory`
     origin: str = ""
     derivatives_from: str = "given"
     fingerprint: str = ""
@@ -57,17 +57,17 @@ class Motion:
 
 
 def listed(motions: Iterable[Motion]) -> str:
-    """Names of motions, comma-separated; a comma in a name is left out."""
+    """Names of motions, comma-separated; commas in names are left out."""
     return ", ".join(motion.name.replace(",", " ") for motion in motions)
 
 
 def in_words(names: Sequence[str], most: int = 4) -> str:
-    """Number of motions, and their names where these are few: "2 motions (a, b)"."""
+    """Number of motions, with their names if there are few: "2 motions (a, b)"."""
     return f"{len(names)} motions" + (f" ({', '.join(names)})" if len(names) <= most else "")
 
 
 class Whole(NamedTuple):
-    """What is known of a motion of which there are some set points."""
+    """The whole motion behind a selection of its set points."""
 
     n_set_points: int
     fingerprint: str
@@ -80,30 +80,29 @@ class Trajectory:
     Parameters
     ----------
     time
-        Strictly increasing, s, shape (N,).
+        Instants, strictly increasing, s, shape (N,).
     q, qd, qdd
         Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (N, n).
     name
         Short identifier, used for output folders and titles.
     origin
-        Where it comes from, such as the file read or the plan's command.
+        Origin, such as the file read or the plan's command.
     derivatives_from
         "given", or how missing velocities and accelerations were derived.
     gaps
-        Set points (from 0, ascending, not the first) before which nothing is known of the motion: a recording
-        broke off there, or another motion begins.
+        Set points (from 0, ascending, not the first) before which the motion is unknown: a recording was
+        interrupted, or another motion begins.
     recording
-        The readings behind a measured motion; None of a plan.
+        The readings behind a measured motion; None for a plan.
     motions
-        Which set points are whose, where the trajectory is a pool of several motions.
+        The motions of a pool, with their set points.
     whole
-        The longer motion of which these are some set points; None where they are all.
+        The longer motion of which these set points are a selection; None if they are all.
 
     Raises
     ------
     TrajectoryError
-        If shapes disagree, a number is not finite or too large, time does not increase, or there are no such
-        set points for gaps.
+        If shapes disagree, a number is not finite or too large, time does not increase, or gaps do not fit.
     """
 
     time: FloatArray
@@ -151,27 +150,27 @@ class Trajectory:
         arm: RobotArm | None = None,
         treatment: Treatment | None = None,
     ) -> Trajectory:
-        """Take a motion from arrays.
+        """Make a trajectory from arrays.
 
         Parameters
         ----------
         time
-            s, shape (N,).
+            Instants, s, shape (N,).
         q, qd, qdd
-            Joint variables and, where known, velocities and accelerations, rad (m) and per s, s^2, shape
+            Joint variables and, if known, velocities and accelerations, rad (m) and per s, s^2, shape
             (N, n).
         name
             Short identifier.
         measured
-            Whether these are readings, which are treated as those of a log; by default if their accelerations
-            are noise. Time must increase, but for what is said to be measured.
+            Whether these are readings, to be treated like those of a log; by default if their accelerations
+            are noise. Time must increase unless `measured` is True.
         arm, treatment
-            Of readings: whose joints, so that jumps of full turns are undone; and how to treat them.
+            For readings: the arm, so that jumps of full turns are undone, and how to treat them.
 
         Raises
         ------
         TrajectoryError
-            If shapes disagree, there are too few set points to derive what is missing, or as for the value.
+            If there are too few set points to derive missing derivatives, or as for `Trajectory`.
 
         Examples
         --------
@@ -190,32 +189,32 @@ class Trajectory:
     def from_log(
         cls, logged: Logged, arm: RobotArm | None = None, treatment: Treatment | None = None
     ) -> Trajectory:
-        """Make a motion of a log.
+        """Make a trajectory from a log.
 
-        Set points of a file are taken as they are. Rows of any other log are put in order, cut at gaps, and
-        jumps of full turns are undone; readings are smoothed besides. What a plan lacks is derived.
+        Set points of a file are used unchanged. Rows of any other log are sorted and cut at gaps, and jumps
+        of full turns are undone; readings are also smoothed. Missing derivatives of a plan are derived.
 
         Parameters
         ----------
         logged
-            What was understood of it.
+            The log as read by `read_log`.
         arm
-            Whose joints; None where that is not known: then no jumps of full turns are undone.
+            The arm; None if unknown, and then no jumps of full turns are undone.
         treatment
-            What the user decides; by default rules do.
+            How to treat readings; by default chosen by rule.
 
         Raises
         ------
         TrajectoryError
-            If the log is of another number of joints, has too few readings, or a cut-off does not suit it.
+            If the log has another number of joints or too few readings, or a cut-off does not suit it.
 
         Warns
         -----
         GdAnalyzeWarning
-            If measured velocities contradict the positions, so that they are not used.
+            If measured velocities contradict the positions and are not used.
         """
         if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
-            # Checked before a spline is laid through it.
+            # Checked before a spline is fitted to it.
             still = np.zeros_like(logged.q)
             qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
             cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
@@ -232,7 +231,7 @@ class Trajectory:
         columns = np.column_stack([self.q[0], self.q[-1], *largest])
         rows = [[str(i), *map(number, row)] for i, row in enumerate(columns.tolist(), start=1)]
         headings = ["joint", "start", "end", "largest velocity", "largest acceleration"]
-        return html_of(repr(self), headings, rows, "In rad and s; in m of prismatic joints.")
+        return html_of(repr(self), headings, rows, "In rad and s; m for prismatic joints.")
 
     @property
     def n_set_points(self) -> int:
@@ -257,11 +256,11 @@ class Trajectory:
 
     @property
     def n_stated(self) -> int:
-        """Number of set points of the motion, of which there may be some here."""
+        """Number of set points of the whole motion, of which this may be a selection."""
         return self.n_set_points if self.whole is None else self.whole.n_set_points
 
     def at(self, points: NDArray[np.intp]) -> Trajectory:
-        """Take some set points, ascending, which stand for the whole."""
+        """Take some set points, ascending, to represent the whole."""
         time, q, qd, qdd = (gathered(x, points) for x in (self.time, self.q, self.qd, self.qdd))
         gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
         about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
@@ -269,7 +268,7 @@ class Trajectory:
 
     @cached_property
     def extreme_at(self) -> NDArray[np.intp]:
-        """Set points of the least and the largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
         arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
         found = np.zeros((3, 2, self.n_joints), dtype=np.intp)
         for chunk in blocks(*arrays):
@@ -284,7 +283,7 @@ class Trajectory:
 
     @cached_property
     def extremes(self) -> FloatArray:
-        """Least and largest q, qd and qdd of every joint, shape (3, 2, n)."""
+        """Smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
         joints = np.arange(self.n_joints)
         pairs = zip((self.q, self.qd, self.qdd), self.extreme_at, strict=True)
         return np.stack([array[at, joints] for array, at in pairs])
@@ -304,7 +303,7 @@ class Trajectory:
 def _arrays(
     time: ArrayLike, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
 ) -> dict[str, FloatArray]:
-    """What is given, by name, once the others fit the shape (N, n) of q."""
+    """The arrays given, by name, checked against the shape (N, n) of q."""
     given = {"q": q, "time": time} | {what: x for what, x in (("qd", qd), ("qdd", qdd)) if x is not None}
     arrays = {what: array_of(x, what, TrajectoryError) for what, x in given.items()}
     shape = arrays["q"].shape
@@ -333,7 +332,7 @@ def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
 def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterable[str] = ()) -> None:
     """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
 
-    `comments` come first, without their `#`: by custom the command that makes the file. Raises OutputError.
+    `comments` come first, given without `#`; usually the command that makes the file. Raises OutputError.
     """
     write_text(path, trajectory_csv(trajectory, comments))
 

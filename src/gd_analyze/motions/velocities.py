@@ -1,4 +1,4 @@
-"""Velocities and accelerations of a file: derived where missing, compared with its positions where given."""
+"""Velocities and accelerations of a file: derived if missing, compared with its positions if given."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from gd_analyze.text import LARGEST, named_joints
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
-# An arm may stop, turn or jerk between two set points: in as many intervals as this nothing is concluded, and
-# there must be more besides. Planned motions of any profile with up to four vias then show no contradiction.
+# An arm may stop, turn or jerk between two set points: this many intervals prove nothing, and more are
+# needed. Planned motions of any profile with up to four vias then show no contradiction.
 _LEFT_OUT, FEWEST_COMPARED = 3, 8
 # Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
-# or from a sensor of their own, miss up to 0.1 of it; the slips named here at least 0.9.
+# or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
 _MISSED = 0.25
-# Movements below these are noise: of a joint beside the others, and in rad or m (per s, s^2).
+# Movements below these are noise: relative to the other joints, and in rad or m (per s, s^2).
 _STILL_SHARE, _STILL = 0.05, 1e-3
-# Nearer to a factor than this is that factor, and with no more than this share left over.
+# Tolerance of a known factor, and largest share left over.
 _NEAR, _LEFT_OVER = 0.1, 0.2
 
-# Accelerations of which more than half changes from one set point to the next are noise; those of planned
-# motions change by a fifth, those of real arms, derived from positions, by three times.
+# Accelerations that change by more than half from one set point to the next are noise; those of planned
+# motions change by a fifth, those of real arms, derived from positions, threefold.
 _NOISE, _FEWEST_JUDGED = 0.5, 32
-# Set points of a motion that is judged, some windows of as many: what slips, slips throughout.
+# Set points judged, and their windows: mistakes affect the whole motion.
 _WINDOWS, _WINDOW = 16, 8192
-# Farther from the middle of its neighbours, rad or m, a set point is one of few, and no reading.
+# A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
 _FINE = 0.01
-# Largest values left out, and one more for so many: jumps.
+# Number of largest values left out as jumps, and one more per this many.
 _JUMPS, _ROWS_PER_JUMP = 4, 50
 
 # A joint that rests and whose position was computed at every set point differs in the last digit or two.
@@ -58,7 +58,7 @@ _MEANING = {
 def _some(
     arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
 ) -> tuple[tuple[Any, ...], Sequence[int]]:
-    """Windows of a long motion, evenly spaced, with gaps between; all of another."""
+    """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
     count = len(arrays[0])
     if count <= _WINDOWS * _WINDOW:
         return arrays, gaps
@@ -71,10 +71,10 @@ def _some(
 def are_noise(
     time: FloatArray, q: FloatArray, qd: FloatArray | None, qdd: FloatArray | None, gaps: Sequence[int] = ()
 ) -> bool:
-    """Whether accelerations, as given or as they follow from the rest, are noise: then these are readings.
+    """Whether accelerations, given or derived, are noise: then the motion consists of readings.
 
-    Told by the mean square of their changes over their own (von Neumann): 2 of white noise, 3 and more of
-    noise that was differentiated, 0 of a smooth motion.
+    Judged by the mean square of their changes over their own (von Neumann): 2 for white noise, 3 or more for
+    differentiated noise, 0 for a smooth motion.
     """
     (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
     parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
@@ -105,7 +105,7 @@ def completed(
     gaps: Sequence[int] = (),
     where: str = "",
 ) -> tuple[FloatArray, FloatArray, str]:
-    """Fill in missing velocities and accelerations, by a spline per stretch; say what was derived and how."""
+    """Derive missing velocities and accelerations by a spline per stretch; state which and how."""
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
     absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
@@ -156,7 +156,7 @@ def contradictions(
     gaps: Sequence[int] = (),
     derived: Sequence[str] = (),
 ) -> list[str]:
-    """Which given velocities, or else accelerations, are not derivatives: one line for each likely slip."""
+    """Given velocities, or else accelerations, that are not derivatives: one line per likely mistake."""
     if len(time) < FEWEST_COMPARED:
         return []
     (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
@@ -176,10 +176,10 @@ def contradictions(
 def _contradicted(
     time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
 ) -> dict[int, float | None]:
-    """Joints (from 0) where v is not the derivative of x, and the factor by which v is too large.
+    """Joints (from 0) where v is not the derivative of x, with the factor by which v is too large.
 
-    Integrals are compared, as differences of x would be all noise. Between set points v lies between its
-    values there: the trapezoidal rule errs by half its change times the step at most.
+    Integrals are compared, as differences of x would be mostly noise. Between set points v lies between its
+    values there: the trapezoidal rule errs by at most half its change times the step.
     """
     steps = np.diff(time)[:, None]
     changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
@@ -201,7 +201,7 @@ def _contradicted(
 
 
 def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
-    """The known factor between two paths, if one is; 0 where only the first moves."""
+    """The known factor between two paths, if any; 0 if only the first moves."""
     if not np.ptp(integrated):
         return 0.0
     a, b = moved - moved.mean(), integrated - integrated.mean()

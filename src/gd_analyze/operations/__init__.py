@@ -1,1 +1,1 @@
-"""Arithmetic made visible: trace array code into a straight-line program, count it, run it."""
+"""Arithmetic as data: trace array code into a straight-line program, count it, run it."""

@@ -1,4 +1,4 @@
-"""What sines and cosines cost, and those of sums of angles from those of their summands."""
+"""Price of sines and cosines, and sines and cosines of sums from those of their summands."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import Any
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
 
-# An angle as a sum: how often each input goes into it; under "" a constant.
+# An angle as a sum: multiple of each input; the constant under "".
 _Sum = frozenset[tuple[str, float]]
 
 
 def priced(program: Program, sine_price: int) -> int:
-    """Multiplications, additions, and so many for each sine and cosine, `with_sums` where that is cheaper."""
+    """Multiplications, additions, and the price of each sine and cosine, `with_sums` if that is cheaper."""
     ways = [program, with_sums(program)] if sine_price else [program]
     return min(way.count.total + sine_price * way.count.sines_cosines for way in ways)
 
 
 def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
-    """Take sines and cosines of sums, differences and doubles of angles from those of these angles.
+    """Compute sines and cosines of sums, differences and doubles of angles from those of the angles.
 
-    Three operations each, and fewer sines and cosines; `in_pairs` fewer angles, where sine and cosine of one
-    are taken together. The outputs are the same but for round-off.
+    Each takes three operations and saves a sine or cosine; `in_pairs` saves angles, if sine and cosine are
+    computed together. The outputs are equal up to round-off.
     """
     sums = _as_sums(program)
     trace = Trace()
@@ -45,7 +45,7 @@ def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
         if step.operation in ("sin", "cos") and (one := sum_of(step.arguments[0])) is not None:
             angles[one] = of(step.arguments[0])
             taken[one] |= {"sin", "cos"} if in_pairs else {step.operation}
-    # Short sums first: the others are made of them.
+    # Short sums first: the others are built from them.
     ordered = sorted(angles, key=lambda one: (sum(abs(c) for _, c in one), angles[one].order))
     for place, one in enumerate(ordered):
         pairs[one] = angles[one].sin(), angles[one].cos()

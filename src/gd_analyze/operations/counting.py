@@ -1,7 +1,7 @@
-"""Numbers that count the multiplications and additions that code carries out.
+"""Numbers that count the multiplications and additions of the code that uses them.
 
-Unlike in a trace nothing is folded or shared: a product with zero counts, and an intermediate result formed
-twice counts twice. This is what the tables of [FGL87] count, and what running the code costs.
+Unlike in a trace nothing is folded or shared: a product with zero counts, and a repeated intermediate result
+counts again. The tables of [FGL87] count this way, and so does the time of the code.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Tally:
 
     @property
     def count(self) -> OperationCount:
-        """The tally as a value."""
+        """The present count."""
         return OperationCount(self.multiplications, self.additions, self.sines_cosines)
 
 
@@ -43,7 +43,7 @@ class CountingNumber:
         return self.value
 
     def __add__(self, other: Any) -> CountingNumber:
-        # NumPy starts its sums from an integer zero; that addition is not the code's.
+        # NumPy's sums start from an integer zero; that addition is not part of the code.
         if not (isinstance(other, int) and other == 0):
             self.tally.additions += 1
         return CountingNumber(self.value + float(other), self.tally)

@@ -30,7 +30,7 @@ class _Place(NamedTuple):
 
 @dataclass(frozen=True)
 class _Divisor:
-    """A sum, its places, the operations saved by evaluating it once, and the factor to define it with."""
+    """A sum, its places, the operations saved by evaluating it once, and the factor of its definition."""
 
     terms: Terms
     places: tuple[_Place, ...]
@@ -64,7 +64,7 @@ _GROWN = 16
 def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> None:
     """Extract in place until nothing saves operations.
 
-    Random gains up to `noise` operations are added to break ties in other ways, and more.
+    Random gains up to `noise` operations vary the choice among nearly equal candidates.
     """
     steps: dict[_Candidate, _Step] = {}
     while True:
@@ -88,7 +88,7 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
 
 
 def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
-    """Evaluate the candidates that touched terms take part in again."""
+    """Re-evaluate the candidates that involve touched terms."""
     for changed in sums.touched:
         found: list[tuple[_Candidate, _Step | None]]
         if isinstance(changed, Pair):
@@ -126,7 +126,7 @@ def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
 
 
 def _factors(sums: Sums, v: int) -> Iterator[tuple[_Candidate, _Step | None]]:
-    """Variables and coefficients in three or more terms of a sum; two are a pair."""
+    """Variables and coefficients in three or more terms of a sum; two form a pair."""
     terms = sums.terms.get(v, {})
     for x, count in Counter(x for monomial in terms for x in dict.fromkeys(monomial)).items():
         if count > 2:
@@ -162,7 +162,7 @@ def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
 
 
 def _grown(sums: Sums, divisor: _Divisor) -> _Divisor:
-    """The best of a divisor and all sums that two of its places have in common."""
+    """The best of a divisor and all common sums of two of its places."""
     best = divisor
     for k, one in enumerate(divisor.places):
         for other in divisor.places[:k]:

@@ -23,12 +23,12 @@ UFUNCS: dict[Operation, Any] = {
     "cos": np.cos,
     "sin": np.sin,
 }
-# Of the programs of torques that files hold: none divides, or asks for a sign.
+# Operations of torque programs in files, without division and sign.
 _ARGUMENTS: dict[str, int] = {"input": 1} | {
     name: ufunc.nin for name, ufunc in UFUNCS.items() if name not in ("divide", "sign")
 }
 
-# Bytes that vector instructions load at once: across such a boundary they take twice as long.
+# Bytes that vector instructions load at once; loads across such a boundary take twice as long.
 _ALIGNED = 64
 
 
@@ -67,7 +67,7 @@ class Program:
 
     @classmethod
     def of(cls, trace: Trace, outputs: Sequence[Any]) -> Program:
-        """Keep what the outputs need; the rest of the trace is dead."""
+        """Keep the part of a trace that the outputs need."""
         return cls(tuple(trace.expressions[k] for k in reached(outputs)), tuple(outputs))
 
     @property
@@ -84,15 +84,15 @@ class Program:
         return Program.of(trace, [of(output) for output in self.outputs])
 
     def folded(self, trace: Trace, values: Mapping[str, float]) -> Callable[[Any], Any]:
-        """Carry it out on a trace with some inputs set to numbers; see `carried_out` for what returns."""
+        """Evaluate it on a trace with some inputs set to numbers; returns as `carried_out`."""
         return self.carried_out(
             lambda name: values[name] if name in values else trace.record("input", name), trace.apply
         )
 
     def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
-        """Carry it out with any kind of value: of an input by name, of an operation on its arguments.
+        """Evaluate it with any kind of value: of an input by name, of an operation on its arguments.
 
-        Gives the value of each expression; constants come back as they are.
+        Returns the value of an expression; constants are returned unchanged.
         """
         known: dict[int, Any] = {}
 
@@ -114,7 +114,7 @@ class Program:
 class Batch:
     """A program with memory for a fixed number of states: a call costs one array operation per step.
 
-    Intermediate results share rows as soon as nothing needs them any more, so that they stay in the cache.
+    Rows of intermediate results are reused as soon as possible, so that they stay in the cache.
     """
 
     def __init__(self, program: Program, count: int) -> None:
@@ -127,13 +127,13 @@ class Batch:
         last |= {x.order: len(program.steps) for x in _expressions(program.outputs)}
 
         def of(x: Any) -> FloatArray:
-            # An array of one number is taken faster than the number.
+            # An array of one number is faster than the number.
             return rows[x.order] if isinstance(x, Expression) else np.array(float(x))
 
         for k, step in enumerate(program.steps):
             if step.operation == "input":
                 rows[step.order] = self._inputs[step.arguments[0]] = _row(count)
-                last[step.order] = len(program.steps)  # whoever writes them may write them once
+                last[step.order] = len(program.steps)  # callers may write inputs once
                 continue
             arguments = [*map(of, step.arguments)]
             free += [
@@ -144,7 +144,7 @@ class Batch:
         self._outputs = [of(output) for output in program.outputs]
 
     def rows(self, name: str, joints: int, *shape: int) -> list[tuple[int, FloatArray]]:
-        """Joints, from 0, whose input `name` the program needs, each with the array to write it to."""
+        """Joints, from 0, whose input `name` the program needs, each with its array."""
         return [
             (i, self._inputs[f"{name}{i + 1}"].reshape(*shape or (self.count,)))
             for i in range(joints)
@@ -152,7 +152,7 @@ class Batch:
         ]
 
     def blocks(self, count: int) -> Iterator[slice]:
-        """Cut at least as many states as there is memory for into blocks; the last may overlap another."""
+        """Cut `count` states, at least one block, into blocks; the last may overlap another."""
         ends = (min(start + self.count, count) for start in range(0, count, self.count or 1))
         return (slice(end - self.count, end) for end in ends)
 
@@ -185,7 +185,7 @@ def _expressions(values: Sequence[Any]) -> Iterator[Expression]:
 
 
 def _row(count: int) -> FloatArray:
-    """Memory for so many numbers that begins where vector instructions load best."""
+    """Memory for `count` numbers, aligned for vector instructions."""
     whole = np.zeros(count + _ALIGNED // 8)
     begin = -whole.ctypes.data % _ALIGNED // 8
     return whole[begin : begin + count]
@@ -244,10 +244,9 @@ def written(program: Program) -> tuple[list[list[str | float]], list[str | float
 def read_back(
     steps: Sequence[Sequence[str | float]], outputs: Sequence[str | float], inputs: Collection[str]
 ) -> Program:
-    """Rebuild a program from what `written` gave; operations are recorded, none is carried out.
+    """Rebuild a program from the result of `written`; operations are recorded, not carried out.
 
-    ValueError if a step is no operation, refers to a later step, occurs twice, or an input or number is
-    invalid.
+    ValueError if a step is not an operation, refers to a later one, occurs twice, or has an invalid input.
     """
     trace = Trace()
     made: dict[str, Expression] = {}
@@ -255,15 +254,15 @@ def read_back(
     def value(x: str | float) -> Any:
         if not isinstance(x, str):
             if not abs(x) <= LARGEST_COEFFICIENT:
-                raise ValueError(f"{x} is no number of a torque")
+                raise ValueError(f"{x} is not a number of a torque")
             return float(x)
         if x not in made:
-            raise ValueError(f"{x!r} is no earlier step")
+            raise ValueError(f"{x!r} is not an earlier step")
         return made[x]
 
     for k, (operation, *arguments) in enumerate(steps):
         if _ARGUMENTS.get(str(operation)) != len(arguments):
-            raise ValueError(f"step s{k}, {operation} of {len(arguments)}, is no operation")
+            raise ValueError(f"step s{k}, {operation} of {len(arguments)}, is not an operation")
         if operation == "input":
             if arguments[0] not in inputs:
                 raise ValueError(f"step s{k}: there is no input {arguments[0]!r}")
@@ -271,5 +270,5 @@ def read_back(
         else:
             made[f"s{k}"] = trace.record(cast("Operation", operation), *(value(x) for x in arguments))
         if len(trace.expressions) != len(made):
-            raise ValueError(f"step s{k} is there twice")
+            raise ValueError(f"step s{k} occurs twice")
     return Program(tuple(made.values()), tuple(value(output) for output in outputs))

@@ -1,4 +1,4 @@
-"""Large neighbourhood search for an arrangement of fewer operations, as extraction alone ends too early.
+"""Large neighbourhood search for an arrangement with fewer operations, as extraction alone stops too early.
 
 Some neighbouring variables are inlined, terms are rewritten at random in ways that cost nothing, and
 extraction starts again from there. A result with more operations is undone.
@@ -12,20 +12,20 @@ from random import Random
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
-# Numbers of variables to inline and random gains in the extraction that follows: the best of those tried on
-# models of the built-in arms. Accepting more operations for a while gained nothing.
+# Numbers of variables to inline, and random gains in the following extraction: the best of those tried on
+# models of the built-in arms. Temporarily accepting more operations gained nothing.
 _PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
 _NOISE = (0.3, 0.9, 1.5)
 _NEAR = 0.7
 _REWRITE = 0.5
-# Tries per operation without gain, after which nothing more is expected.
+# Tries per operation without gain, after which the search stops.
 _PATIENCE = 5
 
 
 def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
-    """Look for an arrangement of fewer operations of extracted sums, which are changed in place.
+    """Search an arrangement of extracted sums with fewer operations; the sums are changed in place.
 
-    `circles` are inputs whose squares add up to 1, each with its partner: a cosine and the sine of its angle.
+    `circles` maps inputs to partners whose squares add up to 1: a cosine and the sine of its angle.
     """
     random = Random(seed)
     least, patience = sums.operations, 0
@@ -81,14 +81,14 @@ def _use_circle(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
 
 
 def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
-    """Replace w x + c y by w v + (c - w) y where v = x + y is defined; at best nothing is left over."""
+    """Replace w x + c y by w v + (c - w) y where v = x + y is defined; at best no remainder is left."""
     several = [v for v, terms in sums.terms.items() if len(terms) > 1]
     if not several:
         return
     v = random.choice(several)
     inside = dict(sums.terms[v])
     one = min(inside, key=len)
-    # A sum that holds all terms of v cannot be part of v, so definitions stay acyclic.
+    # A sum that contains all terms of v cannot be part of v, so definitions stay acyclic.
     found = [
         (user, beside)
         for user in dict.fromkeys(user for m in inside for x in m for user in sums.users[x])
@@ -112,7 +112,7 @@ def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
 
 
 def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
-    """Replace a term c x .. by (c / d) v .. where v = d x is defined: (c / d) v .. may be known as well."""
+    """Replace a term c x .. by (c / d) v .. where v = d x is defined: (c / d) v .. may already exist."""
     found = []
     for v in sums.defined:
         if len(sums.terms[v]) == 1:

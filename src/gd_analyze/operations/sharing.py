@@ -21,7 +21,7 @@ Circles = Mapping[Hashable, Hashable]
 
 # Rearrangements to try at most.
 TRIES = 500
-# Rearrangements of a program to try, and that number times operations, as those of a long one take longer.
+# Most rearrangements of a program, and most of these times operations, as those of a long one take longer.
 REARRANGEMENTS, _TIMES_OPERATIONS = 400, 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
@@ -30,13 +30,13 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
     """Evaluate a polynomial in nested form (a multivariate Horner scheme); 0.0 without terms.
 
-    The variable in most terms is factored out, again and again; then coefficients that several terms share.
+    The variable in most terms is factored out repeatedly; then coefficients that several terms share.
     """
     terms = {variables: c for variables, c in polynomial.items() if c != 0.0}
     counts = Counter(itertools.chain.from_iterable(map(set, terms)))
     most = max(counts.values(), default=0)
     if most > 1:
-        # Among equally frequent variables always the same one: equal polynomials nest alike.
+        # Ties between variables are broken consistently: equal polynomials nest equally.
         common = max((variable for variable, count in counts.items() if count == most), key=repr)
         inside = {without(variables, common): c for variables, c in terms.items() if common in variables}
         rest = {variables: c for variables, c in terms.items() if common not in variables}
@@ -63,8 +63,7 @@ class SharedSums:
     """Polynomials as sums of products of variables and of one another."""
 
     variables: tuple[Hashable, ...]  # meaning of the numbers from 0 on
-    # Coefficients by product; -1, -2, .. are the polynomials in their order, numbers beyond the variables are
-    # shared sums
+    # Coefficients by product; -1, -2, .. are the polynomials, numbers beyond the variables are shared sums
     definitions: Mapping[int, Terms]
     count: int  # number of polynomials
     operations: int  # multiplications and additions; a change of sign is free
@@ -79,7 +78,7 @@ class SharedSums:
             return known[v]
 
         def total(v: int) -> Any:
-            # Positive terms first, or the sign of all at the end: a - b and b - a would be two operations.
+            # Positive terms first, or the sign of all last: a - b and b - a would be two operations.
             terms = sorted(self.definitions.get(v, {}).items(), key=lambda term: term[1] < 0.0)
             sign = 1.0 if terms and terms[0][1] > 0.0 else -1.0
             result: Any = 0.0
@@ -102,9 +101,9 @@ def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSu
 def shared_sums(
     polynomials: Sequence[Polynomial], circles: Circles | None = None, rearranging: int = 6_000
 ) -> Iterator[SharedSums]:
-    """What polynomials share: by extraction, then, on request, by rearranging its result.
+    """Shared parts of polynomials: by extraction, then, on request, by rearranging its result.
 
-    The second has no more operations than the first. `rearranging` is tries times operations.
+    The second does not increase operations. `rearranging` is tries times operations.
     """
     growing = _Growing(polynomials, circles or {})
     growing.add(polynomials)
@@ -114,7 +113,7 @@ def shared_sums(
 
 
 def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
-    """What polynomials share that gain terms step by step, each result starting from the one before."""
+    """Shared parts of polynomials that gain terms step by step, each starting from the previous result."""
     growing = _Growing(steps[-1], circles)
     for polynomials in steps:
         growing.add(polynomials)
@@ -157,9 +156,9 @@ class _Growing:
 
 
 def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
-    """Rewrite a program with the fewest operations that `times` a second or two of rearranging find.
+    """Rewrite a program in fewer operations, by `times` a second or two of rearranging.
 
-    Sines and cosines, and their arguments, remain as they are; outputs are the same but for round-off.
+    Sines, cosines and their arguments are unchanged; outputs are equal up to round-off.
     """
     leaves = [step for step in program.steps if step.operation in ("input", *_PARTNER)]
     sums = _sums_of(program, leaves)

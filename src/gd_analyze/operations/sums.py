@@ -1,8 +1,8 @@
-"""Sums of products that share variables: changed term by term, undone, and always counted.
+"""Sums of products with shared variables: changed term by term, reversible, and always counted.
 
-Every defined variable is a sum of products of inputs and other defined variables. An index beside the terms
-lists what occurs in several of them: pairs of terms that are alike up to a common product and factor, and
-products of two variables, or of a coefficient and a variable.
+Every defined variable is a sum of products of inputs and other defined variables. An index lists what occurs
+in several terms: pairs of terms that are equal up to a common product and factor, and products of two
+variables, or of a coefficient and a variable.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ _V = TypeVar("_V")
 # A product of variables (numbers) in ascending order, each as often as its power.
 Monomial = tuple[int, ...]
 
-# Relative difference of coefficients that are equal but for the round-off of their computation.
+# Relative difference of coefficients that are equal up to the round-off of their computation.
 EQUAL = 1e-9
 
 
 @lru_cache(maxsize=1 << 17)
 def split(a: Monomial, b: Monomial) -> tuple[Monomial, Monomial, Monomial]:
-    """Greatest common divisor of two products, and what is left of each."""
+    """Greatest common divisor of two products, and their quotients."""
     common: list[int] = []
     rest_a: list[int] = []
     rest_b: list[int] = []
@@ -48,7 +48,7 @@ def times(a: Monomial, b: Monomial) -> Monomial:
 
 
 def over(a: Monomial, b: Monomial) -> Monomial | None:
-    """Divide a by b; None where b is no divisor."""
+    """Divide a by b; None if b is not a divisor."""
     _, quotient, missing = split(a, b)
     return None if missing else quotient
 
@@ -83,7 +83,7 @@ class Magnitudes:
 
 
 def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:
-    """Take one factor v away."""
+    """Remove one factor v."""
     place = monomial.index(v)
     return monomial[:place] + monomial[place + 1 :]
 
@@ -109,7 +109,7 @@ class PairProduct(NamedTuple):
     variables: Monomial
 
 
-# The constructor of a named tuple without the call around it.
+# A named tuple's constructor without the surrounding call.
 _new = tuple.__new__
 
 
@@ -208,7 +208,7 @@ class Sums:
         self.changed.clear()
 
     def tidy(self) -> None:
-        """Inline variables that are used once or take no operation; forget unused ones."""
+        """Inline variables that are used once or take no operation; remove unused ones."""
         while self.changed:
             v = next(iter(self.changed))
             del self.changed[v]
@@ -227,7 +227,7 @@ class Sums:
         return abs(self.terms[user].get((v,), 0.0)) == 1.0
 
     def _count(self, v: int, monomial: Monomial, c: float, others: Terms, sign: int) -> None:
-        """Count a term beside the others of its sum (sign 1), or no longer (sign -1)."""
+        """Add a term to the index with the others of its sum (sign 1), or remove it (sign -1)."""
         self.operations += sign * (multiplications(monomial, c) + (1 if others else 0))
         for x in monomial:
             self.users[x][v] += sign

@@ -1,7 +1,6 @@
 """A program whose numbers may change: values of its steps, derivatives of its outputs, dependencies.
 
-The numbers that steps multiply by are apart from the program, so that fitting changes them without rewriting
-it.
+The factors of steps are separate from the program, so that fitting changes them without rewriting it.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from gd_analyze.operations.trace import Expression, Operation
 
 
 class Tape:
-    """A program's steps by number; `free` are the orders of those whose numbers may change.
+    """A program's steps by number; `free` are the orders of those whose factors may change.
 
-    By default these are all that multiply by a number.
+    By default these are all steps with a numeric factor.
     """
 
     def __init__(self, program: Program, free: Container[int] | None = None, sine_price: int = 0) -> None:
@@ -37,7 +36,7 @@ class Tape:
             first, second = (*operands, -1, -1)[:2]
             self._code.append((step.operation, first, second))
         self.numbers: FloatArray = numbers
-        # Steps that multiply by a number that may change, and the step that each multiplies.
+        # Steps with a factor that may change, and the step that each multiplies.
         self.scaled: NDArray[np.intp] = np.array(scaled, dtype=np.intp)
         self.multiplied: NDArray[np.intp] = np.array([self._code[k][2] for k in scaled], dtype=np.intp)
         self.outputs = tuple(self._operand(x) for x in program.outputs)
@@ -94,13 +93,13 @@ class Tape:
 
     @cached_property
     def operations(self) -> NDArray[np.float32]:
-        """1 for steps that count as operations, the price of sines and cosines, 0 of others, (steps,)."""
+        """1 for steps that count as operations, the price for sines and cosines, 0 for others, (steps,)."""
         price = {"add": 1, "subtract": 1, "multiply": 1, "sin": self._sine_price, "cos": self._sine_price}
         return np.array([price.get(code[0], 0) for code in self._code], dtype=np.float32)
 
     @cached_property
     def is_angle(self) -> NDArray[np.bool_]:
-        """Whether a step is a joint variable, or made of some outside of sines and cosines."""
+        """Whether a step is a joint variable, or computed from some outside of sines and cosines."""
         out = np.zeros(len(self), dtype=bool)
         for k, (operation, a, b) in enumerate(self._code):
             if operation == "input":
@@ -111,7 +110,7 @@ class Tape:
 
     @cached_property
     def degree(self) -> NDArray[np.intp]:
-        """Degree in the motion: 1 of velocities, 2 of their products and of accelerations."""
+        """Degree in the motion: 1 for velocities, 2 for their products and for accelerations."""
         out = np.zeros(len(self), dtype=np.intp)
         for k, (operation, a, b) in enumerate(self._code):
             degrees = [int(out[x]) if x >= 0 else 0 for x in (a, b)]
@@ -133,7 +132,7 @@ class Tape:
 
     @cached_property
     def alone_for(self) -> NDArray[np.bool_]:
-        """Whether every use of a step (column) is by way of another (row), shape (steps, steps)."""
+        """Whether every use of a step (column) passes through another (row), shape (steps, steps)."""
         users: list[list[int]] = [[] for _ in self.steps]
         for k, (_, a, b) in enumerate(self._code):
             for x in {a, b} - {-1}:

@@ -1,7 +1,7 @@
 """Numbers that record their arithmetic.
 
 Array code runs on these numbers unchanged and leaves a graph of its operations. Equal subexpressions are one
-node, constants are folded, products with 0 and 1 vanish: the graph holds the formula, not the loop.
+node, constants are folded, products with 0 and 1 vanish: the graph is the formula, not the loop.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Trace:
         return self.record("add", *_sorted(a, b))
 
     def subtract(self, a: Any, b: Any) -> Any:
-        """Difference; negating b first could be an operation of its own."""
+        """Difference; negating b first could be a separate operation."""
         if isinstance(b, Expression) and not _is_negative(b) and not is_constant(a, 0.0):
             return self._difference(a, b)
         return self.add(a, self.negative(b))
@@ -108,13 +108,13 @@ class Trace:
         return self.record("multiply", *_sorted(a, b))
 
     def divide(self, a: Any, b: Any) -> Any:
-        """Quotient; no program of a torque has one, only those that solve for accelerations."""
+        """Quotient; torque programs have none, only those that solve for accelerations."""
         if isinstance(b, Expression):
             return 0.0 if is_constant(a, 0.0) else self.record("divide", a, b)
         return self.multiply(1.0 / float(b), a)
 
     def sign(self, a: Any) -> Any:
-        """1, 0 or -1, as friction has it; no program of a torque has one."""
+        """Sign (1, 0 or -1), for friction; torque programs have none."""
         return self.record("sign", a)
 
     def negative(self, a: Any) -> Any:
@@ -133,7 +133,7 @@ class Trace:
             (x,) = arguments
             constant = math.cos if operation == "cos" else math.sin
             return self.record(operation, x) if isinstance(x, Expression) else constant(x)
-        # Each of the others has a method of its name.
+        # Each other operation has a method of its name.
         return getattr(self, operation)(*arguments)
 
     def _difference(self, a: Any, b: Any) -> Any:
@@ -144,7 +144,7 @@ class Trace:
         return self.record("subtract", a, b)
 
     def record(self, operation: Operation, *arguments: Any) -> Expression:
-        """Record an operation as it is, without folding, as for a program read from a file."""
+        """Record an operation without folding, as for a program read from a file."""
         key = (operation, *arguments)
         known = self._known.get(key)
         if known is None:

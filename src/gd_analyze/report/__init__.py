@@ -1,1 +1,1 @@
-"""Reports: one context of numbers, shown as HTML and as PDF."""
+"""Reports: one set of results, shown as terminal text, HTML and PDF."""

@@ -1,4 +1,4 @@
-"""What a reader sees who moves the budget: models on one path, and the terms that each of them keeps."""
+"""The budget slider: models on one path, and the terms that each keeps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.text import pretty
 
-# Decades of the axis that errors over the budget stand on.
+# Decades of the axis of errors over the budget.
 _LOW, _HIGH = -2, 1
 _MATHS = PageMathML()
 _PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
@@ -30,13 +30,12 @@ _LETTERS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
 
 @dataclass(frozen=True)
 class BudgetPath:
-    """The path, smallest budget first."""
+    """Models for increasing budgets."""
 
     rows: list[Row]  # of `gd_analyze.results.rows.budget_rows`
-    # Of everything that any budget keeps, by rank of a term or label of a part: at which budgets it is kept,
-    # "1" or "0" each
+    # By rank of a term or label of a part that any budget keeps: "1" or "0" for each budget
     flags: dict[Any, str]
-    asked: int  # place of the budget that was asked for
+    asked: int  # index of the budget asked for
 
     @classmethod
     def of(cls, findings: Findings) -> BudgetPath:
@@ -49,11 +48,11 @@ class BudgetPath:
 
     @property
     def moves(self) -> bool:
-        """Whether any budget gives another model than the one asked for."""
+        """Whether any budget gives a model other than the one asked for."""
         return len({row["operations"] for row in self.rows}) > 1
 
     def data(self, findings: Findings) -> dict[str, Any]:
-        """Values for the page's script; places of errors are percent of their axis."""
+        """Values for the page's script; positions of errors are percent of their axis."""
         model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
         errors = np.array([row["largest_error"] for row in self.rows])
         counts = [row["operations"] for row in self.rows]
@@ -79,20 +78,20 @@ class BudgetPath:
 
 
 def place(ratio: float) -> float:
-    """Place of a ratio of error and budget on the axis of the joints' errors, percent from its left."""
+    """Position of the ratio of error to budget on the axis of the joints' errors, percent from the left."""
     decade = math.log10(ratio) if ratio > 0.0 else _LOW
     return round(100 * (min(max(decade, _LOW), _HIGH) - _LOW) / (_HIGH - _LOW), 2)
 
 
 def budget_words(budget: str) -> str:
-    """What a budget's percentages are of, numbers to three digits."""
+    """A budget with the reference of its percentages, numbers to three digits."""
     rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
     words = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(rounded))
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 
 
 class _Group(NamedTuple):
-    """Terms with the same velocities: in brackets before these, or by themselves, with none `behind`."""
+    """Terms with the same velocities: in brackets before these, or alone, with nothing `behind`."""
 
     terms: list[tuple[TorqueTerm, str]]  # each with its formula without sign
     behind: str
@@ -100,14 +99,14 @@ class _Group(NamedTuple):
 
 
 class _Writer(NamedTuple):
-    """The torques of a model of terms, with all that any of the budgets keeps."""
+    """The torques of a model of terms, with all terms that any budget keeps."""
 
     torques: Torques  # coefficients
     flags: dict[TorqueTerm, str]  # "1" for every budget that keeps the term
     now: Torques  # the report's own model, which is shown without scripts
 
     def group(self, terms: list[TorqueTerm]) -> _Group:
-        """Bracket several terms that have velocities; the sign of the first shown goes before the bracket."""
+        """Bracket several terms with velocities; the sign of the first one shown precedes the bracket."""
         velocities = velocity_powers(terms[0].velocities)
         bracketed = len(terms) > 1 and bool(velocities)
         negative = (
@@ -123,7 +122,7 @@ class _Writer(NamedTuple):
         return [term for term, _ in group.terms if term in self.now]
 
     def html(self, group: _Group, *, first: bool) -> str:
-        """A group, whose sign is hidden where it is the `first` of a torque."""
+        """A group; its sign is hidden if it is the `first` of a torque."""
         shown = self.shown(group)
         leads = shown[:1] if first or group.behind else []
         out = []
@@ -143,7 +142,7 @@ class _Writer(NamedTuple):
         )
 
     def torque(self, joint: int, carries: str, lines: dict[str, list[_Group]]) -> str:
-        """Lines of one torque: what the joint carries, then D, h and c."""
+        """Lines of one torque: torque of outer joints, then D, h and c."""
         is_first, rows = not carries, [f'<p class="line carried">{carries}</p>\n' if carries else ""]
         for quantity, groups in lines.items():
             out = []
@@ -165,15 +164,15 @@ class _Writer(NamedTuple):
 
 
 def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
-    """Write the torques of a model of terms with all that any of the budgets keeps.
+    """Write the torques of a model of terms with all terms that any budget keeps.
 
-    Coefficients are the model's, refitted where it is, and of terms that it leaves out the exact ones.
+    Coefficients are the model's, refitted if it is, and the exact ones for terms that it drops.
     """
     model, velocities = findings.model, findings.model.form.velocities
     ranked = enumerate(findings.ranked_terms, start=1)
     flags = {term: path.flags[rank] for rank, term in ranked if rank in path.flags}
     torques = {term: findings.ranked_terms[term] for term in flags} | dict(model.torques)
-    # What cancels in the exact torque is not ranked, but a model of energies may have it.
+    # Terms that cancel in the exact torque are not ranked, but a model of energies may have them.
     here = "".join("1" if k == path.asked else "0" for k in range(len(path.rows)))
     writer = _Writer(torques, dict.fromkeys(model.torques, here) | flags, model.torques)
     out = []

@@ -20,7 +20,7 @@ from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Se
 from gd_analyze.text import pretty, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
-# Rows from which on a table can be sorted.
+# Least number of rows of a sortable table.
 _SORTABLE = 12
 _MATHS = PageMathML()
 
@@ -118,7 +118,7 @@ def paragraphs(note: str, kind: str = "") -> str:
 
 
 def table_html(table: Table, numbers: Numbers) -> str:
-    """A table that scrolls where it is wide and, where it is long, can be sorted."""
+    """A table that scrolls if it is wide and can be sorted if it is long."""
     if not is_seen(table):
         return ""
     columns = table.shown()
@@ -166,7 +166,7 @@ def _side(column: Column) -> str:
 
 
 def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
-    """Panels of a figure with legend and caption; empty places keep a matrix in shape where there is room."""
+    """Panels of a figure with legend and caption; empty places keep the shape of a matrix."""
     figure: Figure = drawing.figure
     panels = []
     for r, c, panel in figure.places:
@@ -187,7 +187,7 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
 
 
 def _equations(part: Equations) -> str:
-    """Formulas between whose summands lines may break, and what their letters mean."""
+    """Formulas, with line breaks between summands, and the meaning of their letters."""
     if part.formulas:
         lines = "".join(f'<p class="equation">{maths(formula)}</p>\n' for formula in part.formulas)
     else:
@@ -197,13 +197,13 @@ def _equations(part: Equations) -> str:
 
 
 def meanings_html(legend: Legend | None) -> str:
-    """What the letters of formulas mean."""
+    """Meaning of the letters in formulas."""
     entries = "".join(f"<span>{meaning}</span> " for meaning in (_MATHS.legend(legend) if legend else ()))
     return f'<p class="legend">{entries}</p>\n' if entries else ""
 
 
 def provenance_html(provenance: Mapping[str, str]) -> str:
-    """What a result comes from."""
+    """Origin of a result."""
     rows = "".join(
         f"  <div><dt>{text(label.replace('_', ' '))}</dt><dd>{text(value or 'not stated')}</dd></div>\n"
         for label, value in provenance.items()
@@ -229,5 +229,5 @@ def maths(value: Any) -> Markup:
 
 
 def text(words: object) -> Markup:
-    """Words of the program as HTML: what stands between backquotes is code."""
+    """The program's words as HTML; text between backquotes is code."""
     return Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(pretty(str(words))))))

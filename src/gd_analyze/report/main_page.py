@@ -1,4 +1,4 @@
-"""The main report as a page: the answer, the budget that can be moved, the model, and appendices."""
+"""The main report as a page: the answer, the budget slider, the model, and appendices."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
 
 
 def _arm(findings: Findings, report: MainReport) -> str:
-    """The arm that plays."""
+    """The animated arm."""
     rows = "".join(
         f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
         for k, joint in enumerate(findings.arm.joints, start=1)
@@ -103,12 +103,12 @@ def _arm(findings: Findings, report: MainReport) -> str:
 
 
 def _slider(findings: Findings, path: BudgetPath) -> str:
-    """The budget that can be moved, or a note that no other gives another model."""
+    """The budget slider, or a note that no other budget gives another model."""
     model, kind, rows = findings.model, made_of(findings), path.rows
     full = model.operations_full.total
     if not path.moves:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
-        nothing = "nothing can be dropped that would save an operation"
+        nothing = "dropping terms would not save an operation"
         return (
             f'<p class="note">No other model from {low} to {high}: '
             f"{'the model stays the same' if model.saves else nothing}. "
@@ -134,7 +134,7 @@ def _figure(key: str, value: Any, first: str, second: str) -> str:
 
 
 def _errors(findings: Findings, numbers: Numbers) -> str:
-    """Every joint's error against the budget, on a logarithmic scale that the slider moves."""
+    """Every joint's error against the budget, on a logarithmic scale; the slider updates it."""
     accuracy, proven, rows = findings.model.accuracy, tube_bound(findings), []
     for i, row in enumerate(joint_rows(findings, "simplified_model")):
         allowed, error, unit = row["allowed_error"], row["largest_error"], row["effort_unit"]

@@ -1,4 +1,4 @@
-"""What the main report opens with, its appendices and its numbers: once for page and paper."""
+"""Opening, appendices and numbering of the main report, shared by page and PDF."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from gd_analyze.results.run_result import (
 
 
 class MainReport(NamedTuple):
-    """Parts of the main report, and the numbers of all."""
+    """Parts of the main report, and the numbers of figures and tables."""
 
     opening: Result  # title, headline, facts and notices
     arm: Drawing
     contributions: Drawing
     dominance: Drawing
     errors: Table
-    trade_off: tuple[Drawing, Table] | None  # where a budget gives fewer operations than the exact torque
+    trade_off: tuple[Drawing, Table] | None  # if any budget gives fewer operations than the exact torque
     appendices: tuple[Section, ...]
     numbers: Numbers
 
@@ -77,7 +77,7 @@ def _trade_off(findings: Findings) -> Drawing:
         "find fewer operations."
     )
     if accuracy.asked.shares_of != "peak torque":
-        note += f" Errors are shares of what {accuracy.budget} allows."
+        note += f" Errors are shares of the error allowed by {accuracy.budget}."
     words = "Operations against error for other budgets and levels; the star is this report's model."
     return Drawing("trade_off", words, trade_off_figure(findings), note)
 
@@ -91,5 +91,5 @@ def _trade_off_table(findings: Findings) -> Table:
         columns.append(Column("", kind_name(level, refit), counts.tolist(), shown="count"))
         columns.append(Column("", "error", shares.tolist(), shown="percent"))
     title = f"Operations, and largest error of the {findings.model.accuracy.asked.shares_of}, by budget"
-    note = "Choose a point with `--operations N` or `--budget`, a level with `--level` and `--refit`."
+    note = "Choose a point with `--operations N` or `--budget`, and a level with `--level` and `--refit`."
     return Table("trade_off", title, tuple(columns), note)

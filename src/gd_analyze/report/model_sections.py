@@ -1,4 +1,4 @@
-"""The model in the main report: its formulas, what it keeps and saves, and its errors elsewhere."""
+"""The model in the main report: formulas, terms kept, operations saved, and errors elsewhere."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import inertia_label, joined, number, pretty, thousands
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
-_PARTS = "An exponent names the one part kept of an element; an element without one is kept whole."
+_PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
     "Terms of each torque in the order D, h, c: accelerations, products of velocities, gravity. Velocities "
-    "are absolute: those of parallel axes add up. SI units; three digits shown, all of them in `model.json`."
+    "are absolute: those of parallel axes add up. SI units; three digits are shown, `model.json` has all."
 )
 _ENERGY = (
-    "Kinetic and potential energy; D' is the inertia matrix of absolute velocities, symmetric, and what is "
-    "not listed is zero. Torques follow by Lagrange's equations, so energy is conserved."
+    "Kinetic and potential energy; D' is the symmetric mass matrix of absolute velocities; elements not "
+    "listed are zero. Torques follow from Lagrange's equations, so energy is conserved."
 )
 
 
 def made_of(findings: Findings) -> str:
-    """What the model is made of: "terms", "parts" of elements, a "recursion", or else "formulas"."""
+    """Kind of the model: "terms", "parts" of elements, a "recursion", or else "formulas"."""
     level = findings.model.level
     if level.has_torque_terms:
         return "terms"
@@ -48,7 +48,7 @@ def made_of(findings: Findings) -> str:
 
 
 def model_parts(findings: Findings) -> tuple[Part, ...]:
-    """The model itself as formulas, with what explains them."""
+    """The model itself as formulas, with explanations."""
     model, kind = findings.model, made_of(findings)
     if kind == "recursion":
         return _recursion(findings)[:1]
@@ -65,7 +65,7 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
 
 
 def model_section(findings: Findings) -> Section:
-    """What the model keeps of the exact equations, and the operations that this saves."""
+    """Terms of the exact equations that the model keeps, and the operations saved."""
     model, kind = findings.model, made_of(findings)
     parts: list[Part] = []
     if kind == "terms":
@@ -87,15 +87,15 @@ def model_section(findings: Findings) -> Section:
     if kind == "recursion":
         parts.append(Section("steps", "The model, link by link", _recursion(findings)[3:]))
     note = (
-        "Operations are counted on the program that computes only what the model needs: factored, common "
-        "subexpressions once, changes of sign free. The exact program is the cheapest known, whatever its "
+        "Operations are counted in the program that computes only what the model needs: factored, common "
+        "subexpressions computed once, changes of sign free. The exact program is the cheapest known of any "
         "formulation."
     )
-    return Section("model", "What the model keeps and what that saves", tuple(parts), note)
+    return Section("model", "Terms kept and operations saved", tuple(parts), note)
 
 
 def _tallies(model: SimplifiedModel) -> Table:
-    """Terms kept of all terms: torque terms by row and acceleration, h and c; or energy terms by element."""
+    """Terms kept, of all: torque terms by row and acceleration, h and c; or energy terms by element."""
     n = model.form.velocities.n_joints
     heads = [f"p̈{joined((j,))}" for j in range(n)]
     if model.level.is_mechanical:
@@ -106,7 +106,7 @@ def _tallies(model: SimplifiedModel) -> Table:
             for i in range(n)
         ]
         title = (
-            "Energy terms kept of all: inertia in absolute velocities (upper triangle), and the potential U"
+            "Energy terms kept, of all: inertia in absolute velocities (upper triangle), and the potential U"
         )
         names = [Symbol("D'", f"{i + 1}") for i in range(n)]
         return _matrix("kept", title, names, [*map(str, range(1, n + 1)), "U"], cells)
@@ -116,7 +116,7 @@ def _tallies(model: SimplifiedModel) -> Table:
         [_tally(_CLASSES[quantity], left[i, quantity, j], every[i, quantity, j]) for quantity, j in places]
         for i in range(n)
     ]
-    title = "Torque terms kept of all, by joint (row): with each acceleration, in h, and in c"
+    title = "Torque terms kept, of all, by joint (row): with each acceleration, in h, and in c"
     return _matrix("kept", title, [torque_symbol(i) for i in range(n)], [*heads, "h", "c"], cells)
 
 
@@ -138,14 +138,14 @@ def _matrix(
 
 
 def _kept_matrix(findings: Findings) -> Table:
-    """What the model by the founding text's own method keeps of D, h and c."""
+    """Parts of D, h and c that the model by the founding text's own method keeps."""
     n = findings.arm.n_joints
     kept = {row["element"]: effect_of(row, "kept") for row in element_rows(findings)}
     labels = [
         [*(inertia_label(i, j) for j in range(n)), f"h{joined((i,))}", f"c{joined((i,))}"] for i in range(n)
     ]
     cells = [[f"{kept[label]} {LETTERS[kept[label]]}" for label in row] for row in labels]
-    title = "What is kept of D (symmetric), h and c: T translation, R rotation, ✓ gravity, 0 nothing"
+    title = "Parts kept of D (symmetric), h and c: T translation, R rotation, ✓ gravity, 0 nothing"
     heads = [*map(str, range(1, n + 1)), "h", "c"]
     return _matrix("kept_parts", title, [torque_symbol(i) for i in range(n)], heads, cells)
 
@@ -166,14 +166,14 @@ def _operations(key: str, model: SimplifiedModel) -> Table:
     return Table(key, "Operations for one evaluation of all torques", columns)
 
 
-@lru_cache(maxsize=1)  # several sections take their parts of it
+@lru_cache(maxsize=1)  # several sections share it
 def _recursion(findings: Findings) -> tuple[Part, ...]:
-    """Parameters (for people, and for JSON), what is left out, and equations of a recursion."""
+    """Parameters (for people, and for JSON), dropped steps, and equations of a recursion."""
     return recursion_parts(findings.model, states_of(findings.trajectory), 3)
 
 
 def beyond_section(findings: Findings) -> Section:
-    """Errors near the motion and beyond it, and what a payload or uncertain parameters do."""
+    """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
     rows = joint_rows(findings, "simplified_model", "beyond", "tube")
     known = findings.tables["tube"].tube_worst_found.notnull().any()
     near = [_near(findings, rows)] if known else []
@@ -207,8 +207,8 @@ def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
         **{f"tube_margin_{name}": (words, "", "text") for name, words in letters.items()},
     }
     note = f"{near[:1].upper()}{near[1:]}, between its set points too"
-    note += ", no state has a larger error than the proven one. " if proof else ": the states meant. "
-    note += "The found error is the worst that a search met"
+    note += ", no state has a larger error than the proven one. " if proof else ": the states considered. "
+    note += "The found error is the largest that a search met"
     note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
     note += str(tube.attrs["note"])
     return table_of("tube", "Torque error near the motion", shown, labels, note)
@@ -226,7 +226,7 @@ def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
         }
         said.append(
             "The box holds every position, velocity and acceleration between the smallest and the largest of "
-            "the trajectory, in any combination. The proven error bounds all of it."
+            "the trajectory, in any combination. The proven error holds in all of the box."
         )
         ratio = bound_ratio(findings)
         if ratio is not None:
@@ -239,15 +239,15 @@ def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
         over = [str(row["joint"]) for row in rows if (row["within_limits"] or 0.0) > row["allowed_error"]]
         where = "within the allowed one."
         if over:
-            everywhere = f"For a model that holds everywhere: `gd-analyze simplify {findings.arm.name}`."
+            everywhere = f"For a model within budget everywhere: `gd-analyze simplify {findings.arm.name}`."
             where = f"above the allowed one at joints {', '.join(over)}. {everywhere}"
         said.append(
-            f"{drawn} states were drawn from the arm's limits of position, velocity and acceleration; the "
+            f"{drawn} states were drawn within the arm's limits of position, velocity and acceleration; the "
             f"error is {where}"
         )
     else:
         said.append(
-            "No states were drawn from the arm's limits, as it does not state all of them (`--limits`)."
+            "No states were drawn within the arm's limits, as it does not state all of them (`--limits`)."
         )
     return table_of("beyond", "Torque error farther from the motion", rows, labels, "\n".join(said))
 
@@ -258,12 +258,12 @@ def _payload(rows: Sequence[dict[str, Any]]) -> Table:
         "mass_within_budget": ("payload within budget", "kg"),
     }
     note = (
-        "A point mass at the origin of the last frame, which the model does not know of; state a real one "
+        "A point mass at the origin of the last frame, unknown to the model; state a real payload "
         "with `--payload`."
     )
     if rows[0]["uncertainty"] is not None:
         labels["uncertainty"] = ("uncertainty of torque", "@effort_unit")
-        note += " The uncertainty is standard and follows from the stated uncertainties of the parameters."
+        note += " The standard uncertainty follows from the stated uncertainties of the parameters."
     masses = [row["mass_within_budget"] for row in rows]
     any_mass = [{"mass_within_budget": mass if mass < math.inf else "any"} for mass in masses]
     shown = [row | mass for row, mass in zip(rows, any_mass, strict=True)]
@@ -274,8 +274,8 @@ def founding_section(findings: Findings) -> Section:
     """The model by the founding text's own method."""
     model, elements = findings.model, findings.element_model
     note = (
-        "[FGL87] simplifies by hand, an element at a time: where translation or rotation dominates, the "
-        f"other part is dropped. Within the same budget that takes {elements.operations.total} operations; "
+        "[FGL87] simplifies by hand, element by element: where translation or rotation dominates, the "
+        f"other part is dropped. Within the same budget this takes {elements.operations.total} operations; "
         f"the model above takes {model.operations.total}, the exact torque {elements.operations_full.total}."
     )
     parts = (
@@ -289,17 +289,17 @@ def founding_section(findings: Findings) -> Section:
 
 
 def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
-    """What it costs to keep of every element what dominates it, whatever the torque error."""
+    """Torque error and operations of models that keep only the dominant part of every element."""
     table, whose = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
     errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
     shares = (Column("", f"by {whose[name]}", own.tolist(), shown="percent") for name, own in errors)
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
     operations = (Column("", name, own.tolist(), shown="count") for name, own in counts)
     programs = [whose.get(name, name) for name in table.program.values.tolist()]
-    title = "Largest torque error of the peak, where only the dominant parts of D and h are kept"
+    title = "Largest torque error over peak torque if only the dominant parts of D and h are kept"
     note = (
-        "Exact: the fewest known, each quantity by its own program. By element: D, h and c as [FGL87] writes "
-        "them, subexpressions shared."
+        "Exact: the cheapest known program of each quantity. By element: D, h and c as [FGL87] writes them, "
+        "with shared subexpressions."
     )
     return (
         Table("verdict_errors", title, (*joint_columns(findings.arm.joints), *shares)),
@@ -328,11 +328,11 @@ def _dropped(findings: Findings) -> Iterator[Part]:
         used = {"of_allowed": row["torque_peak"] / most if most else None}
         rows.append(row | used | {"symbol": part_symbol(*row["part"].split())})
     if rows:
-        note = "Above 100 % of the allowed error: cancels against other dropped parts."
-        yield table_of("dropped", "Parts dropped although they make torque here", rows, labels, note)
+        note = "Above 100 % of the allowed error, a part cancels against other dropped parts."
+        yield table_of("dropped", "Parts dropped although they contribute torque here", rows, labels, note)
     reasons = {
         "Dropped parts that are zero here": dropped.zero,
-        "Dropped parts that make no torque here": dropped.idle,
+        "Dropped parts without torque here": dropped.idle,
     }
     for label, gone in reasons.items():
         if gone:

@@ -1,4 +1,4 @@
-"""Numbers by which figures and tables are cited: one count for page and paper."""
+"""Numbers of figures and tables, the same on page and PDF."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Numbers(NamedTuple):
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 
     def of_figure(self, key: str) -> Markup:
-        """Write `Figure 3.` in bold; nothing where it has no number."""
+        """Write `Figure 3.` in bold; nothing if it has no number."""
         return Markup(f"<b>Figure {self.figures[key]}.</b> ") if key in self.figures else Markup("")
 
     def of_table(self, key: str) -> Markup:
-        """Write `Table 3.` in bold; nothing where it has no number."""
+        """Write `Table 3.` in bold; nothing if it has no number."""
         return Markup(f"<b>Table {self.tables[key]}.</b> ") if key in self.tables else Markup("")
 
 
 def flat(parts: Sequence[Part]) -> Iterator[Part]:
-    """Parts and, after each section, what is in it."""
+    """Parts and, after each section, its content."""
     for part in parts:
         yield part
         if isinstance(part, Section):

@@ -27,7 +27,7 @@ from gd_analyze.text import pretty, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
-# What a bar of the chart of errors shows of what the budget allows, at most: bars of the rest would vanish.
+# Largest share of the allowed error that a bar shows; beyond it the other bars would vanish.
 _LONGEST = 20.0
 
 
@@ -39,7 +39,7 @@ def pdf_of(result: Result, created: str) -> bytes:
 def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callable[[], bytes]:
     """Do all but the typesetting, which leaves the interpreter free for other threads.
 
-    The callable typesets: of the same findings the same bytes.
+    The returned callable typesets; the same findings give the same bytes.
     """
     report = report or main_report(findings)
     first, numbers = (report.arm, report.contributions, report.dominance), report.numbers
@@ -71,7 +71,7 @@ def _errors(findings: Findings, report: MainReport) -> dict[str, Any]:
 
 
 def _used(findings: Findings, errors: FloatArray) -> list[float]:
-    """Parts of the allowed errors that errors take; nothing where one is round-off."""
+    """Errors over allowed errors; 0 where an error is round-off."""
     allowed = findings.model.accuracy.allowed
     counts = (errors > findings.round_off) & (allowed > 0.0)
     used = np.divide(errors, allowed, out=np.zeros_like(allowed), where=counts)
@@ -167,7 +167,7 @@ def _maths(value: Any) -> Any:
 
 
 def _formula(formula: Formula) -> dict[str, Any]:
-    """Left-hand side and pieces; one group each for what a joint carries and D, for h and for c."""
+    """Left-hand side and pieces; one group for outer torques and D, one for h, one for c."""
     groups: dict[str, list[dict[str, str]]] = {}
     for piece in formula.pieces:
         group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])

@@ -1,4 +1,4 @@
-"""The appendices of the main report, which page and paper show alike."""
+"""The appendices of the main report, the same on page and PDF."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _motion(findings: Findings) -> Section:
         "Torque and error of every joint along this trajectory",
         joint_rows(findings, "simplified_model"),
     )
-    path = "From light to dark in time; the path of the end effector from the open circle to the filled one."
+    path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
     sampled = "Torque and error of every joint, sampled at the set points."
     parts = (
         Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), path),
@@ -94,7 +94,7 @@ def _recording(findings: Findings) -> Section:
         "recording",
         "Left: readings and smoothed motion. Right: their difference near the joint's largest acceleration.",
         recording_figure(findings),
-        "Noise looks alike at all times; a slow swing is motion that the smoothing removed.",
+        "Noise looks the same at all times; a slow swing is motion that the smoothing removed.",
     )
     note = f"Unused: {', '.join(unused)}." if unused else ""
     log = Table("columns", "Columns of the log that are used", columns, note)
@@ -106,7 +106,7 @@ def _recording(findings: Findings) -> Section:
 
 def _measured(findings: Findings) -> Section:
     table = findings.tables["measured_torque"]
-    alike = ", both filtered alike" if table.attrs["filter"] else ""
+    alike = ", both filtered equally" if table.attrs["filter"] else ""
     figure = measured_figure(findings)
     parts: tuple[Part, ...] = (
         Drawing("measured", "Measured and exact torque, and their difference.", figure),
@@ -114,13 +114,13 @@ def _measured(findings: Findings) -> Section:
         *motion_result.friction_tables(table, findings.arm),
     )
     note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
-    return Section("measured", "Measured torque beside the model's", parts, note)
+    return Section("measured", "Measured torque and the model's", parts, note)
 
 
 def _effects(findings: Findings) -> Section:
     is_shown = text_comparison(findings) is not None
     like = [f" Laid out after Fig {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
-    matrix = f"Inertia matrix D by effect, each panel at its place in the matrix.{like[0]}"
+    matrix = f"Mass matrix D by effect, each panel at its place in the matrix.{like[0]}"
     vector = f"Coriolis and centrifugal vector h by effect.{like[1]}"
     loading = "Gravity loading c, which acts on masses only and has no rotational part."
     look = Look(marked=findings.trajectory.n_set_points <= MARKED)
@@ -129,8 +129,8 @@ def _effects(findings: Findings) -> Section:
         parts.append(Drawing(name, title, vector_figure(findings, name, look)))
     note = (
         "Each element is the sum of a part from moving the links' masses (translation) and a part from "
-        "turning the links about their centres of mass (rotation). At the right of a title: what dominates, "
-        "T or R. Parts that are zero but for round-off are drawn as zero."
+        "turning the links about their centres of mass (rotation). At the right of a title: the dominant "
+        "effect, T or R. Parts that are zero up to round-off are drawn as zero."
     )
     return Section("effects", "Inertia, velocity and gravity terms by effect", tuple(parts), note)
 
@@ -171,14 +171,14 @@ def _ranking(findings: Findings) -> Section:
             split = ("part_peak", "change_without")
             shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
         rows.append(row | shown)
-    parts: list[Part] = [table_of("ranking", "Elements by the torque that they make", rows, labels)]
+    parts: list[Part] = [table_of("ranking", "Elements by torque", rows, labels)]
     if changes := row_parts.changes_table(findings):
         parts.append(changes)
     if text:
         said = [
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "
-            "trajectory (✓); it states neither its trajectory nor its inertial parameters, and verdicts "
-            "depend on both."
+            "trajectory (✓). It states neither its trajectory nor its inertial parameters; verdicts depend "
+            "on both."
         ]
         if text["remarks"]:
             said.append(f"The founding text contradicts itself on {len(text['remarks'])} of them:")
@@ -189,7 +189,7 @@ def _ranking(findings: Findings) -> Section:
                 f"peaks at {moving} and its rotation at {turning} {row['unit']}: {finding}."
             )
         said.append(f"[FGL87] {text['source']}.")
-        parts.append(Section("", "Beside the founding text", (), "\n".join(said)))
+        parts.append(Section("", "Comparison with the founding text", (), "\n".join(said)))
     note = (
         "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % where "
         f"elements cancel. Verdict: {row_parts.threshold_text(findings)}."
@@ -209,7 +209,7 @@ def _motions(findings: Findings) -> Section:
         peaks = [pretty(amount(row["peak_torque"][i], joint.effort_unit)) for row in rows]
         cells = [f"{percent(row['used'][i])}, {peak}" for row, peak in zip(rows, peaks, strict=True)]
         columns.append(_words(f"{i + 1} {joint.name}", cells))
-    title = "Each motion by itself: error of allowed, and peak torque, by joint"
+    title = "Each motion by itself: error over allowed error, and peak torque, by joint"
     parts: list[Part] = [motion_result.worst_fact(rows), Table("motions", title, tuple(columns))]
     changing = [row for row in verdicts if row["changes"]]
     if changing:
@@ -264,9 +264,9 @@ def _terms(findings: Findings) -> Section:
         **({} if stated is None else {"above": ("above uncertainty", "", "text")}),
     }
     note = (
-        f"The exact torques are a sum of {total} terms. The ranking removes the term whose loss adds least "
-        "to the squared error of all removed before; the last to be removed ranks first. Everything below "
-        "the row whose error is acceptable may go at once."
+        f"The exact torques are a sum of {total} terms. The ranking removes, one by one, the term whose loss "
+        "adds least to the squared error; the term removed last ranks first. All terms below the row whose "
+        "error is acceptable may be dropped together."
     )
     if stated is not None:
         note += (
@@ -295,9 +295,9 @@ def _equations(findings: Findings) -> Section:
     check = table_of("cross_check", "Difference from Pinocchio, an independent implementation", rows, labels)
     note = (
         "Generalized d'Alembert equations of motion of K. S. Fu, R. C. Gonzalez, C. S. G. Lee, Robotics, "
-        "1987 [FGL87], of revolute joints; a prismatic joint contributes its axis where a revolute one "
+        "1987 [FGL87], for revolute joints; a prismatic joint contributes its axis where a revolute one "
         "contributes axis × arm. z: axes of joints; p: origins of frames; r, c: centres of mass from the "
-        "base and from the joint before; m, I: mass and inertia about it of a link; R: rotations."
+        "base and from the preceding joint; m, I: mass and central inertia of a link; R: rotations."
     )
     return Section("equations", "Equations and cross-check", (check,), note)
 
@@ -310,7 +310,7 @@ def _data(findings: Findings) -> Section:
             (f"{given(math.degrees(r.theta))}°", given(r.d), given(r.a), f"{given(math.degrees(r.alpha))}°")
             for r in arm.dh_table
         ]
-        # Of the parameter that is the joint's variable the cell is an offset.
+        # For the parameter that is the joint's variable, the cell is an offset.
         variable = {"θ": "revolute", "d, m": "prismatic"}
         for name, cells in zip(("θ", "d, m", "a, m", "α"), zip(*rows, strict=True), strict=True):
             moves = [joint.kind == variable.get(name) for joint in arm.joints]

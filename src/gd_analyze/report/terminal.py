@@ -1,4 +1,4 @@
-"""A result as text of a terminal: one renderer for every verb."""
+"""A result as terminal text: one renderer for every verb."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
 from gd_analyze.text import short_name, visible
 
 WIDTH = 80
-# Of a name that is shortened stay so many characters.
+# Length of a shortened name.
 _LEAST_NAME = 12
 _NARROWEST_HEADING = 9
 # Lines of a column's heading, and its cells.
@@ -81,7 +81,7 @@ def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
 
 
 def _table(table: Table, width: int) -> list[str]:
-    """Headings, which wrap, a rule, and the rows; nothing of a table without rows to be shown."""
+    """Headings, which wrap, a rule, and the rows; nothing for a table without rows to show."""
     columns = table.shown()
     if not columns or not columns[0][2]:
         return []
@@ -162,7 +162,7 @@ def _padded(cell: str, room: int, left: bool) -> str:
 
 
 def _length(text: str) -> int:
-    """Columns of a terminal that a text takes: signs of East Asian scripts take two, accents none."""
+    """Terminal columns of a text: East Asian characters take two, accents none."""
     if text.isascii():
         return len(text)
     return sum(

@@ -1,1 +1,1 @@
-"""What a run found: labelled tables, what is said of them, and their file."""
+"""Results of a run: labelled tables, facts about them, and the results file."""

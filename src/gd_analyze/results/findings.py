@@ -1,4 +1,4 @@
-"""Everything one run of the main job found, of which all reports are views, and what it comes from."""
+"""All results of one run of the main job, and their origin; every report is a view of them."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from gd_analyze.text import html_of
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Findings(Run):
-    """One arm along one trajectory.
+    """Results of the main job for one arm along one trajectory.
 
     Parameters
     ----------
     arm, trajectory
-        What was analysed.
+        The inputs.
     tables
-        All numbers found, labelled, by the groups of `gd_analyze.schema.GROUPS`.
+        All results as labelled Datasets, by the groups of `gd_analyze.schema.GROUPS`.
     model
         The simplified model.
     element_model
         The model by the founding text's own method, keeping or dropping effects of elements; the same as
-        `model` where that is its level.
+        `model` if that has this level.
     ranked_terms
-        The exact torque terms and their weights, in the order of the table "terms"; none for an arm whose
-        equations are too many to write out.
+        The exact torque terms and their weights, in the order of the table "terms"; empty for an arm whose
+        equations are too long to write out.
     warnings
-        What is suspicious about the input, in sentences.
+        Warnings about the input.
     provenance
         Versions, time, command.
     """
@@ -71,7 +71,7 @@ class Findings(Run):
 
 
 def provenance(command: str) -> dict[str, str]:
-    """Flat description of where a result comes from, stored with it and shown in every report."""
+    """Flat description of a result's origin, stored with it and shown in every report."""
     return {
         "gd_analyze": __version__,
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -85,7 +85,7 @@ def provenance(command: str) -> dict[str, str]:
 def provenance_of_run(
     command: str, asked: Sequence[Any], everything: Any, *, repeats: bool
 ) -> dict[str, str]:
-    """The same with the mark of a run as "run": of one that `repeats`, time and command do not count."""
+    """`provenance` with the mark of the run as "run"; if the run `repeats`, without time and command."""
     source = provenance(command)
     passing = ("created", "command") if repeats else ()
     lasting = {key: value for key, value in source.items() if key not in passing}

@@ -1,8 +1,8 @@
-"""Labelled tables in HDF5, in netCDF-4's layout, in which nothing that we read lacks a checksum.
+"""Labelled tables in HDF5, in netCDF-4's layout; everything that is read has a checksum.
 
-Strings have a fixed length: values whose lengths vary stand in a heap without checksums, and a damaged one
-can make the HDF5 library loop for ever. Only netCDF's DIMENSION_LIST, which xarray needs, is there; we read
-the attribute "dims". What a forged file may hold besides is refused: links, and numbers that cannot be.
+Strings have a fixed length: values of variable length are stored in a heap without checksums, and a damaged
+heap can make the HDF5 library loop for ever. The only exception is netCDF's DIMENSION_LIST, which xarray
+needs; we read the attribute "dims" instead. Links and impossible numbers, as in a forged file, are refused.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
     import h5py
     import xarray as xr
 
-# Oldest and newest version of the format to write; HDF5 1.10 is of 2016.
+# Oldest and newest version of the format to write; HDF5 1.10 appeared in 2016.
 _VERSIONS = ("v110", "v110")
-# Attributes that dimension scales consist of.
+# Attributes that make a dimension scale.
 OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
-# What tells us a variable's dimensions, and xarray its coordinates and types.
+# Attributes with a variable's dimensions, for us, and its coordinates and types, for xarray.
 _DIMS, _COORDINATES, _DTYPE, _ENCODING = "dims", "coordinates", "dtype", "_Encoding"
-# What netCDF calls a dimension without labels, before its length.
+# netCDF's name of a dimension without labels; its length follows.
 _WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
 _NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
 _PAGE = 1 << 16
 
 
 def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mapping[str, Any]) -> None:
-    """Write tables, each a group of its name, and attributes of the whole; equal ones give equal files."""
+    """Write each table as a group, and the file's attributes; equal tables give equal files."""
     import h5py
 
     with sound_file(path) as sink, h5py.File(sink, "w", libver=_VERSIONS, track_order=True) as file:
@@ -49,7 +49,7 @@ def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mappi
 
 
 def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
-    """Make all variables of a table, and write those that are not along time."""
+    """Create all variables of a table, and write those that are not along time."""
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
     for key, variable in dataset.variables.items():
@@ -82,7 +82,7 @@ def _is_long(variable: xr.Variable) -> bool:
 
 
 def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) -> None:
-    """Write the values along time, block by block, as long as there is room for them."""
+    """Write the values along time, block by block, while the disk has room."""
     long = [key for key, variable in dataset.variables.items() if _is_long(variable)]
     for chunk in chunks(dataset.sizes["time"]) if long else ():
         if sink.failure is not None:
@@ -100,20 +100,20 @@ def _describe(item: h5py.Group | h5py.Dataset, attributes: Mapping[Any, Any]) ->
 
 
 def _stored(values: Any) -> tuple[Array, dict[str, str]]:
-    """Give an array as it is stored, and the attributes that say what it was."""
+    """Return an array as stored, and the attributes that state its type."""
     import h5py
 
     array = np.asarray(values)
     if array.dtype.kind in "UO":
         encoded = np.char.encode(array.astype(str), "utf-8")
-        # One byte alone would be netCDF's character, of which readers make bytes.
+        # A single byte would be netCDF's character, which readers return as bytes.
         fixed = h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 2))
         return encoded.astype(fixed), {_ENCODING: "utf-8"}
     return (array.astype(np.int8), {_DTYPE: "bool"}) if array.dtype.kind == "b" else (array, {})
 
 
 def _restored(array: Array, attributes: dict[str, Any]) -> Array:
-    """Undo `_stored`, and take its attributes away."""
+    """Undo `_stored`, and remove its attributes."""
     attributes.pop(_ENCODING, None)
     if array.dtype.kind == "S":
         return np.char.decode(array, "utf-8")
@@ -126,7 +126,7 @@ def read_attributes(item: Any) -> dict[str, Any]:
     for name in item.attrs:
         if name not in OF_SCALES:
             if not _is_plain(item.attrs.get_id(name).dtype):
-                raise StoreError(f"attribute {name} of {item.name} is of a kind that is never written")
+                raise StoreError(f"attribute {name} of {item.name} has a type that is never written")
             found[name] = _restored(np.asarray(item.attrs[name]), {}).tolist()
     return found
 
@@ -134,8 +134,8 @@ def read_attributes(item: Any) -> dict[str, Any]:
 def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
 
-    Of more than `most_rows` set points, a variable that is not one number per joint, or of the group of every
-    set point, is read when somebody asks for its values, and holds the file open until then.
+    Beyond `most_rows` set points, variables with more than one number per joint, and those of the group
+    every_set_point, are read on access and keep the file open until then.
     """
     import xarray as xr
 
@@ -145,7 +145,7 @@ def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: 
     for key in group:
         dataset = _member(group, key)
         attributes = read_attributes(dataset)
-        if _DIMS in attributes:  # what has none is the scale of a dimension without labels
+        if _DIMS in attributes:  # without it, the item is the scale of a dimension without labels
             dims = tuple(attributes.pop(_DIMS).split())
             _require_plain(dataset)
             is_large = key in declared and (len(dims) > 2 or name == "every_set_point")
@@ -179,13 +179,13 @@ def _require_plain(dataset: Any) -> None:
 
     is_plain = isinstance(dataset, h5py.Dataset) and _is_plain(dataset.dtype)
     if not is_plain or not (dataset.fletcher32 or dataset.size == 0):
-        raise StoreError(f"{dataset.name} is not stored as variables are, with a checksum")
+        raise StoreError(f"{dataset.name} is not stored with a checksum, as variables are")
     if dataset.id.get_storage_size() < dataset.nbytes:
-        raise StoreError(f"{dataset.name} is larger than what is stored of it")
+        raise StoreError(f"{dataset.name} is larger than its stored data")
 
 
 def _later(dataset: Any, group: str, name: str) -> Any:
-    """Values of a long variable, read when they are asked for; `dataset` holds the file open."""
+    """Values of a long variable, read on access; `dataset` keeps the file open."""
 
     def read(rows: NDArray[np.intp]) -> Array:
         first, behind = int(rows[0]), int(rows[-1]) + 1
@@ -201,7 +201,7 @@ def _later(dataset: Any, group: str, name: str) -> Any:
 
 
 class SoundFile(io.FileIO):
-    """Takes every write; what comes after one that failed is kept in memory, so that it can be read again."""
+    """Accepts every write; data written after a failure are kept in memory, to be read again."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
@@ -209,7 +209,7 @@ class SoundFile(io.FileIO):
         self._kept: dict[int, bytearray] = {}
 
     def write(self, data: Any) -> int:
-        """Write all of `data` where the file stands."""
+        """Write all of `data` at the file's position."""
         whole = memoryview(data).cast("B")
         start, left = self.tell(), whole
         try:
@@ -234,7 +234,7 @@ class SoundFile(io.FileIO):
         return len(whole)
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the size of the file, which only matters as long as all can be written."""
+        """Set the size of the file, which matters only while all writes succeed."""
         try:
             if self.failure is None:
                 return super().truncate(size)
@@ -243,7 +243,7 @@ class SoundFile(io.FileIO):
         return size or 0
 
     def _pieces(self, start: int, data: memoryview) -> Iterator[tuple[int, int, memoryview]]:
-        """Data page by page: the page's number, the place in it, and what belongs there."""
+        """Data page by page: number of the page, offset in it, and bytes."""
         done = 0
         while done < len(data):
             page, place = divmod(start + done, _PAGE)
@@ -252,7 +252,7 @@ class SoundFile(io.FileIO):
             done += len(piece)
 
     def _page(self, number: int) -> bytearray:
-        """A page as it was kept, or as it is on the disk and filled up with zeros."""
+        """A page from memory, or from the disk, padded with zeros."""
         if number in self._kept:
             return self._kept[number]
         page = bytearray(_PAGE)
@@ -265,9 +265,9 @@ class SoundFile(io.FileIO):
 def sound_file(path: Path) -> Iterator[SoundFile]:
     """Open a file to be given to h5py in place of its path.
 
-    Where a write fails, on a full disk, HDF5 cannot close the file any more: h5py raises errors of other
-    kinds, and the process ends in a segmentation fault (HDF5 1.14). Here it is told that all went well, and
-    the failure is raised when it has closed the file.
+    After a failed write, on a full disk, HDF5 cannot close the file: h5py raises other errors, and the
+    process ends in a segmentation fault (HDF5 1.14). This file reports success to HDF5, and the failure is
+    raised once the file is closed.
     """
     with SoundFile(path) as file:
         yield file

@@ -1,4 +1,4 @@
-"""What is said of a simplified model in facts and tables: operations, errors, and what they are shares of."""
+"""Facts and tables of a simplified model: operations, errors, and the reference of shares."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gd_analyze.text import percent
 
 
 class WorstError(NamedTuple):
-    """The error of the joint that is off most, in the terms of the budget."""
+    """The largest error of any joint, in the terms of the budget."""
 
     joint: int  # from 1
     value: float  # a share, or a torque in `unit`
@@ -35,7 +35,7 @@ class WorstError(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The figure and what it is of: "0.94 % of peak torque"."""
+        """The figure and its reference: "0.94 % of peak torque"."""
         return f"{self.size} of {self.of}" if self.of else self.size
 
     def fact(self, key: str, label: str) -> Fact:
@@ -44,10 +44,10 @@ class WorstError(NamedTuple):
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
-    """Find the joint that is off most, by the model's stated errors or by a bound, N m, shape (n,).
+    """Find the joint with the largest error, as stated by the model or by a bound, N m, shape (n,).
 
-    A budget in shares of peak torque is answered in these, one in N m for all joints in N m, any other in
-    shares of the allowed error.
+    The result is a share of peak torque for such a budget, in N m for a budget in N m for all joints, and
+    otherwise a share of the allowed error.
     """
     asked, arm = model.accuracy.asked, model.arm
     error = model.accuracy.errors.largest if bound is None else bound
@@ -72,7 +72,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
 
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
-    """Errors that a model states of its joints, and what is proven of them, N m, shape (n,), where known."""
+    """Errors that a model states for its joints, and proven bounds, N m, shape (n,), if known."""
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = model.saves or bool(errors.largest.any())
     units = [joint.effort_unit for joint in model.arm.joints]
@@ -98,7 +98,7 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
 
 
 def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
-    """Norm of the torque error over norm of the torque, by the share of the states that keep each."""
+    """Norm of the torque error over norm of the torque, by share of states."""
     rows = [{"states": norm.states, "share": norm.share} for norm in norms]
     label = "Norm of the error over norm of the torque" * bool(norms)
     note = "revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
@@ -115,7 +115,7 @@ def norms_text(norms: Iterable[NormShare]) -> str:
 
 
 def error_text(model: SimplifiedModel) -> str:
-    """How far a model is off, in the terms of its budget, in a few words."""
+    """Largest error of a model, in the terms of its budget, in a few words."""
     asked = model.accuracy.asked_norm
     if asked is not None:
         return f"Error {norms_text([asked])} of the torque's norm"
@@ -124,7 +124,7 @@ def error_text(model: SimplifiedModel) -> str:
 
 
 def headline(model: SimplifiedModel, error: str | None = None) -> str:
-    """The answer in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
+    """The result in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
     full = model.operations_full.total
     if not (model.saves or model.accuracy.errors.largest.any()):
         return (
@@ -135,7 +135,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
 
 
 def beside_text(other: LevelTried | None) -> str:
-    """Sentence on the model that stands beside another, to follow a headline; "" of none."""
+    """Sentence on an alternative model, to follow a headline; "" if there is none."""
     if other is None:
         return ""
     how = "Refitted" if other.refitted else "With the arm's own coefficients"
@@ -143,7 +143,7 @@ def beside_text(other: LevelTried | None) -> str:
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:
-    """Whether the drives' inertia is part of the torque; "" of an arm without drives."""
+    """Whether the drives' inertia is part of the torque; "" for an arm without drives."""
     if arm.counts_drives():
         return "drives included" if drives else "links alone"
     return "drives' inertia unknown" if arm.drives else ""

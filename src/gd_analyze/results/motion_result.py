@@ -1,4 +1,4 @@
-"""What a run says of motions: several of them, readings of sensors, and measured torques."""
+"""Results on motions: several motions, sensor readings, and measured torques."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from gd_analyze.text import amount, named_joints, number, with_error
 if TYPE_CHECKING:
     import xarray as xr
 
-# Elements that a fact names, and motions that have a column each.
+# Most elements named in a fact, and most motions with a column each.
 _NAMED, MOST_COLUMNS = 8, 12
-# A motion that allows a joint so many times less than others is named: it may be what costs the operations.
+# A motion that allows a joint this many times less error than others is named: it may cost operations.
 _STRICT = 20.0
-# So many times the noise of the recording, as RMS, what friction leaves is something else; told up to so
-# many: a log that was filtered before has next to no noise.
+# A residual after friction beyond this multiple of the noise (RMS) has another cause; multiples for other
+# wordings. A log filtered before has next to no noise.
 _NOISE, _MUCH, _BEYOND = 3.0, 10.0, 1000
-# Where to look for the reason why a measured torque contradicts the model.
+# Possible reasons why a measured torque contradicts the model.
 _CHECK = {
     "too light": ("masses", "payload", "the unit of the torques"),
     "too heavy": ("masses", "the unit of the torques"),
@@ -39,7 +39,7 @@ _CHECK = {
 
 
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
-    """Measured torque beside the model's, and the friction fitted; nothing where none was measured."""
+    """Measured torque compared with the model's, and fitted friction; empty if nothing was measured."""
     if "measured_torque" not in findings.tables:
         return ()
     table = findings.tables["measured_torque"]
@@ -53,7 +53,7 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
 
 
 def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
-    """Measured torque beside the exact one, joint by joint."""
+    """Measured torque compared with the exact torque, joint by joint."""
     rows = [
         row | {"effort_unit": joint.effort_unit, "shown_verdict": _verdict_text(row)}
         for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
@@ -65,11 +65,11 @@ def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
         "explained": ("explained", "", "percent"),
         "shown_verdict": ("verdict", "", "text"),
     }
-    return table_of("joints", "Measured torque beside the exact one", rows, labels)
+    return table_of("joints", "Measured and exact torque", rows, labels)
 
 
 def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple[Table, ...]:
-    """Friction and offset fitted to each joint's difference, with standard errors, where it was asked for."""
+    """Friction and offset fitted to each joint's difference, with standard errors, if asked for."""
     if "coulomb" not in table:
         return ()
     rows, efforts = rows_of(table, "joint"), [joint.effort_unit for joint in arm.joints]
@@ -91,7 +91,7 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple
 
 
 def _verdict_text(row: Row) -> str:
-    """How a joint's measurement and model go together: "too light by a factor 1.9"."""
+    """How a joint's measurement compares with the model: "too light by a factor 1.9"."""
     verdict, slope = str(row["verdict"]), row["slope_beside_friction"]
     if verdict == "another joint's":
         return f"follows the model of joint {row['resembles']}"
@@ -106,7 +106,7 @@ def _verdict_text(row: Row) -> str:
             verdict = verdict.replace("follows", f"follows {much}")
             verdict += f"; friction leaves {share} times the noise"
     if row["drive_inertia"]:
-        verdict += f": the difference follows qdd, as {row['drive_inertia']:.2g} kg m^2 of a drive would"
+        verdict += f": the difference follows qdd like a drive of {row['drive_inertia']:.2g} kg m^2"
     return verdict
 
 
@@ -125,7 +125,7 @@ def contradicted_joints(findings: Findings) -> str:
 
 
 def torque_warning(table: xr.Dataset, arm: str) -> str:
-    """At which joints a model is not what was measured, and what to check."""
+    """Joints at which the model contradicts the measurement, and what to check."""
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
     places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
     said = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
@@ -136,8 +136,8 @@ def torque_warning(table: xr.Dataset, arm: str) -> str:
 def motion_rows(findings: Findings) -> list[Row]:
     """One row per motion: set points, duration, torques and errors of the joints, and the worst of these.
 
-    `used` is the largest error of every joint over what the budget allows it along the motion, `worst` the
-    largest of them and `joint` its joint, from 1; `proven` the largest share for every state near the motion.
+    `used` is the largest error of every joint over the error allowed along the motion, `worst` the largest of
+    these and `joint` its joint, from 1; `proven` is the largest proven share near the motion.
     """
     table = findings.tables["motions"]
     used = share_of(table.largest_error.values, table.allowed_error.values)
@@ -158,9 +158,9 @@ def motion_rows(findings: Findings) -> list[Row]:
 
 
 def verdict_rows(findings: Findings) -> list[Row]:
-    """One row per element, ranked over all motions: verdict and torque share along each, and if they change.
+    """One row per element, ranked over all motions: verdict and torque share along each, and changes.
 
-    That an element is zero along one motion and negligible along another is no change.
+    An element that is zero along one motion and negligible along another has not changed.
     """
     table = findings.tables["motions"]
     names = ("element", "quantity", "verdict", "torque_share")
@@ -175,7 +175,7 @@ def verdict_rows(findings: Findings) -> list[Row]:
 
 
 def worst_fact(rows: Sequence[Row]) -> Fact:
-    """The largest share of what is allowed along any motion, of rows of `motion_rows`."""
+    """The largest share of the allowed error along any motion, from rows of `motion_rows`."""
     worst = max(rows, key=lambda row: row["worst"])
     where = f"joint {worst['joint']} along {worst['motion']}"
     label = "Largest share of the allowed error"
@@ -220,7 +220,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def strict_notice(findings: Findings) -> str:
-    """Name the joint of which one motion allows far less than another, and what settles it; "" if none."""
+    """Name a joint to which one motion allows far less error than another, and the remedy; "" if none."""
     if "motions" not in findings.tables:
         return ""
     table, arm, asked = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
@@ -244,7 +244,7 @@ def strict_notice(findings: Findings) -> str:
 
 
 def _noise_rows(findings: Findings) -> list[Row]:
-    """Cut-off and noise of every joint, and what the noise makes of torque beside the budget."""
+    """Cut-off and noise of every joint, and the resulting torque noise over the budget."""
     table = findings.tables["recording"][["cutoff", "noise_q", "noise_qdd", "torque_noise"]]
     allowed = findings.model.accuracy.allowed.tolist()
     return [
@@ -262,7 +262,7 @@ def _noise_rows(findings: Findings) -> list[Row]:
 
 
 def recording_parts(findings: Findings) -> tuple[Part, ...]:
-    """Of a measured motion: what was done with the readings, and what their noise does."""
+    """Treatment of a measured motion's readings, and effect of their noise."""
     if "recording" not in findings.tables:
         return ()
     table = findings.tables["recording"]
@@ -274,7 +274,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
         "cutoff": ("cut-off", "Hz"),
         "noise_q": ("noise of q", "@unit"),
         "noise_qdd": ("noise of qdd", "@qdd_unit"),
-        "torque_noise": ("torque of it", "@effort_unit"),
+        "torque_noise": ("torque noise", "@effort_unit"),
         "of_allowed": ("of allowed", "", "percent"),
     }
     columns = [
@@ -293,7 +293,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
 
 
 def recording_notices(findings: Findings) -> list[str]:
-    """That the motion was measured, and where its noise exceeds the budget; nothing of a plan."""
+    """Notices that the motion was measured, and where its noise exceeds the budget; none for a plan."""
     if "recording" not in findings.tables:
         return []
     table, rows = findings.tables["recording"], _noise_rows(findings)
@@ -307,6 +307,6 @@ def recording_notices(findings: Findings) -> list[str]:
         said.append(
             "Noise left in the accelerations exceeds the allowed torque error at "
             f"{named_joints(beyond, len(rows))}: models for this budget follow the noise, too. A lower "
-            "--cutoff leaves less."
+            "--cutoff leaves less noise."
         )
     return said

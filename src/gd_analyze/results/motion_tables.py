@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-# What is told of a motion besides.
+# Further attributes of a motion.
 _ABOUT = ("start", "origin", "derivatives_from", "fingerprint")
-# What of the ranking of the elements is told motion by motion.
+# Variables of the ranking that are stored motion by motion.
 _RANKED = ("verdict", "dominant", "torque_share", "torque_joint")
-# Standard deviations within which noise stays nearly always.
+# Standard deviations that noise hardly ever exceeds.
 _NEARLY_ALWAYS = 3.0
-# Times the noise's own torque up to which a torque may be noise: at ends of a stretch there is more of it.
+# A torque up to this multiple of the torque noise may be noise, of which the ends of a stretch have more.
 _MAY_BE_NOISE = 2.0
-# Set points at which D is looked at, evenly spaced.
+# Set points at which D is evaluated, evenly spaced.
 _MOST = 1000
 
 
@@ -61,7 +61,7 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 def every_set_point_table(
     arm: RobotArm, motion: Trajectory, model: SimplifiedModel, *, drives: bool | None, **kept: bool
 ) -> xr.Dataset:
-    """Tabulate the decomposition and the model's torque at all set points, evaluated where they are read."""
+    """Tabulate the decomposition and the model's torque at all set points, evaluated on access."""
     arrays = arrays_on_demand(arm, motion, drives, **kept)
 
     def simplified(rows: NDArray[np.intp]) -> FloatArray:
@@ -72,7 +72,7 @@ def every_set_point_table(
 
 
 def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
-    """The motion that was tabulated."""
+    """Restore the tabulated motion."""
     motion = tables["trajectory"]
     gaps = (motion.stretch_from.values[1:] - 1).tolist() if "stretch_from" in motion else ()
     return Trajectory(
@@ -95,7 +95,7 @@ def trajectory_in(tables: Mapping[str, xr.Dataset]) -> Trajectory:
 def rank_by_motion(
     arm: RobotArm, dataset: xr.Dataset, trajectory: Trajectory, allowed: Sequence[FloatArray]
 ) -> list[xr.Dataset]:
-    """Rank the elements along each motion by itself, given what the budget allows there, N m, shape (n,)."""
+    """Rank the elements along each motion by itself, given the errors allowed there, N m, shape (n,)."""
     ranked = []
     for motion, budget in zip(trajectory.motions, allowed, strict=True):
         part = dataset.isel(time=motion.rows)
@@ -113,7 +113,7 @@ def motions_table(
     accuracy: Accuracy,
     certificate: Certificate | None,
 ) -> xr.Dataset:
-    """Tabulate what is found along each motion, and proven near it, in the order of the ranking over all."""
+    """Tabulate the results along each motion and the bounds near it, in the order of the overall ranking."""
     motions, along, labels = trajectory.motions, accuracy.motions, dominance.element.values
     ranked = [one.sel(element=labels) for one in ranked]
     times = [trajectory.time[motion.rows] for motion in motions]
@@ -142,18 +142,18 @@ def motions_table(
 
 
 def _certified(certificate: Certificate | None, shape: tuple[int, int]) -> FloatArray:
-    """What is proven near each of several motions, shape (motions, n); not numbers where nothing is."""
+    """Proven bounds near each of several motions, shape (motions, n); nan where nothing is proven."""
     region = None if certificate is None else certificate.region
     if certificate is None or certificate.along is None or not isinstance(region, Tube):
         return np.full(shape, np.nan)
-    assert region.motion is not None  # it is around several
+    assert region.motion is not None  # the tube is around several motions
     bounds = np.zeros(shape)
     np.maximum.at(bounds, region.motion, certificate.along)
     return bounds
 
 
 def _motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:
-    """Which set points are whose, of the table."""
+    """Assignment of set points to motions, from the table."""
     ends = np.cumsum(motions.set_points.values).tolist()
     about = (motions[f"motion_{name}"].values.tolist() for name in _ABOUT)
     rows = zip(motions.motion.values.tolist(), [0, *ends[:-1]], ends, *about, strict=True)
@@ -163,9 +163,9 @@ def _motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:
 def recording_table(
     arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, dominance: xr.Dataset
 ) -> xr.Dataset:
-    """Tabulate the readings of a measured motion, and what their noise makes of torques and ranking."""
+    """Tabulate the readings of a measured motion, and the effect of their noise on torques and ranking."""
     recording = trajectory.recording
-    assert recording is not None  # asked for of a recording only
+    assert recording is not None  # called for recordings only
     count = dataset.sizes["time"]
     points = np.unique(np.linspace(0, count - 1, min(count, _MOST)).round().astype(int))
     inertia = np.asarray(dataset.inertia.isel(time=points).values.sum(axis=1))
@@ -201,7 +201,7 @@ def recording_table(
 
 
 def _distinct(names: Sequence[str]) -> list[str]:
-    """Names of columns, those that are there before with their number: "temp (9)"."""
+    """Names of columns; a repeated one gets its number: "temp (9)"."""
     return [f"{name} ({k})" if name in names[: k - 1] else name for k, name in enumerate(names, start=1)]
 
 
@@ -210,7 +210,7 @@ def _words(recording: Recording, name: str) -> np.ndarray:
 
 
 def _recording_in(tables: Mapping[str, xr.Dataset]) -> Recording:
-    """Recording of a motion that was tabulated."""
+    """Restore the recording of a tabulated motion."""
     found, torques = tables["recording"], tables.get("measured_torque")
     names = ("column", "column_role", "column_joint", "column_unit", "column_why")
     columns = zip(*(found[name].values.tolist() for name in names), strict=True)
@@ -228,9 +228,9 @@ def _recording_in(tables: Mapping[str, xr.Dataset]) -> Recording:
 
 
 def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) -> FloatArray:
-    """Root mean square of every element's torque, at its torque_joint and in the order of the ranking.
+    """RMS torque of every element at its torque_joint, in the order of the ranking.
 
-    Noise of accelerations has no part in h and c: 0; that of positions and velocities is far smaller.
+    It is 0 for h and c, which accelerations do not enter; noise of positions and velocities is far smaller.
     """
     of_label = {element.label: element for element in elements(qdd.shape[1])}
     out = np.zeros(dominance.sizes["element"])
@@ -238,7 +238,7 @@ def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) ->
     for row, (label, joint, peak) in enumerate(rows):
         element = of_label[label]
         if element.j is not None and peak > 0.0:
-            # At one of its joints it makes torque of the other's acceleration.
+            # At one of its joints an element multiplies the acceleration of the other.
             other = element.i if element.j == joint - 1 else element.j
             out[row] = np.sqrt(np.square(inertia[:, element.i, element.j] * qdd[:, other]).mean())
     return out
@@ -247,9 +247,9 @@ def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) ->
 def measured_torque_table(
     comparison: TorqueComparison, trajectory: Trajectory, *, fit_friction: bool = False
 ) -> xr.Dataset:
-    """Tabulate a comparison, with the friction that was fitted only where it is asked for."""
+    """Tabulate a comparison; fitted friction is included only if asked for."""
     recording = trajectory.recording
-    assert recording is not None  # a comparison is of one
+    assert recording is not None  # a comparison needs a recording
     arm, friction = comparison.arm, comparison.friction
     values: dict[str, Any] = {
         "measured": recording.torque,

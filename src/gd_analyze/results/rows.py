@@ -1,4 +1,4 @@
-"""Rows of the tables: as frames, as plain values, as tables of a result, and beside what belongs to them."""
+"""Rows of the tables: as frames, as plain values, as tables of a result, and joined with related ones."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Row = dict[str, Any]
-# Verdicts that say that an element does not matter.
+# Verdicts of elements that do not matter.
 NOTHING = {"negligible", "neither"}
 
 
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
-    """One row per joint, of tables that have the dimension, with the unit of its torque."""
+    """One row per joint, with the unit of its torque, from tables with the dimension `joint`."""
     rows: list[Row] = [{} for _ in findings.arm.joints]
     units = [{"effort_unit": joint.effort_unit} for joint in findings.arm.joints]
     for more in (*(rows_of(findings.tables[group], "joint") for group in groups), units):
@@ -41,9 +41,9 @@ SURE = 0.95
 def element_rows(findings: Findings) -> list[Row]:
     """One row per element, ranked.
 
-    To the table "dominance" come the rank, what the model by the founding text's own method keeps, the
-    founding text's verdict, "" where it has none, when the verdict changes, and how probable the verdict over
-    the motion is, None where no uncertainty is stated.
+    The table "dominance" is extended by the rank, the effect kept by the founding text's own method, the
+    founding text's verdict ("" if it has none), the changes of the verdict over time, and its probability
+    over the motion (None if no uncertainty is stated).
     """
     reference = text_verdicts(findings.arm.name)
     kept = kept_effects(findings.arm.n_joints, findings.element_model.terms)
@@ -71,12 +71,12 @@ def effect_of(row: Row, what: str = "verdict") -> str:
 
 
 def mark_of(verdict: str) -> str:
-    """A verdict where there is no room for words."""
+    """Short mark of a verdict."""
     return "–" if verdict == "negligible" else LETTERS[verdict]
 
 
 def threshold_text(findings: Findings) -> str:
-    """What counts as dominance."""
+    """Definition of dominance."""
     share = percent(float(findings.dominance.attrs["threshold"]))
     return f"parts whose loss changes the element by more than {share} of its peak"
 
@@ -87,15 +87,15 @@ def is_doubtful(row: Row) -> bool:
 
 
 def sure_text(row: Row) -> str:
-    """Probability of the verdict over the motion, marked where it is low; "" where it is not known."""
+    """Probability of the verdict over the motion, marked if it is low; "" if it is unknown."""
     if row["probability"] is None:
         return ""
-    # Not rounded up to certainty.
+    # Never rounded up to certainty.
     return f"{math.floor(100 * row['probability']):d} %{' (?)' * is_doubtful(row)}"
 
 
 def dominance_note(findings: Findings) -> str:
-    """What the figure of dominance over time shows, and which verdicts are in doubt."""
+    """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
     note = f"Coloured: {threshold_text(findings)}; white: neither. Kept: by the founding text's method."
     motions, time = findings.trajectory.motions, findings.trajectory.time
@@ -103,7 +103,7 @@ def dominance_note(findings: Findings) -> str:
         begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]
         note += f" One motion after the other: {', '.join(begins)}."
     if doubtful:
-        note += f" Less than {percent(SURE)} sure, as parameters are uncertain: {', '.join(doubtful)}."
+        note += f" Less than {percent(SURE)} sure because parameters are uncertain: {', '.join(doubtful)}."
     return note
 
 
@@ -115,7 +115,7 @@ def changes_text(row: Row) -> str:
 
 
 def changes_table(findings: Findings) -> Table | None:
-    """Elements whose verdict changes along the motion, and when; None where none does."""
+    """Elements whose verdict changes along the motion, and when; None if there are none."""
     changing = {row["element"]: text for row in element_rows(findings) if (text := changes_text(row))}
     title = "Verdicts that change along the motion, largest torque first"
     columns = (
@@ -126,15 +126,15 @@ def changes_table(findings: Findings) -> Table | None:
 
 
 class DroppedParts(NamedTuple):
-    """What the founding text's own method leaves out, by reason: rows of the table "parts"."""
+    """Parts that the founding text's own method drops, by reason: rows of the table "parts"."""
 
-    costing: list[Row]  # makes torque; largest share of peak torque first
-    zero: list[Row]  # is zero along the trajectory, but for round-off
-    idle: list[Row]  # makes no torque, as the joints it acts on do not accelerate
+    costing: list[Row]  # with torque; largest share of peak torque first
+    zero: list[Row]  # zero along the trajectory, up to round-off
+    idle: list[Row]  # without torque, as its joints do not accelerate
 
 
 def dropped_parts(findings: Findings) -> DroppedParts:
-    """Sort what was left out by reason."""
+    """Sort the dropped parts by reason."""
     gone = [row for row in rows_of(findings.tables["parts"], "part") if not row["kept"]]
     return DroppedParts(
         sorted((row for row in gone if row["torque_peak"]), key=lambda row: -row["torque_share"]),
@@ -156,11 +156,10 @@ def budget_rows(findings: Findings) -> list[Row]:
 
 
 def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
-    """Take what a table says along one dimension, or of every pair of labels of two.
+    """Extract rows of a table along one dimension, or for every pair of labels of two.
 
-    Labels are the first columns. Where one dimension is named, a variable that has a second besides gives one
-    column per label of that, "part_peak_translation"; units that differ between rows stand in columns of
-    their own.
+    Labels are the first columns. With one dimension, a variable with a second one gives a column per label of
+    that, such as "part_peak_translation"; units that differ between rows have their own columns.
     """
     import pandas as pd
 
@@ -170,7 +169,7 @@ def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
 
 
 def rows_of(table: xr.Dataset, *dims: str) -> list[Row]:
-    """Take the same as plain values, as JSON has them; what is not a number is None."""
+    """Extract the same rows as plain JSON values; nan becomes None."""
     columns: Any = _columns(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
     plain = {name: np.asarray(columns[name]).tolist() for name in columns}
     return [
@@ -198,10 +197,10 @@ def table_of(
     note: str = "",
     top: int | None = None,
 ) -> Table:
-    """Make rows the table of a result: JSON has all of them, people see the columns that have a label.
+    """Make a result's table from rows: JSON has all columns, people see those with a label.
 
-    In rows "joint_name" beside "joint" names joints; names that begin with "shown_" are for people only. A
-    label is heading, unit ("@" names a column of units) and how values are shown.
+    In rows, "joint_name" beside "joint" names the joint; keys that begin with "shown_" are for people only. A
+    label consists of heading, unit ("@" names a column of units) and format.
     """
     if not rows:
         return Table(key, title, (), note, top)

@@ -1,4 +1,4 @@
-"""What the main job answers: facts, tables and notices, which terminal, JSON, HTML and PDF show."""
+"""The main job's answer: facts, tables and notices for terminal, JSON, HTML and PDF."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import amount, joined, number, percent, thousands
 
-# Verdicts in the order of the reports, and what they are called.
+# Verdicts in the order of the reports, and their names.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
 VERDICTS["neither"] = "zero"
 _BESIDE = ("level", "operations", "refitted", "of_allowed", "proven")
 
 
 def run_result(findings: Findings, top: int = 12) -> Result:
-    """All that a run found, `top` rows of the rankings for people."""
+    """All results of a run, with `top` rows of the rankings for people."""
     arm, model = findings.arm, findings.model
     return Result(
         title=arm.title or arm.name,
@@ -74,7 +74,7 @@ def run_result(findings: Findings, top: int = 12) -> Result:
 
 
 def subtitle(findings: Findings) -> str:
-    """Along what, and whether drives act."""
+    """The motion, and whether drives are included."""
     drives = drives_text(findings.arm, findings.model.drives)
     motions = findings.trajectory.motions
     along = in_words([motion.name for motion in motions]) if motions else findings.trajectory.name
@@ -83,7 +83,7 @@ def subtitle(findings: Findings) -> str:
 
 
 def run_headline(findings: Findings) -> str:
-    """What can be dropped, at what error, and whether that is proven; before it a log that contradicts."""
+    """Operations saved, error, and whether it is proven; preceded by joints that a log contradicts."""
     model, bound = findings.model, near_bound(findings)
     contradicted = motion_result.contradicted_joints(findings)
     if not model.accuracy.errors.peak_torque.any():
@@ -112,7 +112,7 @@ def beside(findings: Findings) -> LevelTried | None:
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:
-    """Four figures to begin with: how good near the motion, how good on it, how many operations, of what."""
+    """The first four figures: error near the motion, error at its set points, operations, terms kept."""
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     label = "" if tried else "Torque error, proven near the motion"
@@ -159,7 +159,7 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
 
 
 def _by_level(findings: Findings) -> str:
-    """Operations of every level under the budget, and in brackets those of its refitted model."""
+    """Operations of every level within the budget, with those of its refitted model in brackets."""
     asked = findings.tables["trade_off"].sel(factor=1.0)
     counts: dict[str, str] = {}
     for level, refit, count in zip(
@@ -170,10 +170,10 @@ def _by_level(findings: Findings) -> str:
 
 
 def more_facts(findings: Findings) -> tuple[Fact, ...]:
-    """What is proven and where, and what confirms or limits the numbers."""
+    """Proven bounds, checks of the numbers, and their limits."""
     model, beyond = findings.model, findings.tables["beyond"]
     text, unlisted = text_comparison(findings), not_worth_keeping(findings)
-    # The row closest to what round-off explains; without gravity its bound is zero, and so is the difference.
+    # The row closest to its round-off bound; without gravity bound and difference are zero.
     rows = rows_of(findings.tables["cross_check"], "comparison")
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
     margin = str(findings.tables["tube"].attrs["margin"])
@@ -187,7 +187,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     if text is not None:
         met = f"{text['agreed']} of {text['given']} elements"
         facts.append(Fact("", "Verdicts of the founding text met", met))
-    label = "" if unlisted is None else "Last terms within the torque's uncertainty"
+    label = "" if unlisted is None else "Lowest-ranked terms within the torque's uncertainty"
     facts.append(Fact("terms_not_worth_keeping", label, unlisted, shown="count"))
     mass = beyond.mass_within_budget.values
     joint = int(mass.argmin())
@@ -203,13 +203,13 @@ def margins(findings: Findings) -> str:
 
 
 def tube_bound(findings: Findings) -> FloatArray | None:
-    """What is proven of every joint's error near the motion, N m, shape (n,); None where nothing is."""
+    """Proven bound on every joint's error near the motion, N m, shape (n,); None if there is none."""
     bound = findings.tables["tube"].tube_certified
     return None if bound.isnull().any() else np.asarray(bound.values)
 
 
 def near_bound(findings: Findings) -> FloatArray | None:
-    """The same as it counts: near one of several motions, times what all over it is allowed there."""
+    """The same bound; with several motions each one's is scaled by the overall over its own allowed error."""
     bound = tube_bound(findings)
     if bound is None or "motions" not in findings.tables:
         return bound
@@ -218,14 +218,14 @@ def near_bound(findings: Findings) -> FloatArray | None:
 
 
 def bound_ratio(findings: Findings) -> float | None:
-    """How far the certified bound lies above the worst error found, at most, where that is an error."""
+    """Largest ratio of the certified bound to the worst error found, where that exceeds round-off."""
     rows = rows_of(findings.tables["beyond"], "joint")
     pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
     return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
 
 
 def notices(findings: Findings) -> tuple[str, ...]:
-    """What the reader must know before believing the numbers."""
+    """Notices that the reader must know before using the numbers."""
     note = str(findings.tables["tube"].attrs["note"])
     of_motions = *motion_result.recording_notices(findings), motion_result.strict_notice(findings)
     others = findings.model.notice, note, _drives_notice(findings), _symmetry_notice(findings)
@@ -233,24 +233,24 @@ def notices(findings: Findings) -> tuple[str, ...]:
 
 
 def _long_notice(findings: Findings) -> str:
-    """Say of which set points of a long motion there are curves and numbers."""
+    """State which set points of a long motion are shown and stored."""
     motion = findings.trajectory
     if motion.whole is None:
         return ""
-    stored = "D, h and c are stored at all"
+    stored = "D, h and c are stored at all of them"
     if "every_set_point" not in findings.tables:
-        stored = "--every-set-point stores D, h and c at all"
+        stored = "--every-set-point stores D, h and c at all of them"
     if "christoffel" not in findings.decomposition:
         stored += "; h_ijk are not stored (--christoffel)"
     shown, whole = thousands(motion.n_set_points), thousands(motion.n_stated)
     return (
-        f"Curves show {shown} of {whole} set points, the extremes of every quantity among them; peaks, RMS "
-        f"values and the budget are of all. {stored}."
+        f"Curves show {shown} of {whole} set points, including the extremes of every quantity; peaks, RMS "
+        f"values and the budget cover all. {stored}."
     )
 
 
 def _drives_notice(findings: Findings) -> str:
-    """Say where the inertia of drives that nobody states would matter most."""
+    """State where the missing inertia of drives would matter most."""
     arm = findings.arm
     if not arm.drives or arm.counts_drives():
         return ""
@@ -259,13 +259,13 @@ def _drives_notice(findings: Findings) -> str:
     joint = int(peaks.argmin())
     least = amount(float(peaks[joint]), "kg m^2" if arm.is_revolute[joint] else "kg")
     return (
-        f"The robot's file states no inertia of its drives, and none is counted. It decides most at joint "
-        f"{joint + 1}: {labels[joint]} is at most {least}. --drive-inertia states it."
+        f"The robot's file states no drive inertia, and none is included. It would matter most at joint "
+        f"{joint + 1}: {labels[joint]} is at most {least}. State it with --drive-inertia."
     )
 
 
 def _symmetry_notice(findings: Findings) -> str:
-    """Say where D' of absolute velocities is not symmetric, as torques are simplified one by one."""
+    """State where D' of absolute velocities is not symmetric, as each torque is simplified by itself."""
     model = findings.model
     if not model.level.has_torque_terms or model.level.is_mechanical:
         return ""
@@ -280,24 +280,24 @@ def _symmetry_notice(findings: Findings) -> str:
     i, j = places[0]
     return (
         f"The model's D is not symmetric, as each torque is simplified by itself: D{joined((i, j))} and "
-        f"D{joined((j, i))} keep different terms, the first of {len(places)} such pairs. Torques are as "
+        f"D{joined((j, i))} keep different terms, as the first of {len(places)} such pairs. Torques are as "
         "accurate as stated. Where D must be symmetric, as in simulation or in a controller that relies on "
         "energy, use `--level energy`."
     )
 
 
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
-    """Compare with the founding text's verdicts; None for an arm it does not show.
+    """Compare with the founding text's verdicts; None for an arm it does not treat.
 
-    `source` of its verdicts; how many are `given` and how many of them `agreed` with ours; `remarks`, the
-    elements on which it contradicts itself: row, its remark, and what our numbers say of it.
+    Returns the `source` of its verdicts, the numbers `given` and `agreed` with ours, and `remarks` on
+    elements where it contradicts itself: row, its remark, and what our numbers support.
     """
     reference = text_verdicts(findings.arm.name)
     if reference is None:
         return None
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
     agreed = {name for name, row in compared.items() if row["dominant"] == row["text_verdict"]}
-    # Of verdicts of translation, and remarks that speak for rotation.
+    # For verdicts of translation, and remarks in favour of rotation.
     says = {
         "rotation": "our numbers support the remark, not the verdict",
         "neither": "the element is zero here, which supports neither",
@@ -311,13 +311,13 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
 
 
 def not_worth_keeping(findings: Findings) -> int | None:
-    """How many terms together stay below the parameters' stated uncertainty; None where none is stated."""
+    """Number of terms that together stay below the stated uncertainty; None if none is stated."""
     stated = findings.tables["beyond"].uncertainty.notnull().any()
     return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
 
 
 def ranking_table(findings: Findings, top: int | None = None) -> Table:
-    """Elements by torque: what each consists of, which effect dominates, and which is kept."""
+    """Elements by torque: parts, dominant effect, and effect kept."""
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
     for row in rows:
@@ -341,7 +341,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
 
 
 def _tables(findings: Findings) -> tuple[Fact, ...]:
-    """What JSON has besides."""
+    """Further tables for JSON."""
     tables, elements, tube = findings.tables, findings.element_model, findings.tables["tube"].attrs
     of_elements = {
         "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept"]],
@@ -366,7 +366,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
 
 
 def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
-    """What the results come from: label and value."""
+    """Origin of the results: label and value."""
     trajectory = findings.trajectory
     return [
         ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),

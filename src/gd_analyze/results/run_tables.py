@@ -1,4 +1,4 @@
-"""What a run found as labelled tables, one per group of the schema."""
+"""Results of a run as labelled tables, one per group of the schema."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, oper
 if TYPE_CHECKING:
     import xarray as xr
 
-# Columns of the ranking of terms with a number each; those of joints are whole.
+# Numeric columns of the ranking of terms; those of joints are integers.
 _OF_TERMS = ("weight", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint")
 
 
@@ -88,7 +88,7 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
 
 
 def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Dataset) -> xr.Dataset:
-    """Tabulate what the founding text's own method keeps, and what is lost with the rest.
+    """Tabulate the parts that the founding text's own method keeps, and the torque of the others.
 
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
@@ -122,7 +122,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 
 
 def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
-    """Tabulate what following verdicts costs, our own and the founding text's: torque errors, operations."""
+    """Tabulate torque errors and operations of models by verdicts, our own and the founding text's."""
     form, n = exact.form, exact.arm.n_joints
     names = VERDICTS if text_verdicts(exact.arm.name) else VERDICTS[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
@@ -157,7 +157,7 @@ def _by_element(form: ExactForm, kept: Terms, torque: int) -> list[int]:
 
 
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
-    """Tabulate the ranking of single terms; types are stated, as there may be none."""
+    """Tabulate the ranking of single terms; types are explicit, as there may be no terms."""
     terms, plain = ranking.terms, Plain()
     formulas = [term_formula(term.term, term.weight) for term in terms]
     below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
@@ -219,11 +219,11 @@ def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm, shares_of: s
 def budgets_table(
     path: Sequence[SimplifiedModel], factors: Sequence[float], ranking: TermRanking
 ) -> xr.Dataset:
-    """Tabulate what is kept, at what error and how many operations, for each multiple of the budget.
+    """Tabulate parts kept, errors and operations for each multiple of the budget.
 
-    Of a model of torque or energy terms, `kept` says which of the ranked torque terms remain: one remains as
-    long as anything does that makes it. Of a model of parts, `kept_parts` says which of these do. A recursion
-    keeps neither.
+    For a model of torque or energy terms, `kept` says which ranked torque terms remain: a term remains as
+    long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain. A
+    recursion has neither.
     """
     arm, level, counts = path[0].form.arm, path[0].level, [model.operations for model in path]
     values: dict[str, Any] = {
@@ -253,7 +253,7 @@ def beyond_table(
     uncertainty: Sequence[float] | None,
     states_drawn: int,
 ) -> xr.Dataset:
-    """Tabulate what the model does away from the set points; what is not known is not a number."""
+    """Tabulate the model's errors away from the set points; nan where unknown."""
     unknown = np.full(model.arm.n_joints, np.nan)
     certified = unknown if certificate is None else certificate.certified
     return table(
@@ -275,7 +275,7 @@ def beyond_table(
 
 
 def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -> xr.Dataset:
-    """Tabulate what is proven of a model around the motion, or found; what is not known is not a number."""
+    """Tabulate proven and found errors of a model around the motion; nan where unknown."""
     unknown, certificate = np.full(tube.lower.shape[::2], np.nan), held.certificate
     certified = found = unknown[0]
     if certificate is not None:
@@ -315,7 +315,7 @@ def joint_names(arm: RobotArm) -> dict[str, Any]:
 
 
 def _of_peak(error: FloatArray, model: SimplifiedModel) -> FloatArray:
-    """Share of peak torque; not a number where no torque acts."""
+    """Share of peak torque; nan where there is no torque."""
     peak = model.accuracy.errors.peak_torque
     return np.divide(error, peak, out=np.full_like(error, np.nan), where=peak > 0.0)
 
@@ -326,7 +326,7 @@ def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:
 
 
 def _counts(model: SimplifiedModel) -> dict[str, int]:
-    """Operations of a model, and of the exact torque in the fewest known."""
+    """Operations of a model, and of the cheapest exact torque known."""
     return {
         f"{kind}{suffix}": getattr(count, kind)
         for suffix, count in (("", model.operations), ("_full", model.operations_full))

@@ -26,7 +26,7 @@ from gd_analyze.simplification.verdicts import operations_by_quantity
 from gd_analyze.text import thousands
 
 _MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
-# Rows of what is left out that people see.
+# Rows of dropped parts shown to people.
 _ROWS = 12
 
 
@@ -38,9 +38,9 @@ def simplified_result(
     *,
     joint_velocities: bool = False,
 ) -> Result:
-    """Facts of a model fitted on states, with where it holds; coefficients are shown in few digits.
+    """Facts of a model fitted on states, and where its budget holds; coefficients are rounded.
 
-    Equations are in absolute velocities, or by element in those of the joints.
+    Equations are in absolute velocities, or by element in joint velocities.
     """
     model, certificate = held.model, held.certificate
     accuracy, arm = model.accuracy, model.arm
@@ -63,7 +63,7 @@ def simplified_result(
         proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
         if certificate is None:
             along = "trajectory" in accuracy.fitted_on
-            why = "more equations than are written out here; `gd-analyze certify` does it"
+            why = "too many equations to write out here; `gd-analyze certify` does it"
             proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
     search = Table(
         "search",
@@ -110,7 +110,7 @@ def simplified_result(
 def _model_parts(
     model: SimplifiedModel, states: States, digits: int, joint_velocities: bool
 ) -> tuple[Part, ...]:
-    """What the model is: parts kept, or equations."""
+    """The model itself: parts kept, or equations."""
     if model.level is ELEMENT:
         parts = parts_of(model.arm.n_joints)
         kept = [part.label for part in parts if part in model.terms]
@@ -148,7 +148,7 @@ def recursion_parts(model: SimplifiedModel, states: States, digits: int) -> tupl
 
 
 def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
-    """Products left of every link's regrouped parameters: for people, and for JSON."""
+    """Products left with every link's regrouped parameters: for people, and for JSON."""
     every = link_parameters(model.form, model.terms)
     acting = [one for one in every if one.places]
     kinds, links = dict.fromkeys(one.kind for one in acting), dict.fromkeys(one.link for one in acting)
@@ -159,10 +159,10 @@ def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
         columns.append(Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text"))
     matrix = Table(
         "",
-        "Regrouped parameters of the links: products left, of all",
+        "Regrouped parameters of the links: products kept / total",
         tuple(columns),
-        f"{'; '.join(['* with another number', '· never acts', *notes])}. The inertia that a joint does not "
-        "move is part of the previous link.",
+        f"{'; '.join(['* changed number', '· no effect', *notes])}. Inertia that a joint does not move is "
+        "added to the previous link.",
     )
     rows: dict[str, list[Any]] = {
         "link": [one.link + 1 for one in every],
@@ -183,7 +183,7 @@ def _left_out(model: SimplifiedModel, states: States, plain: Plain) -> Table:
     instead = [one.changed_by or first_terms(one.instead, plain) or "nothing" for one in found]
     return Table(
         "left_out",
-        "Left out, by torque alone at the states",
+        "Omissions by torque of each alone, at the states",
         (
             Column("link", "", [one.quantity.link + 1 for one in found]),
             Column("in", "in", [plain.symbol(one.quantity.symbol) for one in found], shown="text"),

@@ -1,8 +1,8 @@
-"""The results file: tables in HDF5, a group per concept, as JSON what is no table, and a digest at the end.
+"""The results file: tables in HDF5, a group per subject, a JSON document, and a digest at the end.
 
-A damaged HDF5 file can make the HDF5 library loop for ever, so damage has to be seen before the library
-looks. The digest follows the HDF5 data as one line of text. Readers of HDF5 know from its head how long the
-data are and take no notice of what follows; a program that edits the file loses or invalidates the line.
+A damaged HDF5 file can make the HDF5 library loop for ever, so damage must be detected before the library
+reads. The digest follows the HDF5 data as one line of text. HDF5 readers know the length of the data from the
+head and ignore what follows; a program that edits the file loses or invalidates the line.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FORMAT = "gd-analyze results"
 _HDF5, _MARK = b"\x89HDF\r\n\x1a\n", b"\ngd-analyze sha256 "
 # The mark, a digest in hexadecimal, the end of the line.
 SEAL_LENGTH = len(_MARK) + 64 + 1
-# Bytes read at a time: the memory that checking takes, whatever the length of the file.
+# Bytes read at a time, the memory needed for checking.
 _BLOCK = 2**20
 _DAMAGED, _NAME_IT = "the results file is damaged", "name the analysis.h5 of a results folder"
 _UNCHANGED = "a file as gd-analyze wrote it, e.g. analysis.h5"
@@ -48,28 +48,28 @@ _AGAIN = "take a copy that was not changed, or run the analysis again"
 
 
 def save_results(findings: Findings, path: str | Path) -> None:
-    """Write everything found into one HDF5 file, atomically.
+    """Write all results into one HDF5 file, atomically.
 
     Parameters
     ----------
     findings
-        What the main job found.
+        Results of the main job.
     path
-        The file, with the groups of `gd_analyze.schema.GROUPS`.
+        The file; it holds the groups of `gd_analyze.schema.GROUPS`.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     StoreError
-        If a number is not finite where all must be.
+        If a number is not finite although its variable must be.
     """
     with replacing(path) as temporary:
         write_results(findings, temporary)
 
 
 def write_results(findings: Findings, path: Path) -> None:
-    """Write the file as it is named, without a way back: for a place that is replaced as a whole."""
+    """Write the file in place, not atomically: for a path that is replaced as a whole."""
     models = {"model": findings.model}
     if findings.element_model is not findings.model:
         models["element_model"] = findings.element_model
@@ -86,14 +86,19 @@ def write_results(findings: Findings, path: Path) -> None:
 
 
 def load_findings(path: str | Path) -> Findings:
-    """Read a results file back as what the main job found, to make reports of it again.
+    """Read a results file back as the Findings of the main job.
 
-    Of a long trajectory, D, h and h_ijk are read from the file, which stays open, when they are asked for.
+    For a long trajectory, D, h and h_ijk are read on access, and the file stays open.
+
+    Parameters
+    ----------
+    path
+        The analysis.h5 of a results folder.
 
     Raises
     ------
     StoreError
-        As `load_results`, whose warnings are given, too.
+        As for `load_results`, with the same warnings.
     """
     path = Path(path)
     with _opened(path) as file:
@@ -128,12 +133,17 @@ def _model(document: Any) -> SimplifiedModel:
 
 
 def load_results(path: str | Path) -> xr.DataTree:
-    """Read a results file back.
+    """Read a results file back as labelled tables.
+
+    Parameters
+    ----------
+    path
+        The analysis.h5 of a results folder.
 
     Returns
     -------
     xarray.DataTree
-        The groups of `gd_analyze.schema.GROUPS` that the run has, in memory.
+        The groups of `gd_analyze.schema.GROUPS` that the run has, in memory; units are attributes.
 
     Raises
     ------
@@ -143,7 +153,7 @@ def load_results(path: str | Path) -> xr.DataTree:
     Warns
     -----
     GdAnalyzeWarning
-        If files of another run stand beside it in a folder of results.
+        If its folder contains files of another run.
     """
     import xarray as xr
 
@@ -160,7 +170,7 @@ def load_results(path: str | Path) -> xr.DataTree:
 def _read(
     file: h5py.File, most_rows: float = np.inf
 ) -> tuple[dict[str, xr.Dataset], dict[str, Any], RobotArm]:
-    """All tables, the JSON documents among them, and the arm; `most_rows` as for `read_table`."""
+    """All tables, including the JSON documents, and the arm; `most_rows` as for `read_table`."""
     stored = read_table(file, "documents", ())
     documents = json.loads(stored.json.values.tobytes())
     arm = arm_from_description(documents["arm"])
@@ -171,10 +181,10 @@ def _read(
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """Open a results file whose digest is right; whatever is wrong with it is a StoreError that names it.
+    """Open a results file whose digest is right; any fault raises a StoreError that names the file.
 
-    It stays open where all is well: tables of a long trajectory are read later. What reading a damaged file
-    raises has no common class.
+    It stays open if all is well, as tables of a long trajectory are read later. The exceptions of reading a
+    damaged file have no common class.
     """
     import h5py
 
@@ -202,7 +212,7 @@ def _require_ours(file: h5py.File, path: Path) -> None:
     attributes, groups = read_attributes(file), list(file)
     schema, is_ours = attributes.get("schema"), attributes.get("format") == FORMAT
     if is_ours and schema != SCHEMA_VERSION:
-        what, next_step = "is of another schema version", "use the gd-analyze that wrote it, or run again"
+        what, next_step = "has another schema version", "use the gd-analyze that wrote it, or run again"
         raise _refusal(path, f"the results file {what}", str(schema), str(SCHEMA_VERSION), next_step)
     if not is_ours or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
         what, expected = "this HDF5 file does not hold gd-analyze results", f"the groups {', '.join(GROUPS)}"
@@ -216,7 +226,7 @@ def _refusal(
 
 
 def seal(path: Path) -> None:
-    """Append the digest of all that a file holds."""
+    """Append the digest of a file's content."""
     with path.open("r+b") as file:
         digest = _digest(file, os.fstat(file.fileno()).st_size)
         file.seek(0, os.SEEK_END)
@@ -224,7 +234,7 @@ def seal(path: Path) -> None:
 
 
 def require_sealed(path: Path) -> None:
-    """Check that a file ends in the digest of what comes before: else it is cut short or changed."""
+    """Check that a file ends in the digest of its content; otherwise it is cut short or changed."""
     with path.open("rb") as file:
         if file.read(len(_HDF5)) != _HDF5:
             raise _refusal(path, f"{_DAMAGED} or not HDF5", "another kind of file")

@@ -1,4 +1,4 @@
-"""Whether the parts of a results file belong together: every table, model and term to one arm and motion."""
+"""Check that the parts of a results file belong together: to one arm, motion and model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Models = tuple[SimplifiedModel, SimplifiedModel, Torques]
-# What is found and what belongs there.
+# Value found and value expected.
 Pair = tuple[str, Any, Any]
 
 
@@ -31,11 +31,11 @@ def require_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models 
         for what, found, expected in pairs:
             if found != expected:
                 raise StoreError(
-                    f"{what} is not what belongs to the rest", expected=str(expected), found=str(found)
+                    f"{what} does not fit the rest of the file", expected=str(expected), found=str(found)
                 )
 
 
-# Of a long motion these have some set points.
+# For a long motion these hold a selection of set points.
 _OF_SOME_SET_POINTS = {"dominance_over_time", "robustness"}
 
 
@@ -48,7 +48,7 @@ def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
     for group, table in tables.items():
         for name, labels in of_arm.items():
             if name in table.dims:
-                # Gravity loading has one part, of which no verdict is in doubt.
+                # Gravity loading has one part, so its verdict is certain.
                 there = [label for label in labels if group != "robustness" or label[0] != "c"]
                 yield f"{name} of {group}", sorted(table[name].values.tolist()), there
         if "joint_name" in table:
@@ -67,7 +67,7 @@ def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
 
 
 def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
-    """What is not a number is what cannot be known; what is said twice is the same."""
+    """Numbers are nan exactly where they are unknown, and equal where they are stored twice."""
     motion, beyond, tube, parts = (tables[name] for name in ("trajectory", "beyond", "tube", "parts"))
     shown, path = tables["simplified_model"], tables["budgets"]
     if "stretch_from" in motion:

@@ -17,12 +17,12 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.trade_off import KINDS, TradeOffPoint, curves
 
-# Shares of peak torque for which the result says how many terms they take.
+# Shares of peak torque for which the result states the number of terms.
 _SHARES = (0.1, 0.01, 0.001)
 
 
 def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: int) -> Result:
-    """Every term with its torque and the error without it; people see `top` of them."""
+    """Every term with its torque and the error without it; people see the first `top`."""
     terms, arm, plain = ranking.terms, exact.arm, Plain()
     formulas = [term_formula(ranked.term, ranked.weight) for ranked in terms]
     units = [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms]
@@ -69,7 +69,7 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
             Fact("torque_uncertainty", "", ranking.uncertainty),
             Fact(
                 "not_worth_keeping",
-                "Last terms within the torque's uncertainty",
+                "Lowest-ranked terms within the torque's uncertainty",
                 ranking.not_worth_keeping,
                 shown="count",
                 text="unknown: the arm states no uncertainty" if ranking.uncertainty is None else None,
@@ -93,7 +93,7 @@ def trade_off_result(
         counts = [point.operations.total for point in row]
         columns.append(Column("", kind_name(level.name, refit), counts, shown="count"))
     title = "Multiplications and additions of one torque evaluation, by budget"
-    note = "Where no model takes fewer operations, the exact torque counts."
+    note = "If no model takes fewer operations, those of the exact torque are shown."
     every = (
         Column("level", "", [point.level.name for point in points]),
         *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),

@@ -40,16 +40,14 @@ class RobotArm:
     dh_table, convention
         The table the arm was built from, for display; empty when it was built otherwise.
     sources, assumptions
-        Where the numbers come from, and which of them are not published.
+        Origin of the numbers, and those that are not published.
     doubts
-        What looked wrong when the arm was read, a sentence each; warned of wherever the arm is used.
+        Implausible numbers found when the arm was read, a sentence each; every use of the arm warns of them.
     tip, tip_frame
-        The link that was asked for as the last, and its frame relative to that of the last link that moves:
-        a payload's.
+        The last link asked for, and its frame (of a payload) relative to that of the last moving link.
     spread
-        Of an identified arm: rows of one standard deviation each whose squares add up to the covariance of
-        the links' `PARAMETERS` and, last, of the drives' inertia, shape (k, n, 11). It takes the place of
-        the links' and drives' own uncertainties.
+        For an identified arm: factor S of the covariance S^T S of the links' `PARAMETERS` and, last, the
+        drives' inertia, shape (k, n, 11). It replaces the links' and drives' own uncertainties.
 
     Raises
     ------
@@ -86,7 +84,7 @@ class RobotArm:
         n = len(self.joints)
         for what, items in (("links", self.links), ("drives", self.drives), ("table rows", self.dh_table)):
             if len(items) != n and (items or what == "links"):
-                problem, found = f"{where} needs one of its {what} per joint", str(len(items))
+                problem, found = f"{where} needs as many {what} as joints", str(len(items))
                 raise ArmError(problem, where=where, expected=f"{n} {what}", found=found)
         if self.spread is not None:
             shape = (len(self.spread), n, 11)
@@ -94,7 +92,7 @@ class RobotArm:
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
                 what = f"link {link.name} states its inertia about the joint axis only"
-                expected = "this of the first link, behind a revolute joint, at most"
+                expected = "this only for the first link, behind a revolute joint"
                 raise ArmError(what, where=link.place, expected=expected, next_step="state the full inertia")
 
     def __repr__(self) -> str:
@@ -130,7 +128,7 @@ class RobotArm:
 
     @cached_property
     def mass(self) -> FloatArray:
-        """m_s, kg, shape (n,)."""
+        """Masses m_s, kg, shape (n,)."""
         return _read_only([link.mass for link in self.links])
 
     @cached_property
@@ -140,7 +138,7 @@ class RobotArm:
 
     @cached_property
     def inertia_com(self) -> FloatArray:
-        """I_s about the centres of mass in link frames, kg m^2, shape (n, 3, 3)."""
+        """Inertias I_s about the centres of mass, in link frames, kg m^2, shape (n, 3, 3)."""
         return _read_only([link.inertia_com for link in self.links])
 
     @cached_property
@@ -160,7 +158,7 @@ class RobotArm:
         return all(np.isfinite(self.limits(what)).all() for what in get_args(Limit))
 
     def counts_drives(self, asked: bool | None = None) -> bool:
-        """Whether the drives' inertia counts: as asked for, or else where the arm describes any."""
+        """Whether to include the drives' inertia: as asked, or else if the arm describes any."""
         return any(drive.inertia > 0.0 for drive in self.drives) if asked is None else asked
 
     @cached_property

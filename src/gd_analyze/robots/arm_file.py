@@ -1,4 +1,4 @@
-"""Reads an arm from a TOML file: keys, units and what each must hold, and the line that an error is about.
+"""Read an arm from a TOML file: keys, units and valid values, and the line of an error.
 
 Units are SI and radians unless a key has a suffix, such as `alpha_deg` and `a_mm`; docs/arms.md has all keys.
 """
@@ -37,7 +37,7 @@ from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, text_of
 from gd_analyze.text import in_python
 
-# A thousand joints with their links and drives.
+# Bytes of a thousand joints with their links and drives.
 _LARGEST_FILE = 1_000_000
 _EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
@@ -53,16 +53,16 @@ class Place:
         return "".join(f"[{key + 1}]" if isinstance(key, int) else f".{key}" for key in self.keys).lstrip(".")
 
     def at(self, *keys: str | int) -> Place:
-        """A place within."""
+        """A place within this one."""
         return Place(self.lines, (*self.keys, *keys))
 
     @property
     def where(self) -> Location:
-        """Its line, for messages."""
+        """Line of the place, for messages."""
         return self.lines.locate(self.keys)
 
     def error(self, problem: str, expected: str | None, found: str | None = None, hint: str = "") -> ArmError:
-        """Refusal of what stands there."""
+        """Error about the value at this place."""
         next_step = f"{hint} {_EXAMPLE}".strip()
         what = f"{self} {problem}"
         return ArmError(what, where=self.where, expected=expected, found=found, next_step=next_step)
@@ -74,11 +74,11 @@ REQUIRED = object()
 
 @dataclass(frozen=True)
 class Key:
-    """How a key's value is read, what stands for one that is left out, and the suffix of its unit."""
+    """Reader of a key's value, default of a missing one, and the suffix of its unit."""
 
     read: Reader
     default: Any = REQUIRED
-    suffix: str | None = None  # "_deg", "_mm", or "" where it depends on the kind of joint
+    suffix: str | None = None  # "_deg", "_mm", or "" if it depends on the kind of joint
 
 
 def _numbers(*shape: int, nonnegative: bool = False) -> Reader:
@@ -218,7 +218,7 @@ DRIVE = {
 
 
 def read_arm(path: str | Path) -> RobotArm:
-    """Read an arm from a TOML file; warns of implausible numbers, ArmError with the line of what is wrong."""
+    """Read an arm from a TOML file; warns of implausible numbers; an ArmError names the faulty line."""
     path = Path(path)
     content = text_of_arm_file(path)
     document = parsed_toml(path, content, "arm file")
@@ -228,12 +228,12 @@ def read_arm(path: str | Path) -> RobotArm:
 
 
 def arm_in(document: dict[str, Any], name: str) -> RobotArm:
-    """The arm of a file's content that no file holds; ArmError names it as the place."""
+    """The arm of a document in memory, called `name` in an ArmError."""
     return _arm(document, Place(TableLines(Path(name), "")))
 
 
 def read_drives(path: str | Path) -> tuple[Drive, ...]:
-    """Drives of a TOML file with a [[drives]] table per joint, and nothing else; ArmError as for an arm."""
+    """Drives of a TOML file with only a [[drives]] table per joint; ArmError as for an arm."""
     content = text_of_arm_file(Path(path))
     place = Place(TableLines(Path(path), content))
     tables = _table(parsed_toml(Path(path), content, "file of drives"), {"drives": FILE["drives"]}, place)
@@ -242,7 +242,7 @@ def read_drives(path: str | Path) -> tuple[Drive, ...]:
 
 
 def text_of_arm_file(path: Path) -> str:
-    """Text of an arm file; ArmError if it cannot be read, is not text, or is longer than any arm's."""
+    """Text of an arm file; ArmError if it cannot be read, is not text, or is too long."""
     return text_of(path, "arm file", _LARGEST_FILE)
 
 
@@ -267,12 +267,12 @@ def _table(given: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> d
             raise place.at(key).error("is missing", f"the key {key}")
     for prefix in ("", "frame_"):
         if found.get(f"{prefix}rpy") is not None and found.get(f"{prefix}rotation") is not None:
-            raise place.at(f"{prefix}rpy").error("and rotation say the same", "one of the two")
+            raise place.at(f"{prefix}rpy").error("and rotation are both given", "one of the two")
     return found
 
 
 def _likely(word: str, known: Iterable[str]) -> str:
-    """Key that a misspelt one stands for; its unit suffix stays, unless that is what is wrong."""
+    """Key most similar to a misspelt one; its unit suffix is kept unless it is the fault."""
     suffix = next((suffix for suffix in UNIT_SUFFIXES if word.endswith(suffix)), "")
     bare = word.removesuffix(suffix)
     near = difflib.get_close_matches(bare, list(known), n=1)

@@ -1,6 +1,6 @@
-"""Writes an arm as a TOML file that reads back as the same arm, number by number.
+"""Write an arm as a TOML file that reads back as the same arm, number by number.
 
-An arm that a Denavit-Hartenberg table describes keeps it; any other is written by placements.
+An arm given by a Denavit-Hartenberg table keeps it; any other is written with placements.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.robots.text_file import UNIT_SUFFIXES
 
-# Digits up to which an angle in degrees is short enough to be a person's.
+# Most digits of an angle in degrees as a person would write it.
 _SHORT = 6
 _DEGREE = UNIT_SUFFIXES["_deg"]
 
 
 def toml_of(arm: RobotArm) -> str:
-    """TOML of an arm, of which `read_arm` makes the same one, to the last bit of every number.
+    """TOML from which `read_arm` makes the same arm, to the last bit of every number.
 
     ArmError if a payload's link has uncertainties: a file cannot keep the two apart.
     """
@@ -54,7 +54,7 @@ def toml_of(arm: RobotArm) -> str:
 
 
 def _block(kind: str, values: Mapping[str, Any], keys: Mapping[str, Key]) -> str:
-    """Values that are known and not the defaults, angles in degrees where that is short and the same."""
+    """Values other than None and defaults; angles in degrees where that is short and exact."""
     entries = []
     for key, entry in keys.items():
         value = values[key]
@@ -73,7 +73,7 @@ def _lines(entries: Iterable[tuple[str, Any]]) -> str:
 
 
 def _value(value: Any) -> str:
-    """A value as TOML: numbers in the fewest digits that read back; JSON's escapes are TOML's too."""
+    """A value as TOML: numbers in the fewest exact digits; TOML shares JSON's escapes."""
     if value is None or isinstance(value, str | bool):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, float):
@@ -86,7 +86,7 @@ def _value(value: Any) -> str:
 
 
 def _in_degrees(angle: float) -> float | None:
-    """The same angle, to the last bit, in few digits; None where there is none."""
+    """The same angle, to the last bit, in degrees with few digits; None if there is none."""
     if not math.isfinite(angle):
         return angle
     rounded = (round(math.degrees(angle), digits) for digits in range(_SHORT + 1))
@@ -94,7 +94,7 @@ def _in_degrees(angle: float) -> float | None:
 
 
 def _convention(arm: RobotArm) -> str:
-    """The convention of the arm's table, or "placement" where it has none that makes the same arm."""
+    """The convention of the arm's table, or "placement" if no table gives the same arm."""
     for word, (name, placements_of) in CONVENTIONS.items():
         if not arm.dh_table or arm.convention != name:
             continue
@@ -110,7 +110,7 @@ def _convention(arm: RobotArm) -> str:
 
 
 def _same(a: FloatArray, b: FloatArray) -> bool:
-    """Bit by bit: the sign of a zero is part of a fingerprint."""
+    """Whether arrays are equal bit by bit: the sign of a zero is part of a fingerprint."""
     return a.tobytes() == b.tobytes()
 
 
@@ -124,7 +124,7 @@ def _joint(joint: Joint, row: DHRow | None) -> dict[str, Any]:
 
 
 def _turn(rotation: FloatArray, prefix: str) -> dict[str, Any]:
-    """A rotation by the shortest angles that make it bit by bit, or else as it is."""
+    """A rotation as the shortest angles that reproduce it bit by bit, or else as a matrix."""
     none, angles = {f"{prefix}rpy": None, f"{prefix}rotation": None}, angles_of(rotation)
     if _same(rotation, np.eye(3)):
         return none
@@ -139,7 +139,7 @@ def _link(link: Link) -> dict[str, Any]:
     values |= {"frame_xyz": link.frame.translation} | _turn(link.frame.rotation, "frame_")
     known = link.uncertainty
     if known is not None and known.body_mass is not None:
-        what = f"link {link.name} carries a payload, and its uncertainties are of the link alone"
+        what = f"link {link.name} carries a payload, and its uncertainties are for the link alone"
         way = "write the arm without its payload, and give the payload where the arm is used"
         raise ArmError(what, where=link.place, next_step=way)
     inertia = None if known is None or known.inertia is None else _tensor(known.inertia)
@@ -153,7 +153,7 @@ def _link(link: Link) -> dict[str, Any]:
 
 
 def _tensor(inertia: FloatArray) -> dict[str, float]:
-    """Entries, the mean of two that are one but for round-off; products that are not 0."""
+    """Entries of a tensor, symmetric ones averaged over round-off; without products that are 0."""
     mean = 0.5 * (inertia + inertia.T)
     entries = {"xx": mean[0, 0], "yy": mean[1, 1], "zz": mean[2, 2]}
     products = {"xy": mean[0, 1], "xz": mean[0, 2], "yz": mean[1, 2]}

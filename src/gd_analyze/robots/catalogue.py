@@ -1,4 +1,4 @@
-"""Arms by name (shipped with the package), by path (the user's own), or of a `pinocchio.Model`."""
+"""Arms by name (shipped with the package), by path (the user's own), or from a `pinocchio.Model`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gd_analyze.text import in_python
 if TYPE_CHECKING:
     import pinocchio
 
-# Suffixes of logs and set points, which no robot's file has, and of robots' files in XML.
+# Suffixes of logs and set points, which no robot file has, and of robot files in XML.
 _OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
 _OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
 
@@ -35,7 +35,7 @@ def builtin_arms() -> dict[str, Path]:
 
 
 def arm_of(given: RobotArm | str | Path) -> RobotArm:
-    """An arm, or the one that a built-in name or a path stands for; raises as `load_arm`."""
+    """An arm itself, or the one given by a built-in name or a path; raises as `load_arm`."""
     return given if isinstance(given, RobotArm) else load_arm(given)
 
 
@@ -49,22 +49,21 @@ def load_arm(
     gravity: Sequence[float] | str | None = None,
     drive_inertia: Sequence[float] | str | None = None,
 ) -> RobotArm:
-    """Load a built-in arm by name, any arm by its TOML, URDF or MJCF file, or that of a `pinocchio.Model`.
+    """Load a built-in arm by name, or an arm from a TOML, URDF or MJCF file or a `pinocchio.Model`.
 
     Parameters
     ----------
     name_or_path
-        A name that `builtin_arms` lists, the path of a file, or a model in memory.
+        A name listed by `builtin_arms`, the path of a file, or a model in memory.
     tip, base
-        Of URDF, MJCF and models: the links that the arm ends and begins with. Joints that are not between
-        them are held.
+        For URDF, MJCF and models: last and first link of the arm. Joints that are not between them are held.
     lock
         Joints held at a value, rad or m: a mapping, or texts such as "elbow=90deg" and "slide=20mm". All
         other held joints are held at 0.
     limits
-        Acceleration limits, which URDF and MJCF do not have: a mapping by joint, texts such as "elbow=10",
-        "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may state ranges and
-        velocity limits as well.
+        Acceleration limits, which URDF and MJCF lack: a mapping by joint, texts such as "elbow=10",
+        "all=600deg" or "10,10,20", or a file such as MoveIt's joint_limits.yaml, which may also state ranges
+        and velocity limits.
     gravity
         g in the base frame, m/s^2, in place of the file's: three numbers, or their text "0,0,-1.62".
     drive_inertia
@@ -79,14 +78,14 @@ def load_arm(
     Raises
     ------
     ArmError
-        If there is neither such an arm nor such a file, or the file is not a possible arm.
+        If there is no such arm or file, or the file does not describe a valid arm.
     UsageError
         If `lock`, `limits`, `gravity` or `drive_inertia` cannot be read.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of implausible numbers in the file.
+        If numbers in the file are implausible.
 
     Examples
     --------
@@ -105,7 +104,7 @@ def load_arm(
         warn_of_implausible(arm, stacklevel=2)
         return arm
     if tip is not None or base is not None or locked:
-        what = f"arm {name_or_path} is one chain, all of which moves: there is nothing to choose"
+        what = f"arm {name_or_path} is a single chain with all joints moving: there is nothing to choose"
         raise ArmError(what, where="--tip, --base, --lock", next_step="leave them out")
     return _supplemented(with_limits(read_arm(path), limits), gravity, drive_inertia)
 
@@ -113,7 +112,7 @@ def load_arm(
 def _supplemented(
     arm: RobotArm, gravity: Sequence[float] | str | None, drive_inertia: Sequence[float] | str | None
 ) -> RobotArm:
-    """The arm with other gravity, and other inertia of its drives."""
+    """The arm with its gravity and drive inertia replaced."""
     if gravity is not None:
         arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2")))
     if isinstance(drive_inertia, str) and drive_inertia.endswith(".toml"):
@@ -126,17 +125,17 @@ def _supplemented(
 
 
 def _numbers(given: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
-    """So many numbers, given as such or as a text; or UsageError."""
+    """Numbers given as such or as text; UsageError unless there are `count`."""
     values = [value_in(word) for word in (given.split(",") if isinstance(given, str) else given)]
     known = [value for value in values if value is not None]
     if len(known) == len(values) == count:
         return known
     expected, found = f"{count} numbers with commas, {unit}", in_python(given)
-    raise UsageError("these are not the numbers", where=where, expected=expected, found=found)
+    raise UsageError("the numbers are not as expected", where=where, expected=expected, found=found)
 
 
 def is_xml(path: Path) -> bool:
-    """Whether a file is meant to be XML, by its suffix or its first character."""
+    """Whether a file is XML, by its suffix or its first character."""
     if path.suffix.lower() in _OF_XML:
         return True
     try:
@@ -151,13 +150,13 @@ def _path_of(name_or_path: object) -> Path:
     if not isinstance(name_or_path, str | PathLike):
         expected = "the name of a built-in one, the path of an arm's file, or a pinocchio.Model"
         found = in_python(name_or_path)
-        raise ArmError("this is no arm", where="arm", expected=expected, found=found)
+        raise ArmError("this is not an arm", where="arm", expected=expected, found=found)
     builtin = builtin_arms()
     given = str(name_or_path)
     if given in builtin:
         return builtin[given]
     path = Path(name_or_path)
-    with suppress(OSError):  # a name too long for the file system is no file either
+    with suppress(OSError):  # a name too long for the file system is not a file
         suffix, is_folder = path.suffix.lower(), bool(given) and path.is_dir()
         others = "models" if suffix == ".json" else "logs and set points" * (suffix in _OF_LOGS)
         if path.is_file() and not others:
@@ -165,7 +164,7 @@ def _path_of(name_or_path: object) -> Path:
         if is_folder or path.is_file():
             found = "a folder" if is_folder else f"a {suffix} file, as {others} are"
             way = "name the file in it" if is_folder else "name the robot's own file first"
-            raise ArmError("this is no robot's file", where=Location(path), found=found, next_step=way)
+            raise ArmError("this is not a robot file", where=Location(path), found=found, next_step=way)
     near = difflib.get_close_matches(given, builtin, n=1)
     way = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"
     expected = f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file"

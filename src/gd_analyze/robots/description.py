@@ -1,4 +1,4 @@
-"""An arm as plain JSON values, and the fingerprint of the numbers that act on its dynamics."""
+"""An arm as plain JSON values, and the fingerprint of the numbers that determine its dynamics."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ _TEXTS = ("sources", "assumptions", "doubts")
 
 
 def describe(arm: RobotArm) -> dict[str, Any]:
-    """Everything that acts on the dynamics, its uncertainties, names and limits, as plain JSON values."""
+    """All dynamic parameters with uncertainties, names and limits, as plain JSON values."""
     keys = ("name", "title", "gravity", "joints", "links", "drives")
     spread = {} if arm.spread is None else {"spread": arm.spread.tolist()}
     return {key: _plain(getattr(arm, key)) for key in keys} | spread
 
 
 def describe_in_full(arm: RobotArm) -> dict[str, Any]:
-    """Everything there is to show: also table, sources, assumptions and doubts."""
+    """The same with Denavit-Hartenberg table, sources, assumptions and doubts."""
     return describe(arm) | {key: _plain(getattr(arm, key)) for key in ("dh_table", "convention", *_TEXTS)}
 
 
 def arm_from_description(description: dict[str, Any]) -> RobotArm:
-    """Arm of what `describe` or `describe_in_full` gave; ArmError, KeyError or TypeError of other things."""
+    """Arm from the result of `describe` or `describe_in_full`; else ArmError, KeyError or TypeError."""
     texts: dict[str, Any] = {key: tuple(description.get(key, [])) for key in _TEXTS}
     placed = [{**joint, "placement": Placement(**joint["placement"])} for joint in description["joints"]]
     return RobotArm(
@@ -48,9 +48,9 @@ def arm_from_description(description: dict[str, Any]) -> RobotArm:
 
 
 def fingerprint(arm: RobotArm, drives: bool = False) -> str:
-    """SHA-256 of the numbers that act on torque at a state; drives on request.
+    """SHA-256 of the numbers that determine torque at a state; drives on request.
 
-    Never of names, limits and uncertainties: results remain those of the same arm when it is known better.
+    It excludes names, limits and uncertainties, so that better knowledge of an arm keeps its results valid.
     """
     description = describe(arm)
     acting = {
@@ -70,7 +70,7 @@ def _link(value: dict[str, Any]) -> Link:
 
 
 def _plain(value: Any) -> Any:
-    """A part as plain JSON values: without where it is described, and without the link behind a payload."""
+    """A part as plain JSON values, without its place in a file and the link without payload."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):

@@ -1,7 +1,7 @@
 """Rotations, exact at right angles, and Denavit-Hartenberg rows, standard (FGL87) and modified (Craig).
 
-A maker's file says 1.5708 where pi/2 is meant. The rest of 4e-6 rad would turn zeros of the equations of
-motion into terms, and parallel axes into skew ones.
+Makers' files write 1.5708 for pi/2. The difference of 4e-6 rad would turn zeros of the equations of motion
+into terms, and parallel axes into skew ones.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.parts import DHRow, JointKind, Placement
 
-# 1.5708 is 3.7e-6 rad off pi/2, 3.1416 is 7.3e-6 off pi; no joint is assembled as exactly as that.
+# 1.5708 is 3.7e-6 rad off pi/2, 3.1416 is 7.3e-6 off pi; no joint is assembled that exactly.
 RIGHT = 1e-5
-# 3.14 is 1.6e-3 rad off pi. Joints are misaligned by as much, so that this is only suspected.
+# 3.14 is 1.6e-3 rad off pi. Real joints may be misaligned as much, so this is only suspected.
 _SUSPECT = 2e-3
-# Nobody measures nanometres of an arm.
+# No dimension of an arm is known to nanometres.
 _NO_LENGTH = 1e-9
-# What remains of a zero after a dozen products of rotations, of entries up to 1: 50 round-offs and more.
+# Residue of a zero after a dozen products of rotations with entries up to 1: over 50 round-offs.
 _ROUND_OFF = 1e-12
 
 
@@ -55,7 +55,7 @@ def angles_of(rotation: FloatArray) -> tuple[float, float, float]:
     """Roll, pitch and yaw of a rotation, rad, to round-off; pitch within a quarter turn."""
     cosine = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], cosine)
-    if cosine < 1e-9:  # roll and yaw turn about one axis then
+    if cosine < 1e-9:  # roll and yaw then turn about the same axis
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
     roll, yaw = math.atan2(rotation[2, 1], rotation[2, 2]), math.atan2(rotation[1, 0], rotation[0, 0])
     return roll, pitch, yaw
@@ -64,8 +64,8 @@ def angles_of(rotation: FloatArray) -> tuple[float, float, float]:
 def standard_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placement]:
     """Joint placement and link frame of A_i = Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha).
 
-    The constant part of the joint's own motion commutes with it and is put behind it, so that the joint
-    frame's origin stays FGL87's p_{i-1}; a prismatic joint's theta turns the frame. [FGL87] Eq. (3.2-5).
+    The constant part of the joint's motion commutes with it and is applied after it, so that the joint
+    frame's origin stays p_{i-1}; a prismatic joint's theta turns the frame. [FGL87] Eq. (3.2-5).
     """
     behind = Placement(_about(0, row.alpha), np.array([row.a, 0.0, row.d]))
     turn = _about(2, row.theta)
@@ -80,7 +80,7 @@ def modified_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placeme
     return before, Placement(_about(2, row.theta), np.array([0.0, 0.0, row.d]))
 
 
-# By the word of an arm file: the convention's name, and the two placements of a row.
+# By its word in arm files: the convention's name, and the two placements of a row.
 CONVENTIONS = {
     "standard": ("standard Denavit-Hartenberg", standard_placements),
     "modified": ("modified Denavit-Hartenberg", modified_placements),
@@ -89,14 +89,14 @@ CONVENTIONS = {
 
 @dataclass
 class RightAngles:
-    """Largest changes by link, and doubts; a joint's numbers are about the link that it leads to."""
+    """Largest changes by link, and doubts; a joint's numbers are listed under its child link."""
 
     angles: dict[str, float] = field(default_factory=dict)  # rad
     lengths: dict[str, float] = field(default_factory=dict)  # m
     suspects: list[tuple[str, str]] = field(default_factory=list)  # link, sentence
 
     def angle(self, text: str, link: str, place: object, turn: float = 2 * math.pi) -> str:
-        """An angle as written, right ones exact; a full turn is `turn`, and `place` its line, for a doubt."""
+        """An angle as written, right angles exact; `turn` is a full turn, `place` the line for a doubt."""
         value, quarter = float(text), turn / 4
         if abs(value) > (1.0 + 1e-4) * turn:
             doubt = (
@@ -106,14 +106,14 @@ class RightAngles:
         near = round(value / quarter)
         off = abs(value - near * quarter) * 2 * math.pi / turn
         if off <= RIGHT:
-            # Round-off of the number as written is no change.
+            # Rounding of the number as written is not a change.
             if off > 8 * np.finfo(float).eps * max(1.0, abs(near)):
                 _note(self.angles, link, off)
             return repr(near * quarter)
         if near and off <= _SUSPECT and off * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
             doubt = (
-                f"{place}: an angle of {text} is {off:.1g} rad off a right angle and taken as written; "
-                f"if {near * quarter:.6g} is meant, give it six digits"
+                f"{place}: an angle of {text} is {off:.1g} rad off a right angle and used as written; "
+                f"if {near * quarter:.6g} is meant, give six digits"
             )
             self.suspects.append((link, doubt))
         return text
@@ -136,12 +136,12 @@ class RightAngles:
         return out
 
     def rotation(self, rotation: FloatArray, words: Sequence[str], link: str, place: object) -> FloatArray:
-        """A rotation with exact zeros, orthonormal again; `words` are the numbers it was written in."""
+        """A rotation with exact zeros, made orthonormal; `words` are its numbers as written."""
         found = straight(rotation, RIGHT)
         off, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
         if RIGHT < off <= min(_SUSPECT, 4 * 10.0**-digits):
-            doubt = f"a rotation of {' '.join(words)} is {off:.1g} off a right angle and taken as written"
-            self.suspects.append((link, f"{place}: {doubt}; if the right angle is meant, give it six digits"))
+            doubt = f"a rotation of {' '.join(words)} is {off:.1g} off a right angle and used as written"
+            self.suspects.append((link, f"{place}: {doubt}; if a right angle is meant, give six digits"))
         self._note_turn(link, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
         return found
 
@@ -150,11 +150,11 @@ class RightAngles:
             _note(self.angles, link, change)
 
     def assumptions(self, links: Container[str]) -> tuple[str, ...]:
-        """Changes made to some links, and the largest, a sentence for angles and one for lengths."""
+        """Changes made to some links: a sentence for angles and one for lengths, each with the largest."""
         sentences = []
         for changes, what, unit in (
-            (self.angles, f"Angles within {RIGHT:g} rad of a right angle are taken as right", "rad"),
-            (self.lengths, f"Lengths below {_NO_LENGTH:g} m are taken as 0", "m"),
+            (self.angles, f"Angles within {RIGHT:g} rad of a right angle are made right", "rad"),
+            (self.lengths, f"Lengths below {_NO_LENGTH:g} m are set to 0", "m"),
         ):
             of_these = {link: change for link, change in changes.items() if link in links}
             if of_these:
@@ -169,7 +169,7 @@ def _note(changes: dict[str, float], link: str, change: float) -> None:
 
 
 def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
-    """Set the smallest entries of a rotation to 0 and make its rows orthonormal again.
+    """Set entries of a rotation below the tolerance to 0 and make its rows orthonormal again.
 
     The rows with the most zeros come first, so that no zero is lost to those that follow.
     """
@@ -185,7 +185,7 @@ def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
 
 
 def without_round_off(values: FloatArray, scale: float | None = None) -> FloatArray:
-    """Set to 0 what is round-off beside `scale`, or else beside the largest value and 1."""
+    """Set values to 0 that are round-off relative to `scale`, or else to the largest value and 1."""
     scale = max(1.0, float(np.abs(values).max())) if scale is None else scale
     out: FloatArray = np.where(np.abs(values) <= _ROUND_OFF * scale, 0.0, values)
     return out

@@ -1,4 +1,4 @@
-"""Everything there is to know of an arm, as a `Result`."""
+"""All data of an arm as a `Result`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SHOWN: dict[str, Shown] = {"#": "count", "joint": "name", "link": "name", "move
 
 
 def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
-    """Tables of an arm; what was warned of when it was read stands first."""
+    """Tables of an arm, preceded by the warnings of reading it."""
     document = {"suspicious": list(suspicious), **describe_in_full(arm), "fingerprint": fingerprint(arm)}
     places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
@@ -54,7 +54,7 @@ def _sentences(title: str, sentences: Sequence[str]) -> list[Section]:
 
 
 def _cells(values: Iterable[float | None]) -> list[str]:
-    """Numbers as they are given; ? where none is stated."""
+    """Numbers as given; ? if not stated."""
     return ["?" if value is None else f"{value:g}" for value in values]
 
 
@@ -92,16 +92,16 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
 def _placements(arm: RobotArm) -> Iterator[Table]:
     joints = enumerate(arm.joints, start=1)
     rows = [[i, *_pose(joint.placement), _axis(joint.axis), joint.kind] for i, joint in joints]
-    title = "Joint frames, each in the frame of the link before: place (m), angles about x, y, z (°), axis"
+    title = "Joint frames in the preceding link's frame: position (m), angles about x, y, z (°), axis"
     yield _table(title, ["#", *_POSE, "axis", "kind"], rows)
     frames = [link.frame for link in arm.links]
     if any(frame.translation.any() or (frame.rotation != np.eye(3)).any() for frame in frames):
-        title = "Link frames, each in its joint's: place (m), angles about x, y, z (°)"
+        title = "Link frames in their joint's frame: position (m), angles about x, y, z (°)"
         yield _table(title, ["#", *_POSE], [[i, *_pose(frame)] for i, frame in enumerate(frames, start=1)])
 
 
 def _pose(placement: Placement) -> list[str]:
-    # Twelve digits of a degree are round-off; a zero has no sign.
+    # Beyond twelve digits degrees are round-off; a zero has no sign.
     angles = (round(math.degrees(angle), 9) + 0.0 for angle in angles_of(placement.rotation))
     return _cells([*(placement.translation + 0.0), *angles])
 
@@ -124,7 +124,7 @@ def _links(arm: RobotArm) -> Iterator[Table | Fact]:
     yield _table(title, ["link", "xx", "yy", "zz"], rows, note)
     if has_products:
         rows = [[link.name, *_cells(link.inertia_com[_PRODUCTS])] for link in arm.links]
-        yield _table("Products of inertia, as they stand in the tensor", ["link", "xy", "xz", "yz"], rows)
+        yield _table("Products of inertia, entries of the tensor", ["link", "xy", "xz", "yz"], rows)
     measured = ", ".join(link.name for link in arm.links if link.as_measured)
     axial = ", ".join(link.name for link in arm.links if link.axial_only)
     yield Fact("", "Inertia kept as measured" * bool(measured), measured, shown="text")

@@ -1,4 +1,4 @@
-"""Joint values with units, limits that a user adds to an arm's, and finite limits for a box of states."""
+"""Joint values with units, limits added to an arm by the user, and finite limits for a box of states."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Given = Mapping[str, float] | Sequence[str] | str | Path | None
 
 # MoveIt writes 0.2 kB per joint.
 _LARGEST_FILE = 200_000
-# MoveIt's keys: the arm's name of each limit, and what says that it holds.
+# MoveIt's keys: the arm's name of each limit, and the key that enables it.
 _KEYS = {
     "max_acceleration": ("acceleration_limit", "has_acceleration_limits"),
     "max_velocity": ("velocity_limit", "has_velocity_limits"),
@@ -32,7 +32,7 @@ _KEYS = {
     "max_position": ("upper", "has_position_limits"),
 }
 _UNITS = {"deg": math.pi / 180, "mm": 1e-3, "rad": 1.0, "m": 1.0}
-# Limits of a box where an arm states none: half a turn or half a metre each way, per s and per s^2.
+# Limits of a box if an arm states none: half a turn or half a metre each way, per s and per s^2.
 _ORDINARY = (
     ("a range of +-", {"revolute": np.pi, "prismatic": 0.5}, ""),
     ("a velocity of ", {"revolute": 2.0, "prismatic": 2.0}, "/s"),
@@ -41,7 +41,7 @@ _ORDINARY = (
 
 
 def value_in(given: object) -> float | None:
-    """SI value of a number, or of a text with or without a unit (90deg, 20mm); None where it is none."""
+    """SI value of a number, or of a text with or without a unit (90deg, 20mm); None if it is neither."""
     factor = 1.0
     if isinstance(given, str):
         text = given.strip()
@@ -53,7 +53,7 @@ def value_in(given: object) -> float | None:
 
 
 def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
-    """Values of joints to lock, rad or m, of a mapping or of texts such as elbow=90deg; or UsageError."""
+    """Values of joints to lock, rad or m, from a mapping or texts such as elbow=90deg; or UsageError."""
     pairs = given.items() if isinstance(given, Mapping) else map(_pair, given or ())
     values: dict[str, float] = {}
     for joint, value in pairs:
@@ -61,7 +61,7 @@ def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, flo
         if not joint or number is None:
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             found = f"{joint}={value}" if joint else str(value)
-            raise UsageError("this locks no joint", where="--lock", expected=expected, found=found)
+            raise UsageError("no joint with a value", where="--lock", expected=expected, found=found)
         if joint in values:
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number
@@ -74,9 +74,9 @@ def _pair(text: object) -> tuple[str, str]:
 
 
 def with_limits(arm: RobotArm, given: Given) -> RobotArm:
-    """Add accelerations by joint, texts ("joint=value", "all=value", values of all), or those of a file.
+    """Add acceleration limits: by joint, as texts ("joint=value", "all=value", all values), or from a file.
 
-    Raises UsageError of a word that is none of these, and ArmError of a file.
+    Raises UsageError for any other word, and ArmError for a file.
     """
     if not given:
         return arm
@@ -95,7 +95,7 @@ def with_limits(arm: RobotArm, given: Given) -> RobotArm:
 
 
 def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
-    """Accelerations by joint of a mapping or a text."""
+    """Acceleration limits by joint, from a mapping or a text."""
     known = [joint.name for joint in arm.joints]
     if isinstance(given, Mapping):
         stated = dict(given)
@@ -108,7 +108,7 @@ def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
     for name, value in stated.items():
         number = value_in(value)
         if number is None or not number > 0 or not name:
-            what, wrong = "this is no acceleration limit", f"{name}={value}" if name else in_python(given)
+            what, wrong = "this is not an acceleration limit", f"{name}={value}" if name else in_python(given)
             expected = f"joint=value, all=value, {len(known)} values with commas, or a .yaml or .toml file"
             way = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(what, where="--limits", expected=expected, found=wrong, next_step=way)
@@ -120,7 +120,7 @@ def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
 
 
 def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
-    """Limits of the arm's joints in a file, which may have those of others, too."""
+    """Limits of the arm's joints in a file, which may hold other joints, too."""
     text = text_of(path, what := "file of limits", _LARGEST_FILE)
     is_toml = path.suffix.lower() == ".toml"
     table = _joint_limits(parsed_toml(path, text, what) if is_toml else parsed_yaml(path, text, what))
@@ -130,12 +130,12 @@ def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
         return found
     listed = "no table joint_limits" if table is None else ", ".join(str(name) for name in list(table)[:12])
     what, found_instead = f"the file limits no joint of arm {arm.name}", listed or "no joint"
-    expected = f"a table joint_limits, as MoveIt's joint_limits.yaml has, of {', '.join(names)}"
+    expected = f"a table joint_limits, as in MoveIt's joint_limits.yaml, of {', '.join(names)}"
     raise ArmError(what, where=Location(path), expected=expected, found=found_instead)
 
 
 def _limits(name: str, table: object, path: Path) -> dict[str, float]:
-    """Limits in a joint's table, by the arm's names."""
+    """Limits in a joint's table, under the arm's names."""
     stated = table if isinstance(table, Mapping) else {}
     found: dict[str, float] = {}
     for key, (limit, holds) in _KEYS.items():
@@ -144,7 +144,7 @@ def _limits(name: str, table: object, path: Path) -> dict[str, float]:
             continue
         value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
         if value is None or not (value > 0 or "position" in key):
-            what, found_there = f"{key} of joint {name} is no limit", in_python(stated.get(key))
+            what, found_there = f"{key} of joint {name} is not a limit", in_python(stated.get(key))
             way = f"give a number{'' if 'position' in key else ' above 0'}, or set {holds} to false"
             raise ArmError(what, where=Location(path), found=found_there, next_step=way)
         found[limit] = value
@@ -162,19 +162,19 @@ def _joint_limits(document: Any, depth: int = 3) -> Mapping[Any, Any] | None:
     return next((found for found in below if found is not None), None)
 
 
-# References to other parts of a file of limits.
+# Most references to other parts of a file of limits.
 _MOST_ALIASES = 20
 
 
 def parsed_yaml(path: Path, text: str, what: str) -> Any:
-    """YAML with the units that some robots' limits have, !degrees and !radians; ArmError if it is none."""
+    """Parsed YAML, with the tags !degrees and !radians of some robots' limits; ArmError if it is not YAML."""
     import yaml  # 0.02 s at every start
 
-    class Loader(yaml.SafeLoader):  # the one in C crashes where lists nest deep
+    class Loader(yaml.SafeLoader):  # the C loader crashes on deeply nested lists
         aliases = 0
 
         def compose_node(self, parent: Any, index: Any) -> Any:
-            # Merged into one another, a few lines of them fill any memory.
+            # Nested in each other, a few lines of aliases fill any memory.
             self.aliases += self.check_event(yaml.AliasEvent)
             if self.aliases > _MOST_ALIASES:
                 raise yaml.MarkedYAMLError(problem=f"more than {_MOST_ALIASES} aliases")
@@ -192,7 +192,7 @@ def parsed_yaml(path: Path, text: str, what: str) -> Any:
         where = Location(path, *((mark.line + 1, mark.column + 1) if mark else ()))
         found = str(getattr(error, "problem", None) or error)
     except (RecursionError, ValueError):
-        where, found = Location(path), "lists that nest too deep, or a number that is none"
+        where, found = Location(path), "lists nested too deep, or an invalid number"
     raise ArmError(f"the {what} is not valid YAML", where=where, found=found, next_step="fix it there")
 
 
@@ -204,11 +204,11 @@ class BoxLimits:
     upper: FloatArray
     velocity: FloatArray  # largest magnitude, per s
     acceleration: FloatArray  # per s^2
-    remark: str  # which of them the arm does not state, for behind what names the limits, or ""
+    remark: str  # limits that the arm does not state, as a suffix to the limits' name, or ""
 
 
 def box_limits(arm: RobotArm) -> BoxLimits:
-    """Limits of an arm, with ordinary ones, warned of, in the place of those it does not state."""
+    """Limits of an arm; those it does not state are assumed, with a warning."""
     lower, upper = arm.limits("lower"), arm.limits("upper")
     velocity, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
     stated = (np.isfinite(lower) & np.isfinite(upper), np.isfinite(velocity), np.isfinite(acceleration))

@@ -1,8 +1,8 @@
-"""Reads a robot from MuJoCo's MJCF: what Pinocchio's reader passes over is read here, or refused by name.
+"""Read a robot from MuJoCo's MJCF: what Pinocchio's reader ignores is read here, or refused by name.
 
-Pinocchio sees the compiler's settings, defaults of joints and shapes, and the bodies with their joints and
-inertias: named, one joint each, right angles exact, no meshes. It knows no gravity but 9.81 along z, mistakes
-reference values, and joins several joints of a body into one, so that these are taken from the text.
+Pinocchio gets the compiler's settings, defaults of joints and shapes, and the bodies with their joints and
+inertias: named, one joint each, with exact right angles, without meshes. It assumes gravity 9.81 along z,
+misreads reference values, and joins several joints of a body into one, so that these are read here.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from gd_analyze.robots.tree import Mimic, Notes, Tree, named
 _EXPANDED_BY_MUJOCO = ("include", "frame", "replicate", "attach", "composite", "flexcomp")
 _OF_COMPILER = ("angle", "eulerseq", "autolimits")
 _CHANGES_MASS = ("settotalmass", "boundmass", "boundinertia", "inertiafromgeom")
-# Numbers of each way to place a body.
+# Number of values of each way to place a body.
 _POSE = {"pos": 3, "quat": 4, "euler": 3, "axisangle": 4, "xyaxes": 6, "zaxis": 3}
 _OF_JOINT = ("type", "pos", "range", "limited", "armature", "damping", "frictionloss", "class",
              "actuatorfrcrange")  # fmt: skip
@@ -41,7 +41,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
             raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=way)
     worlds = root.all("worldbody")
     if not worlds:
-        what, way = "the file describes no bodies", "name the robot's own file, no scene's or defaults'"
+        what, way = "the file describes no bodies", "name the robot's own file, not a scene or defaults"
         raise ArmError(what, where=root.where, expected="a <worldbody>", next_step=way)
     world = Node("worldbody", {}, worlds[0].where, [child for one in worlds for child in one.children])
     compilers, notes = root.all("compiler"), Notes(path)
@@ -57,7 +57,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     bare = Node("mujoco", {"model": "robot"}, root.where)
     bare.children = [node.kept(_OF_COMPILER) for node in compilers]
     defaults = root.all("default")
-    if defaults:  # several sections are one
+    if defaults:  # several sections are merged
         inside = [child for node in defaults for child in node.children]
         bare.children.append(_defaults(Node("default", defaults[0].attributes, defaults[0].where, inside)))
     bare.children.append(world.kept((), {}, *_placed_roots(bodies.below(world, "world"))))
@@ -83,13 +83,13 @@ def read_mjcf(path: Path, root: Node) -> Tree:
                 notes.doubts.append(("", doubt))
     _limit_efforts(root, model)
     if bodies.shaped:
-        sentence = f"Mass and inertia from primitive shapes, as none are stated: {named(bodies.shaped)}."
+        sentence = f"Mass and inertia not stated, computed from primitive shapes: {named(bodies.shaped)}."
         notes.assumptions.append(sentence)
     return tree
 
 
 def _placed_roots(roots: list[Node]) -> list[Node]:
-    """Bodies of the world, fixed ones within one more body: Pinocchio drops the pose of the first body."""
+    """Bodies of the world; fixed ones get an outer body, as Pinocchio drops the pose of the first body."""
     floating = [body for body in roots if any(one.attributes.get("type") == "free" for one in body.children)]
     fixed = [body for body in roots if body not in floating]
     if not any(_POSE.keys() & body.attributes.keys() for body in fixed):
@@ -124,7 +124,7 @@ def _note_equalities(root: Node, sites: dict[str, str], notes: Notes) -> None:
 
 
 def _limit_efforts(root: Node, model: Any) -> None:
-    """Limit a joint's effort to what its actuator gives, where that is stated, by itself or by its class."""
+    """Limit a joint's effort to its actuator's, if stated there or in its class."""
     limits, classes = model.effortLimit, dict[str, Node]()
     for default in root.all("default"):
         _note_classes(default, {}, classes)
@@ -144,7 +144,7 @@ def _limit_efforts(root: Node, model: Any) -> None:
 
 
 def _note_classes(default: Node, above: dict[str, dict[str, str]], classes: dict[str, Node]) -> None:
-    """Note what every class of defaults states of actuators, and what it takes from the one around it."""
+    """Collect the actuator defaults of every class, including those inherited from the outer class."""
     name, stated = default.attributes.get("class", "main"), dict(above)
     for node in default.children:
         if node.tag != "default":
@@ -155,12 +155,12 @@ def _note_classes(default: Node, above: dict[str, dict[str, str]], classes: dict
 
 
 class _Bodies:
-    """Bodies on their way to Pinocchio."""
+    """Bodies prepared for Pinocchio."""
 
     def __init__(self, notes: Notes, turn: float) -> None:
         self.notes = notes
-        self.turn = turn  # a full one in the file's unit of angles
-        self.references: dict[str, float] = {}  # values of joints in the pose that is written down
+        self.turn = turn  # full turn in the file's unit of angles
+        self.references: dict[str, float] = {}  # values of joints in the file's pose
         self.sites: dict[str, str] = {}  # the body of each site
         self.shaped: list[str] = []  # bodies whose mass comes from primitive shapes
 
@@ -169,7 +169,7 @@ class _Bodies:
         return [self._body(child, name) for child in node.all("body")]
 
     def turn_back(self, tree: Tree) -> None:
-        """Place joints so that their variables have the reference values in the pose that is written down."""
+        """Place joints so that their variables have the reference values in the file's pose."""
         for joint in tree.joints:
             reference = self.references.get(joint.name)
             if reference is None:
@@ -191,7 +191,7 @@ class _Bodies:
         joints = [self._joint(child, name) for child in node.all("joint", "freejoint")]
         within = [*self._inertia(node, name), *self.below(node, name)]
         pose = node.kept(("childclass",), {"name": name} | self._pose(node, name)).attributes
-        # The first of several joints is next to the parent; each gets a body, the last one the real body.
+        # The first of several joints is next to the parent; each gets a body, the last the real one.
         body = Node("body", pose, node.where, [*joints[-1:], *within])
         for joint in reversed(joints[:-1]):
             body.attributes = {"name": body.attributes["name"]}
@@ -234,7 +234,7 @@ class _Bodies:
         return np.array([w, x, y, z])
 
     def _inertia(self, node: Node, name: str) -> list[Node]:
-        """Mass and inertia as stated, or else the shapes that the body is made of."""
+        """Mass and inertia as stated, or else the shapes of the body."""
         inertial = node.first("inertial")
         if inertial is not None:
             inertial.numbers("mass", 1, least=0)
@@ -265,8 +265,8 @@ class _Bodies:
             (self.references[name],) = node.numbers("ref", 1)
         for key in ("stiffness", "springdamper"):
             if node.is_not_zero(key):
-                self._doubt(node, name, f"joint {name} has a spring ({key}), which is not counted")
-        unlimited = node.attributes.get("limited") == "false"  # which Pinocchio passes over
+                self._doubt(node, name, f"joint {name} has a spring ({key}), which is ignored")
+        unlimited = node.attributes.get("limited") == "false"  # which Pinocchio ignores
         return node.kept(tuple(key for key in _OF_JOINT if key != "range" or not unlimited), added)
 
 

@@ -1,4 +1,4 @@
-"""Parts of an arm: placements, joints, links and drives, checked when they are made and read-only after."""
+"""Parts of an arm: placements, joints, links and drives, checked when created, and read-only."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ JointKind = Literal["revolute", "prismatic"]
 
 # A rotation typed with 6 digits is orthonormal to about 1e-6; anything worse is a mistake.
 ORTHONORMAL_TOLERANCE = 1e-6
-# Products of inertia are typed once and mirrored; a rotation into other axes adds round-off only.
+# Products of inertia are typed once and mirrored; a rotation into other axes adds only round-off.
 _SYMMETRY_TOLERANCE = 1e-9
-# Radius of gyration of a point mass, m: moved over metres, round-off leaves a zero of 1e-8.
+# Radius of gyration of a point mass, m: moved by metres, a zero becomes round-off of 1e-8.
 _POINT = 1e-6
-# No column or figure has room for more characters.
+# Columns and figures have no room for more characters.
 _LONGEST_NAME = 200
 
 
 def checked(
     values: ArrayLike, shape: tuple[int, ...], what: str, where: Location | str, *, nonnegative: bool = False
 ) -> FloatArray:
-    """Read-only copy of numbers; ArmError unless all are finite, possible and of this shape."""
+    """Read-only copy of numbers; ArmError unless all are finite, possible and have this shape."""
     try:
         given = np.array(values)
     except ValueError:  # rows of different lengths
@@ -55,7 +55,7 @@ def checked(
 def _check(
     owner: object, of: str, where: Location | str, nonnegative: Container[str] = (), **shapes: tuple[int, ...]
 ) -> None:
-    """Put checked copies into fields of a frozen value, floats where the shape is (); default None stays."""
+    """Replace fields of a frozen value by checked copies, floats if the shape is (); None stays."""
     for name, shape in shapes.items():
         given = getattr(owner, name)
         if given is not None or getattr(type(owner), name, ...) is not None:
@@ -106,12 +106,12 @@ def second_moment(inertia_com: Array) -> Array:
 
 
 def second_moment_about_origin(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Second moment of mass about the origin that `com` is measured from, shape (3, 3)."""
+    """Second moment of mass about the origin of `com`, shape (3, 3)."""
     return second_moment(inertia_com) + mass * np.outer(com, com)
 
 
 def pseudo_inertia(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Matrix [[second, first], [first, mass]] of the moments of mass about that origin, shape (4, 4)."""
+    """Matrix [[second, first], [first, mass]] of moments of mass about the origin of `com`, shape (4, 4)."""
     first = mass * com
     return np.block([[second_moment_about_origin(mass, com, inertia_com), first[:, None]], [first, mass]])
 
@@ -132,7 +132,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """One joint of one degree of freedom; limits are None where unknown."""
+    """One joint of one degree of freedom; limits are None if unknown."""
 
     name: str
     kind: JointKind = "revolute"
@@ -149,7 +149,7 @@ class Joint:
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
             expected, found = "revolute or prismatic", in_python(self.kind)
-            raise ArmError(f"{joint} is of an unknown kind", where=where, expected=expected, found=found)
+            raise ArmError(f"{joint} has an unknown kind", where=where, expected=expected, found=found)
         _check(self, joint, where, axis=(3,))
         length = float(np.linalg.norm(self.axis))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
@@ -168,7 +168,7 @@ class Joint:
 
     @property
     def place(self) -> str:
-        """Where the joint is described, or else which one it is."""
+        """Place in the file, or else the joint's name."""
         return str(self.source or f"joint {self.name}")
 
     @property
@@ -186,13 +186,13 @@ class Joint:
 class LinkUncertainty:
     """Standard uncertainties of a link's inertial parameters, independent of each other; None if not stated.
 
-    A payload counts as known exactly: a link that carries one has `body_mass` and `body_com` without it.
+    A payload is taken as exactly known: a link that carries one has `body_mass` and `body_com` without it.
     """
 
     mass: float | None = None  # kg
     com: FloatArray | None = None  # (3,), m, in the link frame
-    inertia: FloatArray | None = None  # (3, 3), kg m^2, of the entries: xy and yx are one number
-    inertia_about: Literal["com", "origin"] = "com"  # the point that the inertia was stated about
+    inertia: FloatArray | None = None  # (3, 3), kg m^2, of the entries: xy and yx are the same number
+    inertia_about: Literal["com", "origin"] = "com"  # reference point of the stated inertia
     body_mass: float | None = None  # kg
     body_com: FloatArray | None = None  # (3,), m
 
@@ -218,7 +218,7 @@ class Link:
     inertia_com: FloatArray  # I_s about the centre of mass, (3, 3), kg m^2
     frame: Placement = field(default_factory=Placement)  # of link frame s in the moved joint frame
     as_measured: bool = False  # triangle inequality violated by up to 10 %: no warning
-    axial_only: bool = False  # only the moment about the joint's axis is known, and only it acts
+    axial_only: bool = False  # only the moment about the joint's axis is known, and only it matters
     uncertainty: LinkUncertainty | None = None
     source: Location | None = None  # where the link is described, for messages
     bare: Link | None = field(default=None, repr=False)  # the link without the payload merged into it
@@ -234,17 +234,17 @@ class Link:
 
     @property
     def place(self) -> str:
-        """Where the link is described, or else which one it is."""
+        """Place in the file, or else the link's name."""
         return str(self.source or f"link {self.name}")
 
     @property
     def is_point(self) -> bool:
-        """Whether it has no inertia, or what round-off leaves of one that was moved."""
+        """Whether it has no inertia, up to round-off of moving it."""
         return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT**2)
 
     @property
     def principal_moments(self) -> FloatArray:
-        """Of inertia about the centre of mass, ascending, kg m^2, shape (3,)."""
+        """Principal moments of inertia about the centre of mass, ascending, kg m^2, shape (3,)."""
         return np.linalg.eigvalsh(self.inertia_com).astype(float)
 
     @property

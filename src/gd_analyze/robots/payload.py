@@ -19,10 +19,10 @@ from gd_analyze.text import number_in
 def with_payload(
     arm: RobotArm, mass: float, position: ArrayLike, inertia: ArrayLike | None = None
 ) -> RobotArm:
-    """Merge a `payload` into the last link: exact mass, centre of mass and inertia of the two together.
+    """Merge a `payload` into the last link: exact mass, centre of mass and inertia of both together.
 
-    It is given in the frame of the arm's tip, if one was asked for, else in that of the last link. The
-    uncertainties stated for the link remain those of the link alone. Warns of implausible numbers.
+    It is given in the frame of the arm's tip, if one was asked for, else of the last link. Stated
+    uncertainties remain those of the link alone. Warns of implausible numbers.
     """
     given, turn = payload(mass, position, inertia), arm.tip_frame.rotation
     moments = turn @ given.inertia_com @ turn.T
@@ -52,7 +52,7 @@ def with_payload(
 
 
 def carrying(arm: RobotArm, body: Link) -> RobotArm:
-    """Attach a payload to an arm's end effector; its name has every number of it that is not zero."""
+    """Attach a payload to an arm's end effector; the arm's name lists the payload's nonzero numbers."""
     rest = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
     while rest and rest[-1] == ",0":
         rest.pop()
@@ -66,7 +66,7 @@ def carrying(arm: RobotArm, body: Link) -> RobotArm:
 def payload(mass: float, position: ArrayLike, inertia: ArrayLike | None = None) -> Link:
     """A body held by the last link: kg, m and kg m^2 in that link's frame.
 
-    Its inertia about its own centre of mass is (xx, yy, zz), these and (xy, xz, yz), a tensor, or None.
+    The inertia about the payload's centre of mass is (xx, yy, zz), these and (xy, xz, yz), a tensor, or None.
     """
     com = array_of(position, "the position of the payload", ArmError)
     given = array_of(np.zeros(3) if inertia is None else inertia, "the inertia of the payload", ArmError)
@@ -84,7 +84,7 @@ def parse_payload(line: str) -> Link:
     if len(numbers) != len(words) or len(numbers) not in (4, 7, 10):
         wrong = next((word.strip() for word in words if number_in(word) is None), None)
         found = f"{len(words)} numbers" if wrong is None else repr(wrong)
-        expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 if it is no point mass"
+        expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 unless it is a point mass"
         raise UsageError(
             "the payload is not 4, 7 or 10 numbers", where=repr(line), expected=expected, found=found
         )

@@ -23,15 +23,14 @@ from gd_analyze.text import LARGEST, shortened, visible
 
 # Humanoids with both hands have 200.
 _MOST_LINKS = 2000
-# From here on 100, 1000 and so on stand for no limit: joints of arms do 40 rad/s and end within some turns,
-# or 100 m on a gantry.
+# From here on 100, 1000 and so on mean no limit: arms reach 40 rad/s and a few turns, or 100 m on a gantry.
 _NO_VELOCITY, _NO_RANGE = 100.0, 1000.0
 
 
 def arm_of_robot(
     source: Path | pin.Model, tip: str | None, base: str | None, lock: Mapping[str, float]
 ) -> RobotArm:
-    """Arm of a file or model; ArmError if that is none, or its chain is not settled."""
+    """Arm of a file or model; ArmError if it is invalid, or its chain is ambiguous."""
     if isinstance(source, Path):
         tree = _read(source)
     else:
@@ -44,12 +43,12 @@ def _read(path: Path) -> Tree:
     root = read_xml(path)
     links = sum(node.tag in ("link", "body") for node in root.walk())
     if links > _MOST_LINKS:
-        what, expected = "the robot has more links than any", f"at most {_MOST_LINKS}"
+        what, expected = "the robot has too many links", f"at most {_MOST_LINKS}"
         raise ArmError(what, where=root.where, expected=expected, found=str(links))
     if root.tag not in ("robot", "mujoco"):
         expected = "<robot> (URDF) or <mujoco> (MJCF) as the outermost element"
         way = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
-        what, found = "the XML is not a robot's", f"<{root.tag}>"
+        what, found = "the XML does not describe a robot", f"<{root.tag}>"
         raise ArmError(what, where=root.where, expected=expected, found=found, next_step=way)
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
 
@@ -57,9 +56,9 @@ def _read(path: Path) -> Tree:
 def _arm_of_chain(
     tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float], tip: str | None
 ) -> RobotArm:
-    """The joints that move; links of held ones are merged, and no mass is lost."""
+    """The arm of the moving joints; links of held joints are merged, so that no mass is lost."""
     model, notes = pin.Model(tree.model), tree.notes
-    for frame in model.frames:  # Pinocchio looks joints up among all names, and a link may have the same
+    for frame in model.frames:  # Pinocchio searches joints among all names, and a link may have the same name
         if frame.type not in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT):
             frame.name = f"link {frame.name}"
     reduced = pin.buildReducedModel(model, sorted(held), tree.configuration(held))
@@ -86,7 +85,7 @@ def _arm_of_chain(
         assumptions=(
             *notes.assumptions,
             *notes.right_angles.assumptions(arms_links | inboard),
-            *([f"Limits of 100, 1000 and so on stand for none: joint {left_out}."] if left_out else []),
+            *([f"Limits of 100, 1000 and so on are read as no limit: joint {left_out}."] if left_out else []),
             *_held_sentence(tree, moving, held),
         ),
         doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
@@ -106,7 +105,7 @@ def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: s
 
 
 def _limits(model: Any, index: int) -> tuple[list[float | None], bool]:
-    """Lower, upper and velocity limit of a joint as stated, and whether others stand for none."""
+    """Lower, upper and velocity limit of a joint as stated, and whether others mean no limit."""
     at, velocity = model.idx_qs[index], float(model.velocityLimit[model.idx_vs[index]])
     ends = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
     has_range = model.nqs[index] == 1 and np.isfinite(ends).all() and ends != (0.0, 0.0)
@@ -138,7 +137,7 @@ def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
 
 
 def _link(tree: Tree, joint: TreeJoint, body: Any) -> Link:
-    """Link of a joint with all that is fixed to it, in the joint's frame, which is the link's."""
+    """Link of a joint with everything fixed to it, in the joint's frame, which is the link's."""
     mass, inertia = float(body.mass), np.array(body.inertia)
     return Link(
         joint.link,
@@ -150,7 +149,7 @@ def _link(tree: Tree, joint: TreeJoint, body: Any) -> Link:
 
 
 def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
-    """Drives as the model states them, seen at the joint; none where it states nothing."""
+    """Drives as the model states them, seen at the joint; empty if it states none."""
     model, drives = tree.model, []
     stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
     for joint in moving:
@@ -166,7 +165,7 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
 
 
 def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float]) -> Iterator[str]:
-    """Held joints that hang on the arm, or place its base, and their values."""
+    """Held joints attached to the arm or placing its base, and their values."""
     near = tree.beyond(joint.index for joint in moving)
     near |= {joint.index for joint in tree.path(moving[0].index)}
     units = {"revolute": " rad", "prismatic": " m"}
@@ -176,10 +175,10 @@ def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, f
         if joint.index in held and joint.index in near
     ]
     if values:
-        yield f"Held, with what they carry: {named(values)}."
+        yield f"Held, with the bodies they carry: {named(values)}."
 
 
 def _identifier(name: str, stem: str) -> str:
-    """A name for folders out of a robot's: "my robot (v2)" becomes my_robot_v2."""
+    """A robot's name as a folder name: "my robot (v2)" becomes my_robot_v2."""
     cleaned = (re.sub(r"[^A-Za-z0-9_.-]+", "_", given).strip("_.-") for given in (name, stem))
     return next((found[:100] for found in cleaned if found), "robot")

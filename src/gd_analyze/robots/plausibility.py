@@ -1,7 +1,7 @@
-"""Plausibility of an arm: one function per check, each with its message.
+"""Plausibility checks of an arm: a function per check, with its message.
 
-The limits are far beyond arms that exist, from 0.3 m on a desk to cranes and some hundred chains from makers'
-files, and far below what a wrong unit makes of any of them.
+The limits are far beyond existing arms, from 0.3 m on a desk to cranes and some hundred chains from makers'
+files, and far below the values that a wrong unit gives.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.text import number, percent
 
-# What a check finds: the place, and the sentence.
+# Findings of a check: place and sentence.
 Findings = Iterator[tuple[str, str]]
 
 _FULL_TURN = 2 * math.pi
 _TYPED = 1e-4  # four decimals of a radian
-# A mass below stands for none, kg.
+# Mass below which a link counts as massless, kg.
 _NO_MASS = 1e-6
-# A centre of mass closer than this is fine in an arm without reach, m.
+# Distance of a centre of mass that is plausible in an arm without reach, m.
 _LEAST_FAR = 0.1
 # Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986); rounding to 3
 # digits is good to 0.1 %.
 _MEASUREMENT_TOLERANCE, _ROUNDING_TOLERANCE = 0.1, 1e-3
-_CHECK = "check the signs of its products, units (cm against m) and the point it is about (com or origin)"
+_CHECK = "check the signs of its products, units (cm or m) and reference point (com or origin)"
 
 
 def implausible(arm: RobotArm) -> tuple[str, ...]:
-    """Suspicious numbers of an arm: doubts from its file, then what each check finds, a sentence each."""
+    """Suspicious numbers of an arm, a sentence each: doubts from its file, then findings of the checks."""
     found = (f"{place}: {message}" for check in CHECKS for place, message in check(arm))
     return tuple(dict.fromkeys([*arm.doubts, *found]))
 
@@ -51,18 +51,18 @@ def inconsistent_inertias(arm: RobotArm) -> tuple[str, ...]:
 
 
 def check_payload(body: Link, reach: float) -> Iterator[str]:
-    """Suspicious numbers of a payload, of an arm with some reach (m)."""
+    """Suspicious numbers of a payload, for an arm with this reach, m."""
     of_arm, distance = f"an arm that reaches {reach:.3g} m", float(np.linalg.norm(body.com))
     if body.mass > _heaviest(reach):
         yield f"a payload of {body.mass:g} kg is more than {of_arm} carries; in grams?"
     if message := _inconsistency(body):
         yield f"payload: {message}"
     if body.mass > 0 and distance > max(reach, _LEAST_FAR):
-        yield f"a payload {distance:.3g} m from the frame it is stated in is far off {of_arm}; in metres?"
+        yield f"a payload {distance:.3g} m from its frame is too far away for {of_arm}; is it in metres?"
 
 
 def gravity_too_strong(arm: RobotArm) -> Findings:
-    """Jupiter's is 25 m/s^2; 9.81 without its point is 98.1 at least."""
+    """Gravity on Jupiter is 25 m/s^2; 9.81 with a misplaced decimal point is at least 98.1."""
     strength = float(np.linalg.norm(arm.gravity))
     if strength > 30.0:
         yield f"arm {arm.name}", f"gravity is {strength:g} m/s^2; on Earth it is 9.81"
@@ -85,7 +85,7 @@ def angle_of_pi_degrees(arm: RobotArm) -> Findings:
 
 
 def length_in_millimetres(arm: RobotArm) -> Findings:
-    """The longest booms between two joints have 15 m; an arm on a desk has 20 mm somewhere."""
+    """The longest booms between two joints have 15 m; an arm on a desk has some length of 20 mm."""
     for joint, link, row in zip_longest(arm.joints, arm.links, arm.dh_table):
         if row is not None:
             lengths = [(joint.place, key, abs(getattr(row, key)), f"write {key}_mm") for key in ("a", "d")]
@@ -99,7 +99,7 @@ def length_in_millimetres(arm: RobotArm) -> Findings:
 
 
 def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
-    """A point in the wrong place: the longest offset of arms is at most all others together, or 3 m."""
+    """A misplaced decimal point: the longest offset of real arms is at most the sum of all others, or 3 m."""
     offsets = [
         (place, float(np.linalg.norm(frame.translation)))
         for joint, link in zip(arm.joints, arm.links, strict=True)
@@ -110,18 +110,18 @@ def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
     if longest > max(3.0, 3.0 * others) and others > 0.0:
         yield (
             place,
-            f"an offset of {longest:.4g} m; all others together have {others:.3g} m: is its point right?",
+            f"an offset of {longest:.4g} m; all others add up to {others:.3g} m: is the decimal point right?",
         )
 
 
 def massless_among_bodies(arm: RobotArm) -> Findings:
-    """A link whose inertial was forgotten."""
+    """A link without stated mass between links with mass."""
     stated = _stated(arm)
     heavy = [k for k, (_, link) in enumerate(stated) if _weighs(link)]
     for k, (place, link) in enumerate(stated):
         is_nothing = link.mass < _NO_MASS and not link.inertia_com.any()
         if is_nothing and heavy and heavy[0] < k < heavy[-1]:
-            yield place, f"link {link.name} has no mass, though links before and after it have; is it stated?"
+            yield place, f"link {link.name} has no mass, but links before and after it have; is it missing?"
 
 
 def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
@@ -132,7 +132,7 @@ def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
 
 
 def revolute_range_in_degrees(arm: RobotArm) -> Findings:
-    """Ranges of real joints end within two turns, at a number of half turns, or (none meant) far out."""
+    """Ranges of real joints end within two turns, at a multiple of half a turn, or far out (no limit)."""
     for joint in arm.joints:
         turns = (end := _end(joint)) / _FULL_TURN
         if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
@@ -143,7 +143,7 @@ def revolute_range_in_degrees(arm: RobotArm) -> Findings:
 
 
 def velocity_in_degrees(arm: RobotArm) -> Findings:
-    """The fastest wrists turn at 40 rad/s; in degrees even slow joints do 60 per second."""
+    """The fastest wrists turn at 40 rad/s; even slow joints reach 60 degrees per second."""
     for joint in arm.joints:
         if joint.kind == "revolute" and 60.0 < (limit := joint.velocity_limit or 0.0) < math.inf:
             instead = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
@@ -151,7 +151,7 @@ def velocity_in_degrees(arm: RobotArm) -> Findings:
 
 
 def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
-    """Radii of gyration: below 0.5 reaches; of an arm's longest link 3 and more in kg cm^2, 30 in kg mm^2."""
+    """Radii of gyration are below 0.5 reaches; in kg cm^2 the longest link has 3 or more, in kg mm^2 30."""
     for place, link in _stated(arm):
         if _is_wide(link, arm.reach):
             width = f"the inertia is that of a body {2 * _gyration(link):.3g} m wide, {_reaching(arm)}"
@@ -159,7 +159,7 @@ def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
 
 
 def mass_too_large_for_reach(arm: RobotArm) -> Findings:
-    """Where the inertia says nothing about the mass, the reach does."""
+    """The reach limits the mass where the inertia does not."""
     for place, link in _stated(arm):
         says_nothing = link.is_point or _is_wide(link, arm.reach)
         if says_nothing and _weighs(link) and link.mass > _heaviest(arm.reach):
@@ -167,9 +167,9 @@ def mass_too_large_for_reach(arm: RobotArm) -> Findings:
 
 
 def masses_too_small_for_reach(arm: RobotArm) -> Findings:
-    """All links together, in tonnes: desk arms have 4 kg per cubic metre of reach, the least."""
+    """All links together, in tonnes: desk arms, the lightest, have 4 kg per cubic metre of reach."""
     whole, least = sum(link.mass for _, link in _stated(arm)), 0.03 * arm.reach**3
-    # What slides reaches far.
+    # Sliding joints have a long reach.
     if _NO_MASS < whole < least and all(arm.is_revolute):
         yield f"arm {arm.name}", f"all links together have {whole:.3g} kg, {_reaching(arm)}; in tonnes?"
 
@@ -177,7 +177,7 @@ def masses_too_small_for_reach(arm: RobotArm) -> Findings:
 def mass_too_dense(arm: RobotArm) -> Findings:
     """Density of the smallest ball with a link's mass and inertia: 5 to 3000 kg/m^3, 3e7 times more in grams.
 
-    Links that carry point masses reach 1e7, where an end effector of 0.1 kg carries 10 kg in its middle.
+    Links with point masses reach 1e7, as an end effector of 0.1 kg with 10 kg in its middle.
     """
     for place, link in _stated(arm):
         if link.is_point or not _weighs(link):
@@ -185,11 +185,11 @@ def mass_too_dense(arm: RobotArm) -> Findings:
         # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
         volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
         if link.mass > 1e8 * volume:
-            yield place, f"no material is dense enough for {link.mass:g} kg of so small an inertia; in grams?"
+            yield place, f"no material is dense enough for {link.mass:g} kg with this inertia; in grams?"
 
 
 def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
-    """A centre of mass in mm. Frames at the near ends of links do not tell the last link's length."""
+    """A centre of mass in mm. Frames at the near ends of links do not show the last link's length."""
     for place, link in _stated(arm):
         distance = float(np.linalg.norm(link.com))
         if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
@@ -198,21 +198,21 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
 
 
 def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
-    """Negative principal moments, or one that is more than the other two together."""
+    """A negative principal moment, or one larger than the sum of the other two."""
     yield from ((place, message) for place, link in _stated(arm) if (message := _inconsistency(link)))
 
 
 def point_mass_among_bodies(arm: RobotArm) -> Findings:
-    """A link without inertia; an arm of point masses alone is drawn on paper."""
+    """A link without inertia; an arm of point masses alone is a textbook model."""
     are_points = all(link.is_point for _, link in _stated(arm))
     for place, link in _stated(arm):
         if link.is_point and _weighs(link) and not are_points:
             mass = f"a mass of {number(link.mass)} kg"
-            yield place, f"link {link.name} has {mass} and no inertia; other links have one"
+            yield place, f"link {link.name} has {mass} but no inertia, which other links have"
 
 
 def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
-    """A centre of mass is within half the reach of a joint of its link; the last link's end is unknown."""
+    """A centre of mass lies within half the reach of a joint of its link; the last link's end is unknown."""
     farthest = max(0.6 * arm.reach, _LEAST_FAR)
     for (place, link), beyond in zip(_stated(arm), arm.joints[1:], strict=False):
         offset, turn = link.frame.translation, link.frame.rotation
@@ -224,9 +224,9 @@ def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
 
 
 def heavier_than_links_before(arm: RobotArm) -> Findings:
-    """The last two links of arms of five joints and more have up to 0.31 of the mass before them.
+    """In arms of five or more joints each of the last two links has up to 0.31 of the mass before it.
 
-    A leg's third from its end has 0.73. A finger's first links are as light as its last.
+    The third link from the end of a leg has 0.73. A finger's first links are as light as its last.
     """
     stated, n = _stated(arm), arm.n_joints
     for index in range((n + 1) // 2, n) if n >= 5 else ():
@@ -249,7 +249,7 @@ CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
 
 
 def _inconsistency(link: Link) -> str | None:
-    """How far an inertia is from that of any body; None for bodies and published measurements near one."""
+    """Physical inconsistency of an inertia; None for a consistent one and published measurements near one."""
     least, middle, most = link.principal_moments.tolist()
     largest = max(abs(least), abs(most))
     negative, excess = -least, 0.0 if link.axial_only else most - least - middle
@@ -264,7 +264,7 @@ def _inconsistency(link: Link) -> str | None:
     violated = f"{inertia} violates the triangle inequality by {share}"
     if excess > _MEASUREMENT_TOLERANCE * largest:
         return f"{violated}: physically inconsistent; {_CHECK}"
-    advice = "if it is a measurement, as_measured = true in a TOML file says so"
+    advice = "if it is a measurement, state as_measured = true in a TOML file"
     return None if link.as_measured else f"{violated}; {advice}"
 
 
@@ -273,7 +273,7 @@ def _reaching(arm: RobotArm) -> str:
 
 
 def _stated(arm: RobotArm) -> list[tuple[str, Link]]:
-    """Places of links, and the links as described, without a payload."""
+    """Places of links, and the links as described, without payload."""
     return [(link.place, link.bare or link) for link in arm.links]
 
 
@@ -300,5 +300,5 @@ def _is_wide(link: Link, reach: float) -> bool:
 
 
 def _heaviest(reach: float) -> float:
-    """Mass, kg, beyond any arm: industrial robots have 30 to 250 kg per cubic metre of reach."""
+    """Mass beyond any arm's, kg: industrial robots have 30 to 250 kg per cubic metre of reach."""
     return 1000.0 * max(reach, 0.5) ** 3

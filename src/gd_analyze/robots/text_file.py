@@ -1,4 +1,4 @@
-"""Text files of an arm: TOML with the line of every key, and XML as elements that know theirs."""
+"""Text files of an arm: TOML with the line of every key, and XML elements with their lines."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from gd_analyze.text import number_in
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 # The largest description among 90 public robots has 0.5 MB.
 LARGEST_XML = 10_000_000
-# A chain of 40 bodies nests 40 deep in MJCF.
+# A chain of 40 bodies is nested 40 deep in MJCF.
 _DEEPEST = 200
 
 
@@ -52,14 +52,14 @@ def parsed_toml(path: Path, text: str, what: str) -> dict[str, Any]:
         line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
         where, found = Location(path, line, column), re.sub(r" \(at .*\)$", "", str(error))
         problem, next_step = f"the {what} is not valid TOML", "fix the syntax there"
-    except ValueError:  # Python reads no integers of thousands of digits
+    except ValueError:  # Python refuses integers of thousands of digits
         lines = enumerate(text.splitlines(), start=1)
         line = next((number for number, row in lines if re.search(r"\d[\d_]{4000}", row)), 1)
         where, found = Location(path, line), "thousands of digits"
-        problem, next_step = f"the {what} holds a number beyond any arm", "shorten it"
+        problem, next_step = f"the {what} contains a number that is too long", "shorten it"
     except RecursionError:
         where, found, next_step = Location(path), "hundreds of levels", "write it flat"
-        problem = f"the {what} nests tables or lists beyond any arm"
+        problem = f"the {what} nests tables or lists too deep"
     raise ArmError(problem, where=where, found=found, next_step=next_step)
 
 
@@ -92,7 +92,7 @@ class TableLines:
 
 @dataclass
 class Node:
-    """An element: its tag, attributes, children and where it begins."""
+    """An element: tag, attributes, children and place."""
 
     tag: str
     attributes: dict[str, str]
@@ -100,11 +100,11 @@ class Node:
     children: list[Node] = field(default_factory=list)
 
     def all(self, *tags: str) -> list[Node]:
-        """Children of some tags."""
+        """Children with any of these tags."""
         return [child for child in self.children if child.tag in tags]
 
     def first(self, tag: str) -> Node | None:
-        """First child of a tag."""
+        """First child with a tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def walk(self) -> Iterator[Node]:
@@ -120,22 +120,22 @@ class Node:
     def numbers(
         self, key: str, count: int, default: str | None = None, least: float = -math.inf
     ) -> list[float]:
-        """Numbers of an attribute; ArmError unless so many, all finite, none below the least."""
+        """Numbers of an attribute; ArmError unless there are `count`, all finite, none below `least`."""
         values = [number_in(word) for word in self.words(key, default or "")]
         found = [value for value in values if value is not None and least <= value and abs(value) < math.inf]
         if len(found) == len(values) == count:
             return found
         what = "a finite number" if count == 1 else f"{count} finite numbers"
-        problem = f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else " from 0 on")
+        problem = f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else ", 0 or more")
         stated = repr(self.attributes[key]) if key in self.attributes else "nothing"
         raise ArmError(problem, where=self.where, found=stated, next_step="fix the attribute there")
 
     def is_not_zero(self, key: str) -> bool:
-        """Whether an attribute is stated and holds a number other than 0."""
+        """Whether an attribute is stated and is not 0."""
         return any(self.numbers(key, len(self.words(key)))) if self.words(key) else False
 
     def kept(self, keys: tuple[str, ...], added: Mapping[str, Any] | None = None, *within: Node) -> Node:
-        """Copy the element with some of its attributes, texts or numbers added, and elements within."""
+        """Copy the element with some of its attributes, added attributes, and the given children."""
         stated = {key: value for key, value in self.attributes.items() if key in keys}
         for key, value in (added or {}).items():
             stated[key] = value if isinstance(value, str) else " ".join(map(repr, np.ravel(value).tolist()))
@@ -149,13 +149,13 @@ class Node:
 
 
 def read_xml(path: Path) -> Node:
-    """Outermost element of a file; ArmError if that is not plain XML of a robot's size, without entities."""
+    """Outermost element of a file; ArmError unless it is plain XML without entities and not too large."""
     try:
         content = read_at_most(path, LARGEST_XML)
     except OSError as error:
         raise ArmError("cannot read the robot's file", where=Location(path), found=error.strerror) from None
     if content is None:
-        expected = f"up to {megabytes(LARGEST_XML)}; meshes are files of their own, and never read"
+        expected = f"up to {megabytes(LARGEST_XML)}; meshes are separate files, which are not read"
         raise ArmError("the robot's file is too large", where=Location(path), expected=expected)
     open_nodes: list[Node] = []
     roots: list[Node] = []
@@ -166,7 +166,7 @@ def read_xml(path: Path) -> Node:
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_nodes) >= _DEEPEST:
-            what = "the robot's file nests elements beyond any robot"
+            what = "the robot's file nests elements too deep"
             raise ArmError(what, where=here(), expected=f"at most {_DEEPEST} levels")
         node = Node(tag, attributes, here())
         (open_nodes[-1].children if open_nodes else roots).append(node)
@@ -193,9 +193,9 @@ def read_xml(path: Path) -> Node:
 def pinocchio_model(
     build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
 ) -> Any:
-    """Model that Pinocchio builds, its parser's messages kept off the terminal.
+    """Model built by Pinocchio; its parser's messages are kept off the terminal.
 
-    The ArmError of a parser that gives up has these, and the line of the ("joint" or "link", name) they name.
+    If the parser fails, the ArmError holds them, with the line of the ("joint" or "link", name) they name.
     """
     with tempfile.TemporaryFile() as messages:
         if sys.stderr is not None:

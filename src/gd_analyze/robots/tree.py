@@ -20,9 +20,9 @@ from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
 
 _MOST_NAMED = 10
-# Of more joints to hold --tip says it shorter.
+# With more joints to hold, --tip is shorter.
 _FEW = 6
-# Pinocchio's kinds of joints that no arm has, by what their names begin with.
+# Pinocchio's kinds of joints that arms do not have, by the prefix of their names.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
     "JointModelPlanar": "planar",
@@ -35,7 +35,7 @@ _KINDS = {
 
 
 def named(names: Iterable[str]) -> str:
-    """Names; of many only the first."""
+    """Names as a list; of many only the first."""
     listed = list(names)
     rest = len(listed) - _MOST_NAMED
     return ", ".join(listed[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
@@ -47,10 +47,10 @@ class TreeJoint:
 
     index: int
     name: str
-    link: str  # that moves with the joint
+    link: str  # moves with the joint
     parent: int
     kind: str
-    axis: FloatArray  # unit vector in the joint's frame, zero where the kind has none
+    axis: FloatArray  # unit vector in the joint's frame, zero if the kind has none
 
     @property
     def moves_simply(self) -> bool:
@@ -68,19 +68,19 @@ class Mimic(NamedTuple):
 
 @dataclass
 class Notes:
-    """What a file states besides Pinocchio's model."""
+    """Further content of a file beside Pinocchio's model."""
 
     path: str | Path
-    lines: dict[tuple[str, str], Location] = field(default_factory=dict)  # of a ("joint" or "link", name)
-    above: dict[str, str] = field(default_factory=dict)  # the link that each link hangs on
-    mimics: dict[str, Mimic] = field(default_factory=dict)  # by the joint that follows
+    lines: dict[tuple[str, str], Location] = field(default_factory=dict)  # by ("joint" or "link", name)
+    above: dict[str, str] = field(default_factory=dict)  # parent of each link
+    mimics: dict[str, Mimic] = field(default_factory=dict)  # by the following joint
     loops: list[tuple[str, str, Location]] = field(default_factory=list)  # two links held together
     assumptions: list[str] = field(default_factory=list)
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
 
     def name(self, what: str, node: Node, otherwise: str = "") -> str:
-        """Name of a joint or link, whose line is noted; ArmError unless it is printable and its own."""
+        """Name of a joint or link, whose line is noted; ArmError unless it is printable and unique."""
         name = node.attributes.get("name", "") or otherwise
         while otherwise and "name" not in node.attributes and (what, name) in self.lines:
             name += "_"
@@ -88,7 +88,7 @@ class Notes:
             problem = f"a {node.tag} has no printable name"
             raise ArmError(problem, where=node.where, found=repr(name), next_step="name it")
         if (what, name) in self.lines:
-            problem = f"two of <{node.tag}> have the name {name!r}"
+            problem = f"two <{node.tag}> elements have the name {name!r}"
             found = f"the other in line {self.lines[what, name].line}"
             raise ArmError(problem, where=node.where, found=found, next_step="rename one")
         self.lines[what, name] = node.where
@@ -102,7 +102,7 @@ class Tree:
     model: Any  # pinocchio.Model
     notes: Notes
     name: str
-    format: str  # URDF, MJCF, or "" of a model in memory
+    format: str  # URDF, MJCF, or "" for a model in memory
     gravity: FloatArray  # (3,), m/s^2
 
     @property
@@ -112,7 +112,7 @@ class Tree:
 
     @cached_property
     def links(self) -> dict[str, int]:
-        """All links, and the joint that each moves with."""
+        """All links, each with the joint that moves it."""
         links: dict[str, int] = {}
         for frame in self.model.frames:
             if frame.type == pin.FrameType.BODY:
@@ -139,7 +139,7 @@ class Tree:
         return found[::-1]
 
     def beyond(self, indices: Iterable[int]) -> set[int]:
-        """Joints that are among some or follow one of them."""
+        """The given joints and all beyond them."""
         found = set(indices)
         for joint in self.joints:
             if joint.parent in found:
@@ -147,7 +147,7 @@ class Tree:
         return found
 
     def line(self, what: str, name: str) -> Location | None:
-        """Where a joint or link is described; None in a model from memory."""
+        """Line of a joint or link; None for a model in memory."""
         return self.notes.lines.get((what, name))
 
     def configuration(self, held: Mapping[int, float]) -> FloatArray:
@@ -157,7 +157,7 @@ class Tree:
             start, count = self.model.idx_qs[index], self.model.nqs[index]
             if count == 1:
                 q[start] = value
-            elif self.joints[index - 1].kind == "revolute":  # one without ends, as cosine and sine
+            elif self.joints[index - 1].kind == "revolute":  # a continuous joint, as cosine and sine
                 q[start : start + 2] = math.cos(value), math.sin(value)
         return q
 
@@ -180,7 +180,7 @@ def chain_of(
 ) -> tuple[list[TreeJoint], dict[int, float]]:
     """Joints that move, from the base outwards, and the values of all others by Pinocchio's index.
 
-    The ArmError of what is no chain of revolute and prismatic joints has the option that settles it.
+    If this is not a chain of revolute and prismatic joints, the ArmError names the option that helps.
     """
     joints = tree.joints
     locked = {_joint(tree, name, value).index: value for name, value in lock.items()}
@@ -191,24 +191,24 @@ def chain_of(
         path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
-            found = f"the way to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
+            found = f"the path to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
             what, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
-            raise ArmError(what, where=where, found=found, next_step="name a base on that way, or none")
+            raise ArmError(what, where=where, found=found, next_step="name a base on that path, or none")
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
     moving = {joint.index for joint in free}
     free = [joint for joint in free if not _follows_held(tree, joint, moving)]
     held = {joint.index: 0.0 for joint in joints if joint not in free} | locked
     index_of = {joint.name: joint.index for joint in joints}
-    for _ in tree.notes.mimics:  # one may follow another that follows a third
+    for _ in tree.notes.mimics:  # a joint may follow one that follows another
         for name, mimic in tree.notes.mimics.items():
             follower = index_of.get(name)
             if follower in held and follower not in locked:
                 master = held.get(index_of.get(mimic.master, -1), 0.0)
                 held[follower] = mimic.multiplier * master + mimic.offset
     if not free:
-        found = f"{len(joints)} joints, all of them held" if joints else "fixed joints alone"
-        way = "hold fewer joints" if joints else "check that it is the file of an arm"
+        found = f"{len(joints)} joints, all of them held" if joints else "only fixed joints"
+        way = "hold fewer joints" if joints else "check that the file describes an arm"
         raise ArmError("the robot has no joint that moves", where=tree.where, found=found, next_step=way)
     _refuse_floating_and_loops(tree, free)
     _refuse_branches(tree, free)
@@ -225,29 +225,29 @@ def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
     by_name = {joint.name: joint for joint in reversed(tree.joints)}
     joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
     if value and not joint.moves_simply:
-        what = f"joint {name} is {joint.kind} and can be held at 0 only, in the pose of the file"
+        what = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
         raise ArmError(what, where=f"--lock {name}={value:g}", next_step="place its link in the file")
     return joint
 
 
 def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]) -> str:
-    """The name of a link or joint; ArmError if the tree has none of it."""
+    """The name of a link or joint; ArmError if the tree does not have it."""
     if name in known:
         return name
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    way = f"did you mean {' or '.join(near)}?" if near else "take a name of the file"
+    way = f"did you mean {' or '.join(near)}?" if near else "choose a name from the file"
     problem, expected = f"there is no {what} {name!r} in {tree.where}", named(known)
     raise ArmError(problem, where=f"{option} {name}", expected=expected, next_step=way)
 
 
 def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
-    """Whether a joint mimics one that is held, or moves nothing of any mass for its mimicking."""
+    """Whether a mimic joint follows a held joint, or moves no mass."""
     mimic = tree.notes.mimics.get(joint.name)
     if mimic is None:
         return False
     if tree.format == "URDF" and ("joint", mimic.master) not in tree.notes.lines:
-        what, found = f"joint {joint.name} mimics a joint that is not there", repr(mimic.master)
-        way = f"name one of the file's, or hold it: --lock {joint.name}=0"
+        what, found = f"joint {joint.name} mimics a joint that does not exist", repr(mimic.master)
+        way = f"name a joint of the file, or hold it: --lock {joint.name}=0"
         raise ArmError(what, where=tree.line("joint", joint.name), found=found, next_step=way)
     masters = [one.index for one in tree.joints if one.name == mimic.master]
     carries_mass = any(tree.model.inertias[one].mass > 0 for one in tree.beyond({joint.index}))
@@ -262,14 +262,14 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if joint.kind == "floating":
             what = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
-            way = f"--base {joint.link} takes that link as fixed; or use a file with a fixed base"
+            way = f"--base {joint.link} fixes that link; or use a file with a fixed base"
             raise ArmError(what, where=tree.line("joint", joint.name) or tree.where, next_step=way)
     for *links, where in tree.notes.loops:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
         between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
         if between:
             found = f"joints that move in the loop: {named(joint.name for joint in between)}"
-            way = f"{_locks(between)} holds them; or --tip takes an arm without the loop"
+            way = f"{_locks(between)} holds them; or --tip selects an arm without the loop"
             what = f"links {links[0]} and {links[1]} close a loop"
             raise ArmError(what, where=where, found=found, next_step=way)
 
@@ -284,12 +284,12 @@ def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
             raise ArmError(what, where=where, found=found, next_step=way)
         if not joint.moves_simply:
             what = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
-            way = f"--lock {joint.name}=0 holds it; or pick an arm without it by --base and --tip"
+            way = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
             raise ArmError(what, where=where, next_step=way)
 
 
 def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
-    """Refuse a tree that is no chain, with the locks or the tips that make it one."""
+    """Refuse a branching tree, with the locks or tips that make it a chain."""
     after: dict[int, list[TreeJoint]] = {0: [], **{joint.index: [] for joint in free}}
     for joint in free:
         after[next(index for index in reversed(_ancestors(tree, joint)) if index in after)].append(joint)
@@ -303,9 +303,9 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
     branches = [[one for one in free if one.index in tree.beyond({joint.index})] for joint in at]
     if len(beyond) <= len(stem):
         held = [joint for joint in beyond if joint.name not in tree.notes.mimics]
-        way = f"--tip {fork} holds what branches off, with its mass"
+        way = f"--tip {fork} holds the branches, with their mass"
         if len(held) <= _FEW:
-            way = f"{_locks(held)} holds what branches off, with its mass; --tip {fork} does the same"
+            way = f"{_locks(held)} holds the branches, with their mass; --tip {fork} does the same"
     else:
         ends = [joint for joint in beyond if len(after[joint.index]) != 1]
         ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))

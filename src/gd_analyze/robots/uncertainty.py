@@ -1,4 +1,4 @@
-"""Standard uncertainties of all links at once, and which parameters have none."""
+"""Standard uncertainties of all links at once, and parameters without one."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _FACTORS = {
 
 
 def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
-    """Give every link the standard uncertainties of "mass=5%,com=2mm,inertia=10%", or some, and no other.
+    """Give every link only the standard uncertainties of "mass=5%,com=2mm,inertia=10%", or some of these.
 
-    Shares are of the link's own values, those of inertia entry by entry; kg m^2 are of the moments.
-    UsageError where the text cannot be read.
+    Shares are of the link's values, for inertia entry by entry; kg m^2 apply to the moments. Raises
+    UsageError if the text cannot be read.
     """
     stated: dict[str, tuple[float, bool]] = {}
     for entry in text.split(","):
@@ -31,7 +31,7 @@ def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
         factor = _FACTORS[match[1]].get(match[3]) if match else None
         if match is None or factor is None or match[1] in stated:
             raise UsageError(
-                "these are no uncertainties",
+                "these are not uncertainties",
                 where="uncertainty",
                 expected="mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), each once",
                 found=in_python(text),
@@ -55,7 +55,7 @@ def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
 
 
 def exactly_known(arm: RobotArm) -> str:
-    """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none is."""
+    """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none."""
     if arm.spread is not None:
         return ""
     found = []

@@ -1,7 +1,6 @@
-"""Reads a robot from URDF: what Pinocchio passes over in silence is checked, right angles are made right.
+"""Read a robot from URDF: what Pinocchio ignores silently is checked, and right angles are made exact.
 
-Pinocchio sees links with their inertia and joints, nothing else: meshes, materials and simulators' tags are
-never read.
+Pinocchio gets only links with inertia, and joints: meshes, materials and simulators' tags are not read.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_urdf(path: Path, root: Node) -> Tree:
-    """Read a <robot>; ArmError with the line if it is xacro, no tree, or holds an impossible number."""
+    """Read a <robot>; ArmError with the line if it is xacro, not a tree, or contains an impossible number."""
     for node in root.walk():
         unexpanded = [value for value in node.attributes.values() if "${" in value or "$(arg" in value]
         if node.tag.startswith("xacro:") or (unexpanded and node.tag not in ("mesh", "texture")):
             found = unexpanded[0] if unexpanded else f"<{node.tag}>"
-            what, way = "the file is xacro that was not expanded", "`xacro robot.urdf.xacro > robot.urdf`"
+            what, way = "the file is unexpanded xacro", "`xacro robot.urdf.xacro > robot.urdf`"
             raise ArmError(what, where=node.where, found=found, next_step=way)
     notes = Notes(path)
     links, joints = root.all("link"), root.all("joint")
@@ -35,13 +34,13 @@ def read_urdf(path: Path, root: Node) -> Tree:
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
     bare = Node("robot", {"name": "robot"}, root.where, parts)
     model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
-    notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 act against z of the base.")
+    notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 along -z of the base are assumed.")
     name = root.attributes.get("name", "").strip() or path.stem
     return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))
 
 
 def _refuse_loops(joints: list[Node], notes: Notes) -> None:
-    """Refuse links with two parents, and links that carry themselves; Pinocchio drops them in silence."""
+    """Refuse links with two parents, and cycles of links; Pinocchio drops them silently."""
     leads: dict[str, Node] = {}
     for joint in joints:
         child = _end(joint, "child")
@@ -55,12 +54,12 @@ def _refuse_loops(joints: list[Node], notes: Notes) -> None:
         TopologicalSorter({child: [parent] for child, parent in notes.above.items()}).prepare()
     except CycleError as error:
         link = error.args[1][0]
-        what, next_step = f"link {link} closes a loop: it carries itself", "fix the parents of the joints"
+        what, next_step = f"link {link} closes a loop: it is its own ancestor", "fix the joints' parents"
         raise ArmError(what, where=leads[link].where, next_step=next_step) from None
 
 
 def _end(joint: Node, which: str) -> str:
-    """Parent or child link of a joint; "" where it has none, which Pinocchio refuses."""
+    """Parent or child link of a joint; "" if it has none, which Pinocchio refuses."""
     node = joint.first(which)
     return "" if node is None else node.attributes.get("link", "")
 
@@ -79,17 +78,17 @@ def _link(node: Node, notes: Notes) -> Node:
     (value,) = mass.numbers("value", 1, least=0)
     moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
     if value == 0.0 and any(moment != [0.0] for moment in moments.values()):
-        doubt = f"{inertia.where}: link {name} has inertia without mass; it counts as stated"
+        doubt = f"{inertia.where}: link {name} has inertia without mass; it is used as stated"
         notes.doubts.append((name, doubt))
     if value == 1.0 and [moments[key] for key in ("ixx", "iyy", "izz")] == [[1.0]] * 3:
-        doubt = f"{inertia.where}: link {name} has the exporters' default, 1 kg and 1 kg m^2; state its own"
+        doubt = f"{inertia.where}: link {name} has exporters' defaults, 1 kg and 1 kg m^2; state real values"
         notes.doubts.append((name, doubt))
     within = (_origin(inertial, name, notes), mass.kept((), {"value": value}), inertia.kept((), moments))
     return node.kept(("name",), {}, inertial.kept((), {}, *within))
 
 
 def _origin(node: Node, link: str, notes: Notes) -> Node:
-    """An element's <origin>, with right angles made right."""
+    """An element's <origin>, with right angles made exact."""
     given, right = node.first("origin") or Node("origin", {}, node.where), notes.right_angles
     for key in ("xyz", "rpy"):
         given.numbers(key, 3, "0 0 0")
@@ -99,7 +98,7 @@ def _origin(node: Node, link: str, notes: Notes) -> Node:
 
 
 def _joint(node: Node, notes: Notes) -> Node:
-    """A joint, checked; what acts on its motion is noted."""
+    """A joint, checked; mimicking and doubts are noted."""
     name, kind, child = node.attributes["name"], node.attributes.get("type", ""), _end(node, "child")
     ends = [end.kept(("link",)) for end in node.all("parent", "child")]
     bare = node.kept(("name", "type"), {}, _origin(node, child, notes), *ends)
@@ -108,7 +107,7 @@ def _joint(node: Node, notes: Notes) -> Node:
     axis = node.first("axis") or Node("axis", {}, node.where)
     direction = axis.numbers("xyz", 3, "1 0 0")
     if not any(direction):
-        next_step = "give the axis it turns about or slides along"
+        next_step = "give the axis of rotation or translation"
         raise ArmError(f"joint {name} has no axis", where=axis.where, found="0 0 0", next_step=next_step)
     limit = node.first("limit") or Node("limit", {}, node.where)
     stated = {key: limit.numbers(key, 1, "0") for key in ("lower", "upper")}

@@ -1,4 +1,4 @@
-"""Numbers of an arm that a design may change, by the names that arm files give them, and the arm changed."""
+"""Numbers of an arm that a design may change, named as in arm files, and the changed arm."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from gd_analyze.robots.arm_file import arm_in
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.text_file import UNIT_SUFFIXES
 
-# Multiple of the planned velocity at which the motion runs; no number of the arm.
+# Speed of the motion as a multiple of the planned one; not a number of the arm.
 SPEED = "speed"
 _NAME = re.compile(r"(?:(joint|link|drive)(\d+)\.)?([a-z_]+?)(_mm|_deg)?(?:\.([xyz]{1,2}))?")
 _VECTOR, _TENSOR = ("x", "y", "z"), ("xx", "yy", "zz", "xy", "xz", "yz")
-# Units by the suffix that a key may have.
+# Units by the suffix of a key.
 _SUFFIXED = {"_mm": ("m", "mm"), "_deg": ("rad", "deg")}
-# Physically inconsistent by more than rounding to three digits, or than a measurement as it is published.
+# Physical inconsistency beyond rounding to three digits, or beyond that of published measurements.
 _ROUNDING, _MEASUREMENT = 1e-3, 0.1
 
 
@@ -34,8 +34,8 @@ _ROUNDING, _MEASUREMENT = 1e-3, 0.1
 class Parameter:
     """One number of an arm."""
 
-    name: str  # as it was asked for: "joint2.a_mm", "link3.com.x", "drive1.inertia", "gravity.z", "speed"
-    part: str = ""  # "joint", "link", "drive", or "" for one of the arm as a whole
+    name: str  # as asked for: "joint2.a_mm", "link3.com.x", "drive1.inertia", "gravity.z", "speed"
+    part: str = ""  # "joint", "link", "drive", or "" for the arm as a whole
     number: int = 0  # of the part, from 0
     key: str = ""
     suffix: str = ""  # of its unit: "_mm", "_deg" or ""
@@ -50,10 +50,10 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class VariedArm:
-    """An arm whose numbers can be changed; what is not changed is held, to the last bit.
+    """An arm whose numbers can be changed; all others are kept, to the last bit.
 
     A longer link keeps its mass, its inertia, and its centre of mass in the link frame, which is at the far
-    end of the link in standard Denavit-Hartenberg frames. Uncertainties are left out.
+    end of the link in standard Denavit-Hartenberg frames. Uncertainties are dropped.
     """
 
     arm: RobotArm
@@ -83,7 +83,7 @@ class VariedArm:
         return out
 
     def parameter(self, name: str) -> Parameter:
-        """Look a name up; a UsageError where the arm has no such number."""
+        """Find a number by name; UsageError if the arm has no such number."""
         match = _NAME.fullmatch(name)
         if match is not None:
             part, number, key, suffix, component = (word or "" for word in match.groups())
@@ -102,11 +102,11 @@ class VariedArm:
         )
 
     def value(self, one: Parameter) -> float:
-        """What a number is in the arm as given, in its unit."""
+        """Value of a number in the arm as given, in its unit."""
         return 1.0 if one.key == SPEED else float(_held(self.document, one)[2])
 
     def at(self, values: Mapping[Parameter, float]) -> RobotArm:
-        """Change some numbers; an ArmError says which value makes no arm."""
+        """Change some numbers; an ArmError names the value that makes the arm invalid."""
         changed = copy.deepcopy(self.document)
         asked = {one: value for one, value in values.items() if one.key != SPEED}
         for one, value in asked.items():
@@ -115,15 +115,15 @@ class VariedArm:
             made = arm_in(changed, self.arm.name)
         except ArmError as error:
             told = ", ".join(f"{one.name} = {value:g}" for one, value in asked.items())
-            raise ArmError(f"no arm comes of {told}: {error.what}", where=f"--vary {told}") from None
+            raise ArmError(f"{told} gives no valid arm: {error.what}", where=f"--vary {told}") from None
         kept = {key: getattr(self.arm, key) for key in ("name", "title", "tip", "tip_frame")}
         return replace(made, **kept)
 
     def bodies(self, points: Mapping[Parameter, FloatArray], count: int) -> Bodies:
         """Bodies of `count` arms in which inertial numbers are changed, values (count,) each.
 
-        An ArmError says which value makes a mass or a drive inertia negative, or an inertia that no body has
-        where the arm as given has one.
+        An ArmError names the value that makes a mass or drive inertia negative, or an inertia physically
+        inconsistent that was not.
         """
         arm = self.arm
         nominal = (arm.mass, arm.com, arm.inertia_com, arm.drive_inertia if arm.drives else np.zeros(0))
@@ -147,7 +147,7 @@ class VariedArm:
                 tolerance = [_ROUNDING, _MEASUREMENT if link.as_measured else _ROUNDING]
                 most = np.maximum(tolerance, _inconsistency(link.inertia_com)) * (1.0 + 1e-9)
                 wrong = np.asarray((_inconsistency(inertia[:, one.number]) > most).any(axis=-1))
-                what = f"no body has the inertia that this makes of link {link.name}: physically inconsistent"
+                what = f"the inertia of link {link.name} becomes physically inconsistent"
             if one.key != "com" and wrong.any():
                 found = f"{given[wrong][0]:g} {one.unit}"
                 raise ArmError(what, where=f"--vary {one.name}", found=found, next_step="narrow the range")
@@ -156,7 +156,7 @@ class VariedArm:
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """What S arms of one geometry consist of."""
+    """Bodies of S arms with the same geometry."""
 
     mass: FloatArray  # kg, (S, n)
     com: FloatArray  # in the link frames, m, (S, n, 3)
@@ -169,9 +169,9 @@ class Bodies:
 
 
 def _inconsistency(inertia_com: FloatArray) -> FloatArray:
-    """How far inertias (..., 3, 3) are from any body's, as shares of their largest moment, (..., 2).
+    """Physical inconsistency of inertias (..., 3, 3), as shares of their largest moment, (..., 2).
 
-    How negative the least principal moment is, and how far the largest exceeds the other two together.
+    Magnitude of a negative smallest principal moment, and excess of the largest over the sum of the others.
     """
     least, middle, most = np.moveaxis(np.linalg.eigvalsh(inertia_com), -1, 0)
     largest = np.maximum(np.maximum(np.abs(least), np.abs(most)), np.finfo(float).tiny)
@@ -179,7 +179,7 @@ def _inconsistency(inertia_com: FloatArray) -> FloatArray:
 
 
 def _held(document: dict[str, Any], one: Parameter) -> tuple[dict[str, Any], str, Any, Any]:
-    """Table of a number, the key that holds it there, its value in its own unit, and the whole vector."""
+    """Table of a number, its key there, its value in its own unit, and the whole vector."""
     table = document[f"{one.part}s"][one.number] if one.part else document
     stated = next((one.key + s for s in ("", *UNIT_SUFFIXES) if one.key + s in table), one.key)
     held = table.get(stated, [0.0, 0.0, 0.0] if one.component else 0.0)
@@ -191,7 +191,7 @@ def _held(document: dict[str, Any], one: Parameter) -> tuple[dict[str, Any], str
 
 
 def _change(document: dict[str, Any], one: Parameter, value: float) -> None:
-    """Put a number into an arm's file, in the unit it is given in."""
+    """Put a number into an arm's file, in its own unit."""
     table, stated, _, whole = _held(document, one)
     table.pop(stated, None)
     if isinstance(whole, dict):

@@ -1,1 +1,1 @@
-"""Simplified models: what one keeps at every level, how it is found, what is stated of its accuracy."""
+"""Simplified models: their terms at every level, the searches, and the stated accuracy."""

@@ -1,4 +1,4 @@
-"""What a model states of its torque error, where that was measured, and how the model was found."""
+"""Stated torque error of a model, the states where it was measured, and the search for the model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Allowance, Budget, NormShare, ReferenceTorques
 from gd_analyze.text import amount, named_joints, percent
 
-# What a budget may lie below, and what takes that into account.
+# Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
 
@@ -25,13 +25,13 @@ class ErrorTable:
     peak_torque: FloatArray  # largest magnitude of the exact torque
     largest: FloatArray
     rms: FloatArray
-    weighed: FloatArray | None = None  # largest error as `States.weights` let it count; None where all alike
+    weighed: FloatArray | None = None  # largest error times `States.weights`; None for equal weights
 
     @classmethod
     def of(
         cls, exact: FloatArray, model: FloatArray, explained: float = 0.0, weights: FloatArray | None = None
     ) -> ErrorTable:
-        """Compare torques of shape (N, n); what is only round-off, see `round_off_of`, counts as no error."""
+        """Compare torques of shape (N, n); an error of only round-off, see `round_off_of`, is zero."""
         error = model - exact
         error[np.abs(error) <= round_off_of(exact, explained)] = 0.0
         size, rms = np.abs(error), np.sqrt(np.mean(error**2, axis=0))
@@ -40,12 +40,12 @@ class ErrorTable:
 
     @property
     def counting(self) -> FloatArray:
-        """Largest error as it counts against a budget, N m, shape (n,)."""
+        """Largest weighted error, to be compared with the budget, N m, shape (n,)."""
         return self.largest if self.weighed is None else self.weighed
 
     @property
     def largest_share(self) -> FloatArray:
-        """Largest error over peak torque; 0 where there is neither, infinite where only an error is."""
+        """Largest error over peak torque; 0 without error, infinite for an error without torque."""
         return share_of(self.largest, self.peak_torque)
 
     @property
@@ -55,19 +55,19 @@ class ErrorTable:
 
     @property
     def worst(self) -> int:
-        """The joint, from 0, whose largest error is the largest share of its peak torque."""
+        """The joint, from 0, with the largest error relative to its peak torque."""
         return int(self.largest_share.argmax())
 
 
 def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
-    """Error over peak torque; 0 where there is neither, infinite where only an error is."""
+    """Error over peak torque; 0 without error, infinite for an error without torque."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(error == 0.0, 0.0, error / peak)
 
 
 @dataclass(frozen=True, eq=False)
 class AlongMotion:
-    """Accuracy along one of several motions; a joint without torque there is allowed what it is over all."""
+    """Accuracy along one of several motions; a joint without torque there is allowed the error over all."""
 
     name: str
     fingerprint: str
@@ -78,25 +78,25 @@ class AlongMotion:
 
 
 class SearchStep(NamedTuple):
-    """One step of a search, and the operations of what was kept after it, written as the model is."""
+    """One step of a search, and the operations of the model after it."""
 
     name: str
     operations: int
 
 
 class LevelTried(NamedTuple):
-    """Operations of a level's model, where the cheapest was looked for; None where not tried, and why."""
+    """Operations of a level's model in a search for the cheapest; None if not tried, with the reason."""
 
     level: str
     operations: int | None
     why: str = ""
     refitted: bool = False
-    of_allowed: float | None = None  # largest error over the allowed one, where it holds beyond the states
+    of_allowed: float | None = None  # largest error over the allowed one, if tested beyond the states
     proven: bool = False
 
     @property
     def text(self) -> str:
-        """What is known of it: "78 operations, error 95 % of the allowed one (proven)"."""
+        """Summary: "78 operations, error 95 % of the allowed one (proven)"."""
         error = (
             f", error {percent(self.of_allowed)} of the allowed one" if self.of_allowed is not None else ""
         )
@@ -105,7 +105,7 @@ class LevelTried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Proven:
-    """A bound on the torque error and the states it holds for: all of a box, or a tube around a motion."""
+    """A bound on the torque error in a box, or in a tube around a motion."""
 
     certified: FloatArray  # no state has a larger torque error, N m (N), shape (n,)
     # The box, or the smallest one around the tube, SI, shape (n,)
@@ -114,33 +114,33 @@ class Proven:
     velocity: FloatArray
     acceleration: FloatArray
     where: str  # name of the states
-    effort: int  # of the search, see `certify`
-    margin: str = ""  # of a tube, as `Margin.parse` reads it, and the motion's fingerprint
+    effort: int  # as for `certify`
+    margin: str = ""  # of a tube, as read by `Margin.parse`, and the motion's fingerprint
     trajectory_fingerprint: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class Accuracy:
-    """What a model states of itself."""
+    """Accuracy that a model states."""
 
-    # (n,), N m; of a budget of the norm, under which no joint has a number of its own, see `Budget.allowed`.
+    # (n,), N m; for a budget of the norm, which is not per joint, see `Budget.allowed`.
     allowed: FloatArray
-    budget: str  # as the user put it
+    budget: str  # as written by the user
     errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
     fitted_on: Mapping[str, str | int]  # those states, see `States.described`
-    steps: tuple[SearchStep, ...] = ()  # what every step of the search led to
-    solved: bool = False  # its integer program ended: no selection without refit takes fewer operations
+    steps: tuple[SearchStep, ...] = ()  # the steps of the search
+    solved: bool = False  # the integer program ended: no selection without refit takes fewer operations
     cut_short: bool = False  # the search ended because its effort was used up
     measured: bool = True  # errors were measured here; otherwise a file states them
-    uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, where stated
-    motions: tuple[AlongMotion, ...] = ()  # where it was fitted on several
-    # The usual states', and what a budget of the norm asked for; infinite where only an error is.
+    uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, if stated
+    motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
+    # At the usual shares of states, and at that of a budget of the norm; infinite for errors without torque.
     norms: tuple[NormShare, ...] = ()
-    levels: tuple[LevelTried, ...] = ()  # where the level of fewest operations was looked for
+    levels: tuple[LevelTried, ...] = ()  # if the level of fewest operations was searched
     certificate: Proven | None = None  # what is proven, if anything
 
     def along(self, fingerprint: str) -> Accuracy:
-        """Accuracy along one of several motions, by its fingerprint; itself of any other."""
+        """Accuracy along one of several motions, by its fingerprint; itself for any other."""
         for one in self.motions:
             if one.fingerprint == fingerprint:
                 fitted_on: dict[str, str | int] = {
@@ -154,31 +154,31 @@ class Accuracy:
 
     @property
     def asked(self) -> Budget:
-        """The budget as a value."""
+        """The parsed budget."""
         return Budget.parse(self.budget)
 
     @property
     def asked_norm(self) -> NormShare | None:
-        """The share of the norm that was found where one was asked for, and the states it was asked of."""
+        """The share of the norm found at the share of states that the budget names, if any."""
         asked = self.asked.norm
         return None if asked is None else self.norm_at(asked.states)
 
     def norm_at(self, states: float) -> NormShare | None:
-        """The share of the norm that so many of the states keep; None where it was not measured."""
+        """The share of the norm kept by this share of the states; None if not measured."""
         return next((norm for norm in self.norms if isclose(norm.states, states)), None)
 
     @property
     def shares(self) -> FloatArray:
-        """Largest errors as shares of what the budget is a share of, see `Budget.shares_of`, shape (n,)."""
+        """Largest errors as shares of peak torque or allowed error, see `Budget.shares_of`, shape (n,)."""
         return self.shares_of(self.errors.largest)
 
     def shares_of(self, error: FloatArray) -> FloatArray:
-        """Any errors of the joints, N m, as such shares, shape (n,)."""
+        """Any errors of the joints, N m, as the same shares, shape (n,)."""
         return share_of(error, self.whole)
 
     @property
     def whole(self) -> FloatArray:
-        """What they are shares of, N m, shape (n,)."""
+        """Reference of the shares, N m, shape (n,)."""
         return self.errors.peak_torque if self.asked.shares_of == "peak torque" else self.allowed
 
     @property
@@ -190,7 +190,7 @@ class Accuracy:
 
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
-    """Joints whose budget is below friction or uncertainty, and what takes that into account; "" of none."""
+    """Joints whose budget is below friction or uncertainty, and a budget that accounts for it; "" if none."""
     if accuracy.asked.norm is not None:
         return ""
     by = ReferenceTorques(arm, accuracy.errors.peak_torque, accuracy.uncertainty)
@@ -208,7 +208,7 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
             f"below the {name} at {named_joints((1 + np.flatnonzero(below)).tolist(), arm.n_joints)} (joint "
             f"{joint + 1}: {amount(accuracy.allowed[joint], unit)}, {name} {amount(level[joint], unit)})"
         )
-        # One entry for all joints is easier to write, where they all state it.
+        # One entry for all joints is shorter, if they all state it.
         alike = len(set(entries)) == 1 and is_open.all() and np.isfinite(level).all()
         wider = is_open if alike else below
         entries = [(*entry, allowance) if w else entry for entry, w in zip(entries, wider, strict=True)]
@@ -216,4 +216,4 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
     if not clauses:
         return ""
     wanted = Budget(tuple(entries[:1] if len(set(entries)) == 1 else entries))
-    return f'Budget {" and ".join(clauses)}; --budget "{wanted}" takes that into account.'
+    return f'Budget {" and ".join(clauses)}; --budget "{wanted}" accounts for it.'

@@ -1,4 +1,4 @@
-"""The torque error a user allows: per joint the larger of several amounts, or a share of its norm."""
+"""The allowed torque error: per joint the largest of several amounts, or a share of the norm."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, UNSIGNED, in_python
 
-# What an amount may be a share of, and how amounts are written.
+# References of shares, and the syntax of amounts.
 _WHOLES = ("peak", "limit", "friction", "uncertainty")
 _ALLOWANCE = re.compile(
     rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
@@ -32,27 +32,27 @@ _NORM = re.compile(
     rf"(?:\s+at\s+(?:all|every|(?P<states>{UNSIGNED})\s*%)(?:\s+(?:of\s+(?:the\s+)?)?states?)?)?",
     re.IGNORECASE,
 )
-# What to state in an arm file, by what a budget may be a share of.
+# Keys to state in an arm file, by the reference of a share.
 _TO_STATE = {
     "limit": "`torque_limit` in the joint's [[drives]] table",
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
 _FOR_TRACKING = "`gd-analyze simplify` takes a tracking error, along one motion"
-# Shares of the states that PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm for.
+# Shares of the states for which PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm.
 USUAL_STATES = (0.95, 0.999)
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTorques:
-    """What a budget may be a share of, at each joint of an arm, N m (N for a prismatic joint)."""
+    """References of a budget's shares at each joint of an arm, N m (N for a prismatic joint)."""
 
     arm: RobotArm  # states torque limits and friction
     peak: FloatArray  # largest magnitude of the exact torque, (n,)
-    uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, (n,), where stated
+    uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, (n,), if stated
 
     def of(self, name: str, joint: int, option: str = "--budget") -> float:
-        """One of `_WHOLES` at a joint, from 0; a UsageError that names `option` where it is not stated."""
+        """One of `_WHOLES` at a joint, from 0; a UsageError naming `option` if the arm does not state it."""
         value = float(self.all(name)[joint])
         if np.isnan(value):
             what = f"a budget cannot be a share of {name}, as the arm states none"
@@ -62,7 +62,7 @@ class ReferenceTorques:
         return value
 
     def all(self, name: str) -> FloatArray:
-        """One of `_WHOLES` at every joint, shape (n,); nan where the arm does not state it."""
+        """One of `_WHOLES` at every joint, shape (n,); nan if the arm does not state it."""
         if name == "peak":
             return self.peak
         if name == "uncertainty" and self.uncertainty is not None:
@@ -76,14 +76,14 @@ class ReferenceTorques:
 
 
 class Allowance(NamedTuple):
-    """One torque error that is allowed."""
+    """One allowed torque error."""
 
     amount: float  # a share (1 % is 0.01), or N m (N for a prismatic joint)
     of: str = "peak"  # one of `_WHOLES`; "torque" for N m
 
     @classmethod
     def parse(cls, text: str) -> Self | None:
-        """Read "1%", "10% friction", "uncertainty" or "0.5 N m"; None where it is nothing of this kind."""
+        """Read "1%", "10% friction", "uncertainty" or "0.5 N m"; None for any other text."""
         match = _ALLOWANCE.fullmatch(text.strip())
         if match is None:
             return None
@@ -104,21 +104,21 @@ class Allowance(NamedTuple):
 
 
 class NormShare(NamedTuple):
-    """An error that is allowed to all joints together: norm of the torque error over norm of the torque."""
+    """An error allowed to all joints together: norm of the torque error over norm of the torque."""
 
     share: float  # 1 % is 0.01
-    states: float = 1.0  # share of the states that must keep it, above 0; 1 where all must
+    states: float = 1.0  # share of the states that must keep it, above 0; 1 for all
 
     @classmethod
     def parse(cls, text: str) -> Self | None:
-        """Read "1% norm" or "1% of norm at 95% of states"; None where it is nothing of this kind."""
+        """Read "1% norm" or "1% of norm at 95% of states"; None for any other text."""
         match = _NORM.fullmatch(text.strip())
         if match is None:
             return None
         share, states = float(match["share"]), float(match["states"] or 100.0)
         if share > LARGEST or not 0.0 < states <= 100.0:
             return None
-        return cls(share / 100, round(states / 100, 15))  # 99.9 / 100 is not 0.999, but for the last digits
+        return cls(share / 100, round(states / 100, 15))  # 99.9 / 100 differs from 0.999 in the last digits
 
     def __str__(self) -> str:
         where = "all states" if self.states == 1.0 else f"{self.states * 100:.12g}% of states"
@@ -127,16 +127,16 @@ class NormShare(NamedTuple):
 
 @dataclass(frozen=True)
 class Budget:
-    """Allowed torque error: one entry for all joints, or one each; the larger amount of an entry counts.
+    """Allowed torque error: one entry for all joints, or one each; the largest amount of an entry counts.
 
     Parameters
     ----------
     entries
-        One or several allowances per entry; 1 % of peak torque by default. None where there is a norm.
+        One or several allowances per entry; by default 1 % of peak torque. Empty with a norm.
     norm
-        What is allowed to all joints together, in place of entries.
+        Error allowed to all joints together, in place of entries.
     option
-        Where it was given, for messages.
+        Name of the option, for messages.
 
     Raises
     ------
@@ -162,21 +162,21 @@ class Budget:
             )
             expected += " and a share of the norm of 0 or more, of the states above 0 and up to 1"
             found = f"{self.entries!r}, norm {norm!r}"
-            raise UsageError("a budget cannot be that", where="Budget", expected=expected, found=found)
+            raise UsageError("this is not a budget", where="Budget", expected=expected, found=found)
 
     @classmethod
     def parse(cls, text: str, option: str = "--budget") -> Self:
-        """Read entries, separated by commas: amounts, separated by "or", of which the larger counts.
+        """Read entries separated by commas: amounts separated by "or", of which the largest counts.
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
         limit"), of its Coulomb friction ("10% friction"), of its torque's uncertainty ("50% uncertainty", or
-        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Alternatively a share of the norm of all
-        joints' torque, alone, and of how many states ("1% norm at 95% of states", "1% norm").
+        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05"). Alternatively, alone, a share of the norm
+        of all joints' torque, with the share of states that keep it ("1% norm at 95% of states", "1% norm").
 
         Raises
         ------
         UsageError
-            If an amount is none of these.
+            If an amount is not understood.
 
         Examples
         --------
@@ -186,7 +186,7 @@ class Budget:
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
             norm = NormShare.parse(text)
             if norm is None:
-                next_step = "give one entry for all joints, of more than 0 and up to 100 % of the states"
+                next_step = "give a single entry, with more than 0 and up to 100 % of the states"
                 raise _not_understood(text, option, next_step)
             return cls((), norm, option)
         entries = []
@@ -199,7 +199,7 @@ class Budget:
 
     @classmethod
     def of(cls, given: Self | str | None) -> Self:
-        """Take a budget as users of the library give it: itself, its text, or None for 1 %."""
+        """Take a Budget, its text, or None for 1 %."""
         if given is None:
             return cls()
         if isinstance(given, str):
@@ -207,7 +207,7 @@ class Budget:
         if isinstance(given, cls):
             return given
         expected = 'a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"'
-        raise UsageError("this is no budget", where="budget", expected=expected, found=in_python(given))
+        raise UsageError("this is not a budget", where="budget", expected=expected, found=in_python(given))
 
     @classmethod
     def of_torques(cls, amounts: Iterable[float]) -> Self:
@@ -216,43 +216,43 @@ class Budget:
 
     @property
     def wholes(self) -> frozenset[str]:
-        """What its amounts are shares of; "torque" among them for N m; "norm" alone for that."""
+        """References of its shares; "torque" stands for N m, and "norm" is alone."""
         if self.norm is not None:
             return frozenset({"norm"})
         return frozenset(allowance.of for entry in self.entries for allowance in entry)
 
     @property
     def shares_of(self) -> str:
-        """What errors under it are shown as shares of: "peak torque" where it is one, or "allowed error"."""
+        """Reference of errors when shown: "peak torque" for a share of it, otherwise "allowed error"."""
         return "peak torque" if self.wholes in ({"peak"}, {"norm"}) else "allowed error"
 
     def require_per_joint(self, what: str, next_step: str | None = None) -> Self:
-        """Refuse, with a UsageError, a budget of the norm where `what` needs one for every joint."""
+        """Raise a UsageError for a budget of the norm, if `what` needs one for every joint."""
         if self.norm is not None:
-            what += " cannot be had with a budget of the norm"
-            found = f'"{self}", which is of all joints together'
+            what += " is not possible with a budget of the norm"
+            found = f'"{self}", which is for all joints together'
             expected = 'an error allowed at each joint, such as "1%" or "1% or 10% friction"'
             raise UsageError(what, where=self.option, expected=expected, found=found, next_step=next_step)
         return self
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
-        """One entry per joint; a UsageError if there are several, but not one per joint."""
+        """One entry per joint; a UsageError if there are neither one nor as many as joints."""
         if len(self.entries) not in (1, count):
-            what, found = "the budget has a wrong number of entries", str(len(self.entries))
+            what, found = "the budget has the wrong number of entries", str(len(self.entries))
             raise UsageError(what, where=self.option, expected=f"1 or {count}", found=found)
         return self.entries * count if len(self.entries) == 1 else self.entries
 
     def allowed(self, by: ReferenceTorques) -> FloatArray:
         """Allowed error of each joint, N m, shape (n,).
 
-        A share of the norm allows no joint a number of its own. What is given then is the share of the norm
-        of the peak torques, of joints of the same kind: no state that keeps the budget has a larger error.
+        A share of the norm is not per joint. It then gives that share of the norm of the peak torques of
+        joints of the same kind: no state that keeps the budget has a larger error.
 
         Raises
         ------
         UsageError
-            If there are several entries, but not one per joint, or an amount is a share of what the arm does
-            not state.
+            If there are neither one nor as many entries as joints, or an amount is a share of a number that
+            the arm does not state.
         """
         if self.norm is not None:
             alike = np.equal.outer(by.arm.is_revolute, by.arm.is_revolute)
@@ -278,7 +278,7 @@ class Budget:
 
 
 def _not_understood(text: str, where: str, next_step: str | None = None) -> UsageError:
-    """The error for a budget or an entry, with the word that was likely meant where one is misspelt."""
+    """Error for a budget or an entry, with the likely word if one is misspelt."""
     words = (word for word in re.findall(r"[a-z]{3,}", text.lower()) if word not in _WHOLES)
     likely = [match for word in words for match in get_close_matches(word, (*_WHOLES, "norm"), n=1)]
     return UsageError(
@@ -295,13 +295,13 @@ def _not_understood(text: str, where: str, next_step: str | None = None) -> Usag
 
 @dataclass(frozen=True, eq=False)
 class NormMeasure:
-    """Norm of the torque error over that of the torque, of joints of each kind; the larger share counts."""
+    """Norm of the torque error over that of the torque, for joints of each kind; the larger share counts."""
 
     allowed: float  # share of the norm
-    states: float  # share of the states that must keep it; the others may err by whatever they do
+    states: float  # share of the states that must keep it; errors of the others are unlimited
     torque: FloatArray  # exact, (n, N), N m (N)
     revolute: NDArray[np.bool_]  # (n,)
-    round_off: float = 0.0  # errors up to this, N m, count as none
+    round_off: float = 0.0  # errors up to this, N m, count as zero
 
     @cached_property
     def norms(self) -> FloatArray:
@@ -310,24 +310,24 @@ class NormMeasure:
 
     @cached_property
     def group(self) -> NDArray[np.intp]:
-        """Which norm each joint belongs to, shape (n,)."""
+        """Index of each joint's norm, shape (n,)."""
         return np.unique(~self.revolute, return_inverse=True)[1]
 
     @property
     def exempt(self) -> int:
-        """How many states may break the budget."""
+        """Number of states that may exceed the budget."""
         count = self.torque.shape[1]
         return count - kept_states(self.states, count)
 
     def shares(self, error: FloatArray) -> FloatArray:
-        """Share of the norm at every state, shape (N,); infinite where only an error is."""
+        """Share of the norm at every state, shape (N,); infinite for an error without torque."""
         counting = np.where(np.abs(error) <= self.round_off, 0.0, error)
         with np.errstate(divide="ignore", invalid="ignore"):
             each = self._norms_of(counting) / self.norms
         return np.where(np.isnan(each), 0.0, each).max(axis=0)
 
     def share(self, error: FloatArray) -> float:
-        """The least share that enough states keep, over the allowed one: kept up to 1."""
+        """Smallest share that enough states keep, over the allowed one; the budget is kept up to 1."""
         least = share_at(self.shares(error), self.states)
         if self.allowed > 0.0:
             return least / self.allowed
@@ -339,12 +339,12 @@ class NormMeasure:
 
 
 def kept_states(share: float, count: int) -> int:
-    """How many of so many states a share of them is at least: 95 % of 4000 are 3800."""
-    # 0.95 and products with it are rounded: what is a whole number but for that is that number.
+    """Least number of states that make a share of `count`: 95 % of 4000 are 3800."""
+    # 0.95 and products with it are rounded: a number that is whole up to rounding is whole.
     return min(math.ceil(round(share * count, 6)), count)
 
 
 def share_at(shares: FloatArray, states: float) -> float:
-    """The least share that such a part of the states keep, of shares (N,) of norms."""
+    """Smallest share of the norm that this share of the states keeps, from shares (N,)."""
     last = kept_states(states, len(shares)) - 1
     return float(np.partition(shares, last)[last])

@@ -1,8 +1,8 @@
-"""A folder of the user's that keeps between runs what takes long to make.
+"""A user's folder that keeps slow results between runs.
 
-An entry is a JSON value under a key, which is all that the value depends on. Without the folder, or with a
-damaged entry, everything is made anew and is the same to the last bit, so no failure is reported. Whoever
-reads an entry checks the value before using it.
+An entry is a JSON value under a key that contains everything the value depends on. Without the folder, or
+with a damaged entry, the result is computed again, equal to the last bit, so no failure is reported. Readers
+check a value before using it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gd_analyze import __version__
 from gd_analyze.files import read_at_most
 
 VARIABLE = "GD_ANALYZE_CACHE"
-# Bytes of an entry, and of the folder: what was not used for longest goes, until half of that is left.
+# Largest bytes of an entry, and of the folder: the least recently used are removed, down to half of that.
 _LARGEST, MOST = 2_000_000, 20_000_000
 _SUFFIX = ".gd.json"
 
@@ -38,9 +38,9 @@ def without_cache() -> Iterator[None]:
 
 
 def folder() -> Path | None:
-    """Where entries are kept; None where they are not.
+    """Folder of the entries; None if the cache is off.
 
-    The variable GD_ANALYZE_CACHE names another place, or is "off" or empty.
+    The variable GD_ANALYZE_CACHE names another folder, or is "off" or empty.
     """
     named = os.environ.get(VARIABLE)
     if _off.get() or (named is not None and named.lower() in ("", "off")):
@@ -51,7 +51,7 @@ def folder() -> Path | None:
 
 
 def name_of(key: Any) -> str:
-    """Name of the entry under a key, a JSON value with arrays; the version of gd-analyze is part of it."""
+    """Name of the entry for a key, a JSON value with arrays; it includes the version of gd-analyze."""
 
     def digest(array: Any) -> list[Any]:
         return [array.shape, array.dtype.str, hashlib.sha256(array.tobytes()).hexdigest()]
@@ -60,11 +60,11 @@ def name_of(key: Any) -> str:
 
 
 def kept(name: str) -> Any:
-    """Value of an entry as it was written; None where there is none, or it is damaged."""
+    """Value of an entry as written; None if it is missing or damaged."""
     if (place := folder()) is None:
         return None
     path = place / (name + _SUFFIX)
-    # Others may have written there: what is no JSON, too deep, too large or another's is no entry.
+    # Others may have written there: anything that is not JSON, too deep, too large or foreign is ignored.
     with suppress(OSError, ValueError, RecursionError):
         digest, _, body = (read_at_most(path, _LARGEST) or b"").partition(b"\n")
         if digest.decode("ascii") == _digest(name, body):
@@ -76,7 +76,7 @@ def kept(name: str) -> Any:
 
 
 def keep(name: str, value: Any) -> None:
-    """Write an entry, whole or not at all; another process may do the same at the same time."""
+    """Write an entry atomically; another process may do the same at the same time."""
     if (place := folder()) is None:
         return
     body = json.dumps(value, allow_nan=False).encode()

@@ -1,7 +1,7 @@
-"""What a simplification may drop, the terms of a level, and the order in which they go.
+"""Candidates for dropping, the terms of a level, and the order of elimination.
 
-Squared torque error is a quadratic form in what is kept, so one Gram matrix shows which candidate adds the
-least for every operation it saves. Largest errors, in which budgets are, are checked on every state.
+Squared torque error is a quadratic form in the kept terms, so one Gram matrix shows which candidate adds
+least per operation saved. Largest errors, which budgets limit, are checked at every state.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from gd_analyze.text import SINE_PRICE
 Kept = NDArray[np.bool_]
 
 
-# Above so many terms the smallest go first: no search could weigh them all.
+# Above this many terms the smallest are dropped first: no search could weigh them all.
 MANY = 1000
-# What those may make of the budget together, and how many may then be left at most.
+# Share of the budget that these may use together, and the most terms left.
 SWEEP, _MOST = 0.3, 4000
-# Terms up to which an arm's torque is written out at all: some seconds.
+# Most terms of an arm's torque that are written out: some seconds.
 _WRITTEN = 60_000
-# Numbers held at a time while looking for them, and looked at to rank them, or for a first opinion: seconds.
+# Numbers held at a time while identifying terms, used to rank them, or for a first estimate: seconds.
 _AT_ONCE, _RANKED, _GLANCE = 10_000_000, 100_000_000, 20_000_000
 
 
@@ -40,19 +40,19 @@ class TooManyTermsError(UsageError):
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Terms that may be dropped, and what each takes; of very many the smallest are dropped beforehand."""
+    """Terms that may be dropped, with effects and costs; of very many the smallest are dropped beforehand."""
 
     level: CandidateLevel
     form: ExactForm
     terms: Terms
-    # (K, n, N), torque as it counts, over what is left of the allowed error; the sum is the exact torque
+    # (K, n, N), weighted torque over the remaining allowed error; the sum is the exact torque
     effects: FloatArray
     costs: Costs
-    parameter: NDArray[np.int64]  # (K,), free numbers of a refit, see `level.Numbers`
+    parameter: NDArray[np.int64]  # (K,), index of the free number of a refit, see `level.Numbers`
     magnitude: FloatArray  # (K,), of the coefficients
-    ratio: FloatArray  # (K,), factor of every coefficient where its free number is 1; 1 at first
-    total: int  # how many terms there are
-    swept: float = 0.0  # share of the budget that those dropped beforehand take together
+    ratio: FloatArray  # (K,), factor of every coefficient for a free number of 1; initially 1
+    total: int  # number of all terms
+    swept: float = 0.0  # share of the budget used by terms dropped beforehand
 
     def __len__(self) -> int:
         return len(self.effects)
@@ -63,7 +63,7 @@ class Candidates:
         return {term: float(factor * weight) for (term, weight), keep, factor in chosen if keep}
 
     def write(self, kept: Kept, scale: FloatArray, effort: Effort) -> Program:
-        """Write a selection as a program, with so much effort."""
+        """Write a selection as a program, with this effort."""
         return self.level.write(self.form, self.keep(kept, scale), effort)
 
     @property
@@ -85,10 +85,10 @@ def candidates_of(
     Of very many terms the smallest are dropped beforehand, within the share `sweep` of the budget.
     """
     if not isinstance(level, CandidateLevel):
-        what = f"level {level.name} keeps no terms that could be looked at one by one"
+        what = f"level {level.name} has no single terms to choose from"
         raise UsageError(what, where="level", expected="term, energy or element", found=level.name)
     if level.has_torque_terms and has_more_terms(exact.form, _WRITTEN):
-        what = f"the exact torque of {exact.arm.name} has too many terms to look at them one by one"
+        what = f"the exact torque of {exact.arm.name} has too many terms to choose from"
         where, expected = f"level {level.name}", f"at most {_WRITTEN} torque terms"
         next_step = "`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
         next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
@@ -114,7 +114,7 @@ def candidates_of(
 def _swept(
     exact: ExactDynamics, level: CandidateLevel, every: Terms, allowed: FloatArray, sweep: float
 ) -> tuple[Terms, float]:
-    """Terms left when the smallest have gone, and the error over allowed of those; few states decide."""
+    """Terms left without the smallest, and the error over allowed of these; a few states decide."""
     items, n, states = list(every.items()), exact.arm.n_joints, exact.states
     looked_at = _RANKED if np.isinf(sweep) else _GLANCE
     few = states.at(slice(None, None, max(len(items) * n * len(states) // looked_at, 1)))
@@ -146,7 +146,7 @@ def _gone(
     allowed: FloatArray,
     sweep: float,
 ) -> tuple[int, float]:
-    """How many of the terms, from the first, may go together, and the error over allowed that they make."""
+    """Number of first terms that may be dropped together, and their error over allowed."""
     lost = np.zeros((exact.arm.n_joints, len(exact.states)))
     gone, share = 0, 0.0
     step = max(_AT_ONCE // lost.size, 1)
@@ -162,29 +162,29 @@ def _gone(
 
 
 def _weighed(effects: FloatArray, exact: ExactDynamics) -> FloatArray:
-    """Effects (K, n, N) as they count."""
+    """Weighted effects (K, n, N)."""
     return effects if exact.states.weights is None else effects * exact.states.weights.T
 
 
-# A refit of P numbers takes some P^3 multiplications; after so many candidates have gone that it comes to
-# this for each, the next is due.
+# A refit of P numbers takes some P^3 multiplications; the next one is due when this many per dropped
+# candidate have accumulated.
 _REFIT_EACH = 100**3
-# A share of each number's own square, thousands of roundings: what makes a singular fit regular.
+# Regularization of a singular fit: a share of each number's square, thousands of roundings.
 _SLIGHTLY = 1e-12
-# What a candidate counts as saving that saves nothing while those it shares its arithmetic with remain.
+# Operations credited to a candidate that saves nothing while others share its arithmetic.
 _LEAST_SAVING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """Candidates in the order they go."""
+    """Candidates in the order of elimination."""
 
     candidates: Candidates
     order: tuple[int, ...]
     scales: FloatArray  # (K + 1, K), factors of all coefficients with the first k dropped; 1 without refit
 
     def kept(self, dropped: int) -> NDArray[np.bool_]:
-        """Which candidates remain when the first ones are dropped, shape (K,)."""
+        """Mask of candidates that remain when the first ones are dropped, shape (K,)."""
         kept = np.ones(len(self.order), dtype=bool)
         kept[list(self.order[:dropped])] = False
         return kept
@@ -193,14 +193,14 @@ class Elimination:
         """Largest error per joint with the first k dropped, k = 0..K, over allowed; shape (K + 1, n)."""
         effects, steps = self.candidates.effects, len(self.order) + 1
         gone = np.empty(steps - 1, dtype=np.intp)
-        gone[list(self.order)] = np.arange(1, steps)  # with so many dropped it goes
+        gone[list(self.order)] = np.arange(1, steps)  # number dropped when it goes
         lost = 1.0 - self.scales * (gone > np.arange(steps)[:, None])
         rows = max(_AT_ONCE // math.prod(effects.shape[1:]), 1)
         left = (lost[k : k + rows] @ self.candidates.flat for k in range(0, steps, rows))
         return np.concatenate([np.abs(x).reshape(-1, *effects.shape[1:]).max(axis=2) for x in left])
 
     def within(self, factor: float = 1.0) -> NDArray[np.bool_]:
-        """What remains, (K,), if each in this order goes unless `factor` times the budget breaks."""
+        """Those that remain, (K,), if each in turn is dropped unless `factor` times the budget breaks."""
         effects = self.candidates.flat
         kept = np.ones(len(effects), dtype=bool)
         lost = np.zeros(effects.shape[1])
@@ -219,9 +219,9 @@ def eliminate(
     last: Kept | None = None,
     work: Work | None = None,
 ) -> Elimination:
-    """Order candidates by the error that each adds, with `by_cost` for every operation saved.
+    """Order candidates by the error that each adds, with `by_cost` per operation saved.
 
-    With `refit` what remains is fitted again and again. `last` (K,) go when all others have gone.
+    With `refit` the remaining ones are refitted repeatedly. `last` (K,) are dropped after all others.
     """
     flat = candidates.flat
     gram = flat @ flat.T
@@ -237,7 +237,7 @@ def eliminate(
         may_go = kept & ~last if last is not None and (kept & ~last).any() else kept
         added = scale * (scale * np.diag(gram) - 2.0 * slope)
         merit = added / (np.maximum(savings.now, _LEAST_SAVING) if by_cost else 1.0)
-        # Taken from those that may go whatever their merit is, so that the loop ends.
+        # Chosen among those that may be dropped, regardless of merit, so that the loop ends.
         places = np.flatnonzero(may_go)
         chosen = int(places[merit[places].argmin()])
         kept[chosen] = False
@@ -259,7 +259,7 @@ def eliminate(
 
 
 class _LeastSquares:
-    """Factors that bring what is kept closest to the exact torque, as one candidate after the other goes."""
+    """Factors that fit the kept candidates best to the exact torque, as they are dropped one by one."""
 
     def __init__(self, gram: FloatArray, candidates: Candidates) -> None:
         _, self._place = np.unique(candidates.parameter, return_inverse=True)
@@ -269,7 +269,7 @@ class _LeastSquares:
         self._first = np.searchsorted(self._place[self._order], numbers)
         self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
-        # What is left of a number where its candidates cancel is round-off of what they are.
+        # If a number's candidates cancel, the rest is round-off relative to them.
         own = self._ratio * np.diag(gram)
         self._least = np.finfo(float).eps * self._by_number(own[:, None])[:, 0]
 
@@ -284,16 +284,16 @@ class _LeastSquares:
 
     @property
     def numbers(self) -> int:
-        """How many free numbers are left."""
+        """Number of free numbers left."""
         return int(self._used.sum()) if len(self._first) else 0
 
     def factors(self) -> FloatArray:
-        """Factors of all candidates, shape (K,); 1 of those dropped."""
+        """Factors of all candidates, shape (K,); 1 for dropped ones."""
         used = self._used
         normal = self._by_number(self._gathered)[np.ix_(used, used)]
         wished = self._by_number(self._wished[:, None])[used, 0]
-        # Some coefficients, or differences of some, may not show in the torque at all: what is added to the
-        # diagonal keeps them small, and changes the others by no more than their own round-off.
+        # Some coefficients, or their differences, may not affect the torque: the addition to the diagonal
+        # keeps them small, and changes the others by no more than their round-off.
         size = np.sqrt(np.maximum(np.diag(normal), np.maximum(self._least[used], np.finfo(float).tiny)))
         scaled = normal / np.outer(size, size) + _SLIGHTLY * np.eye(len(size))
         fitted = np.zeros(len(used))
@@ -301,13 +301,13 @@ class _LeastSquares:
         return np.where(self._ratio != 0.0, self._ratio * fitted[self._place], 1.0)
 
     def _by_number(self, rows: FloatArray) -> FloatArray:
-        """Add up rows of candidates, times their ratios, that share a number."""
+        """Sum rows of candidates that share a number, times their ratios."""
         weighted = (self._ratio[:, None] * rows)[self._order]
         return np.asarray(np.add.reduceat(weighted, self._first)) if len(self._first) else weighted
 
 
 class _Savings:
-    """Operations that dropping each candidate saves, beside what has gone already."""
+    """Operations that dropping each candidate saves, given those dropped already."""
 
     def __init__(self, costs: Costs, count: int) -> None:
         self.now = np.zeros(count)

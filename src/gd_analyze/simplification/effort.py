@@ -1,4 +1,4 @@
-"""Time spent on programs and searches, and the programs that took long, which are kept between runs."""
+"""Time spent on programs and searches, and slow programs, which are kept between runs."""
 
 from __future__ import annotations
 
@@ -19,46 +19,46 @@ from gd_analyze.simplification.cache import keep, kept, name_of
 
 
 class Effort(NamedTuple):
-    """How much time goes into a program of few operations."""
+    """Time to spend on a program of few operations."""
 
-    shared: int  # torque terms up to which it is looked for what rows share
-    rearranging: int = 0  # rearrangements tried, times the operations; with none no other ways either
+    shared: int  # most torque terms for which common parts of rows are searched
+    rearranging: int = 0  # rearrangements tried, times the operations; 0 disables other forms, too
 
 
 # Milliseconds, and hundredths of a second, within a search.
 ROUGH = Effort(0)
 COUNTING = Effort(80)
-# Hundredths of a second for each of the models that are only looked at, as points of a curve, and some
-# tenths for one that is given: 3 to 6 % fewer operations.
+# Hundredths of a second for intermediate models, as points of a curve, and some tenths for a result: 3 to 6 %
+# fewer operations.
 POINT = Effort(600)
 THOROUGH = Effort(600, 30_000)
 
 
 # About a minute on one core of a machine of 2025: a billion a second.
 USUAL = 60e9
-# Of a linear program: multiplications per iteration and coefficient, by what both took on such a machine.
+# For a linear program: multiplications per iteration and coefficient, from times on such a machine.
 _SIMPLEX = 3.0
 
 
 class Work:
-    """What is left of an effort, a share of the usual one."""
+    """Remaining effort of a search, relative to the usual one."""
 
     def __init__(self, effort: float = 1.0) -> None:
         self.effort, self.spent = effort * USUAL, 0.0
         self.was_short = False
 
     def affords(self, amount: float) -> bool:
-        """Whether so much is left; noted where not, as a better result may then have been missed."""
+        """Whether this amount is left; if not, this is noted, as a better result may have been missed."""
         enough = self.spent + amount <= self.effort
         self.was_short |= not enough
         return enough
 
     def spend(self, amount: float) -> None:
-        """Note what was done."""
+        """Subtract work done."""
         self.spent += amount
 
     def solve(self, solver: Any) -> bool:
-        """Run a linear program as far as the effort goes; whether it came to an end of its own."""
+        """Run a linear program within the effort; whether it ended by itself."""
         import highspy
 
         left = self.effort - self.spent
@@ -74,29 +74,29 @@ class Work:
         return True
 
 
-# What programs come from; a change there is another program.
+# Source folders that determine programs and models found; a change there invalidates them.
 _CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")
 
 
 @dataclass(frozen=True)
 class Task:
-    """Programs to be written together, which takes long."""
+    """Programs that are written together, which is slow."""
 
     name: str  # of their entry in the cache
     n_joints: int = field(compare=False)
     write: Callable[[], Iterable[Program]] = field(compare=False)
     are_right: Callable[[Sequence[Program]], bool] = field(compare=False)
-    shipped: Any = field(default=None, compare=False)  # plain values of them, of a longer search
+    shipped: Any = field(default=None, compare=False)  # plain values of the programs from a longer search
 
 
 def named(key: Any) -> str:
-    """Name what everything it depends on gives: `key`, see `name_of`, this code and what it runs on."""
+    """Name a result by everything it depends on: `key`, see `name_of`, this code and its platform."""
     return name_of([_surroundings(), key])
 
 
 @lru_cache(maxsize=256)
 def kept_programs(wanted: Task) -> tuple[Program, ...]:
-    """Give programs as shipped, or as they were written before, or write them: the last two are the same."""
+    """Return programs as shipped, from the cache, or newly written; the last two are equal."""
     for known in (wanted.shipped, kept(wanted.name)):
         found = _read(known, wanted)
         if found is not None and wanted.are_right(found):
@@ -109,7 +109,7 @@ def kept_programs(wanted: Task) -> tuple[Program, ...]:
 
 
 def _read(values: Any, wanted: Task) -> tuple[Program, ...] | None:
-    """Programs of plain values; None where they are none, whatever they are."""
+    """Programs from plain values; None for any other values."""
     inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(wanted.n_joints)}
     try:
         programs = tuple(read_back(steps, outputs, inputs) for steps, outputs in values)
@@ -119,14 +119,14 @@ def _read(values: Any, wanted: Task) -> tuple[Program, ...] | None:
 
 
 def inputs_of(states: States) -> dict[str, FloatArray]:
-    """What a program is given at states (N, n)."""
+    """Inputs of a program at states (N, n)."""
     named = zip(("q", "qd", "qdd"), states.last, strict=True)
     return {f"{name}{j + 1}": row for name, rows in named for j, row in enumerate(rows)}
 
 
 @cache
 def _surroundings() -> list[str]:
-    """The code and what it runs on, as far as numbers may depend on it."""
+    """The code and its platform, as far as numbers may depend on them."""
     digest, root = hashlib.sha256(), Path(__file__).parents[1]
     for place in _CODE:
         for file in sorted((root / place).rglob("*.py")):

@@ -42,7 +42,7 @@ class Part:
         return f"{self.element.label} {self.effect}"
 
     def values(self, quantities: Mapping[Any, Any]) -> Array:
-        """Its value at every state, shape (N,), of `quantities` as `Element.parts` takes them."""
+        """Value of the part at every state, shape (N,), from `quantities` as for `Element.parts`."""
         return self.element.parts(quantities)[EFFECTS.index(self.effect)]
 
 
@@ -56,7 +56,7 @@ def parts_of(n_joints: int) -> tuple[Part, ...]:
 
 
 def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
-    """What is kept of every element, by its label: one effect, "both" or "neither"."""
+    """Effect kept of every element, by its label: one effect, "both" or "neither"."""
     names = {(): "neither", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
     chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
     for part in parts_of(n_joints):
@@ -66,7 +66,7 @@ def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
 
 
 def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[Part, ...]) -> FloatArray:
-    """Torque of every part, N m, (P, n, N), of a decomposition and accelerations (N, n) at its states."""
+    """Torque of every part, N m, (P, n, N), from a decomposition and accelerations (N, n) at its states."""
     count, n = qdd.shape
     out = np.zeros((len(parts), n, count))
     for p, part in enumerate(parts):
@@ -114,7 +114,7 @@ class TracedParts:
 
 @lru_cache(maxsize=8)
 def trace_parts(arm: RobotArm) -> TracedParts:
-    """Run the formulation once on numbers that remember their arithmetic."""
+    """Run the formulation once on numbers that record their arithmetic."""
     trace = Trace()
     q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
     kinematics = solve_kinematics(arm, q)
@@ -149,12 +149,12 @@ def _blocks(trace: Trace, outputs: list[object], sine_price: int) -> dict[frozen
 
 
 def _assembly(traced: TracedParts, parts: Sequence[Part], drives: bool) -> dict[frozenset[int], int]:
-    """Operations that put parts into torques, by the parts that need them; constants are summed before."""
+    """Operations that assemble parts to torques, by the parts that need them; constants are summed before."""
     costs: dict[frozenset[int], int] = {}
     effects: dict[Element, list[int]] = {}
     for p, part in enumerate(parts):
         if is_constant(traced.expression(part), 0.0):
-            costs[frozenset([p])] = 1  # nothing is lost without it, so it goes
+            costs[frozenset([p])] = 1  # dropping it costs nothing
         else:
             effects.setdefault(part.element, []).append(p)
     for element, live in effects.items():
@@ -173,7 +173,7 @@ class _PartEntry(Checked):
 
 
 class ElementLevel(CandidateLevel):
-    """Parts are kept or dropped as they are: each has the weight 1."""
+    """Parts are kept or dropped whole: each has the weight 1."""
 
     name: ClassVar[str] = "element"
     keeps: ClassVar[str] = "parts of elements"
@@ -185,22 +185,22 @@ class ElementLevel(CandidateLevel):
         return dict.fromkeys(parts_of(form.arm.n_joints), 1.0)
 
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Their torques, as the decomposition has them."""
+        """Torques of the parts, from the decomposition."""
         return torque_by_part(exact.quantities, exact.states.qdd, tuple(terms))
 
     def costs(self, form: ExactForm, terms: Sequence[Part], sine_price: int) -> Costs:
-        """Operations as traced, those that put parts into torques included."""
+        """Operations as traced, including those that assemble torques."""
         traced = trace_parts(form.arm)
         shared = _blocks(traced.trace, [traced.expression(part) for part in terms], sine_price)
         return dict(Counter(shared) + Counter(_assembly(traced, terms, form.drives)))
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
-        """Take what the parts need of the trace; there is only this way."""
+        """Extract the parts' operations from the trace."""
         traced = trace_parts(form.arm)
         return Program.of(traced.trace, list(traced.torque(terms, form.drive_inertia)))
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Kept effects times accelerations, as [FGL87] Eq. (3.4-24) has them."""
+        """Kept effects times accelerations, as in [FGL87] Eq. (3.4-24)."""
         n = form.arm.n_joints
         return parts_formulas(kept_effects(n, terms), n, form.drives)
 
@@ -209,7 +209,7 @@ class ElementLevel(CandidateLevel):
         return _PartEntry(part=term.label)
 
     def from_entry(self, form: ExactForm, entry: _PartEntry) -> tuple[Part, float]:
-        """Find the part of that label."""
+        """Find the part with this label."""
         parts = {part.label: part for part in parts_of(form.arm.n_joints)}
         if entry.part not in parts:
             first, *_, last = parts

@@ -1,4 +1,4 @@
-"""A model and every term at any states: errors, what a payload adds, the torque that each term makes."""
+"""Models and terms at any states: errors, effect of a payload, torque of each term."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """A model's torque at states, N m, shape (N, n), what it was compared with, and the error between them.
+    """A model's torque at states, N m, shape (N, n), the exact dynamics, and the error.
 
-    Shares of the torque's norm are at 95 % and 99.9 % of the states, and at what the model's budget asks.
+    Shares of the torque's norm are at 95 % and 99.9 % of the states, and at the share of the budget.
     """
 
     dynamics: ExactDynamics
@@ -69,7 +69,7 @@ class Evaluation:
         return np.asarray(self.errors.largest <= allowed)
 
     def keeps(self, asked: NormShare) -> bool:
-        """Whether the share of the norm that the model's budget asks for is kept here."""
+        """Whether a budget of the norm is kept here."""
         return any(n.share <= asked.share for n in self.norms if isclose(n.states, asked.states))
 
 
@@ -83,19 +83,23 @@ def evaluate(
     model
         The simplified model.
     given
-        Any trajectory of the model's arm, or its shipped name or path; its decomposition where it is at hand;
-        or states that need not belong to any motion, such as those of `states_in_box`.
+        Any trajectory of the model's arm, or its shipped name or path; its decomposition; or any states, such
+        as those of `states_in_box`.
     arm
-        Another arm whose exact torque counts, such as the model's own carrying a payload; the model's own
-        by default. Its drives count where they are part of the model.
+        Another arm whose exact torque is the reference, such as the model's arm with a payload; by default
+        the model's arm. Its drives are included if they are part of the model.
+
+    Returns
+    -------
+    Evaluation
+        Torque of the model, N m (N), shape (N, n), and its errors.
 
     Raises
     ------
     TrajectoryError
-        If the states are of another number of joints.
+        If the states have another number of joints.
     ModelError
-        If a decomposition is not of this arm and the model's drives, or the arm is of another number of
-        joints than the model.
+        If a decomposition is of another arm or differs in drives, or the arm's number of joints is wrong.
     ArmError
         If the model includes drives and the arm describes none.
     """
@@ -105,21 +109,21 @@ def evaluate(
         require_dataset(given)
         for name, value in {"arm_fingerprint": fingerprint(held), "drives": int(model.drives)}.items():
             if given.attrs[name] != value:
-                what = "the decomposition is of another arm, or differs from the model in its drives"
+                what = "the decomposition is of another arm, or treats drives differently from the model"
                 raise ModelError(what, where=name, expected=str(value), found=str(given.attrs[name]))
     exact = ExactDynamics.of(held, given, model.drives)
-    _ = exact.torque  # first: it says best what is wrong with states of another arm
+    _ = exact.torque  # first: its error for states of another arm is the clearest
     torque = model.torque(*exact.states.arrays)
     norms = exact.norms_of(torque, model.accuracy.asked.norm)
     return Evaluation(exact, torque, exact.errors_of(torque), norms)
 
 
 def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
-    """Refuse, with a ModelError, an arm of another number of joints than the model."""
+    """Raise a ModelError for an arm with another number of joints than the model."""
     if held.n_joints != model.arm.n_joints:
         expected = f"{model.arm.n_joints} joints, as {model.arm.name} has"
         found = f"{held.n_joints} joints"
-        raise ModelError(f"the model is not of arm {held.name}", where="arm", expected=expected, found=found)
+        raise ModelError(f"the model does not fit {held.name}", where="arm", expected=expected, found=found)
 
 
 def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
@@ -136,34 +140,39 @@ def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
 class PayloadEffect:
     """Effect of a point mass at the end effector (the last frame's origin) on a model over some states."""
 
-    torque_per_kg: FloatArray  # largest torque that the mass needs, (n,), N m per kg (N per kg)
-    # Largest mass, kg, (n,), for which each joint's error stays within the budget: 0 where it is beyond
-    # without any, infinite where no mass acts on the joint or the budget is of the norm.
+    torque_per_kg: FloatArray  # largest torque per mass, (n,), N m per kg (N per kg)
+    # Largest mass, kg, (n,), with which each joint's error stays within the budget: 0 if it exceeds it
+    # without mass, infinite if no mass acts on the joint or the budget is of the norm.
     mass_within_budget: FloatArray
 
     @property
     def largest_mass(self) -> float:
-        """Largest mass, kg, for which every joint's error stays within the budget."""
+        """Largest mass, kg, with which every joint's error stays within the budget."""
         return float(self.mass_within_budget.min())
 
     @property
     def limiting_joint(self) -> int | None:
-        """The joint, from 1, that leaves its budget first; None where no mass acts on any."""
+        """The joint, from 1, that exceeds its budget first; None if no mass acts on any."""
         return int(self.mass_within_budget.argmin()) + 1 if np.isfinite(self.largest_mass) else None
 
 
 def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
-    """Find what a payload needs at every joint, and how much of it a model's budget allows.
+    """Find the torque of a payload at every joint, and the largest payload that a model's budget allows.
 
-    Torque is linear in a mass at a fixed point of the last link, so the error at a state is e - m g, with g
-    the torque of one kilogram, and leaves the budget b at m = (b +- e) / abs(g).
+    Torque is linear in a mass at a fixed point of the last link, so the error at a state is e - m g, with the
+    torque g of one kilogram, and reaches the budget b at m = (b +- e) / abs(g).
 
     Parameters
     ----------
     model
-        Made for the arm without the payload.
+        A model of the arm without the payload.
     states
-        The states in question; the result says nothing of others.
+        States at which the result holds.
+
+    Returns
+    -------
+    PayloadEffect
+        Torque per mass, N m/kg (N/kg), and largest mass, kg, by joint.
     """
     states = states_for(model.arm, states)
     exact = ExactDynamics(model.form, states)
@@ -172,7 +181,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     of_a_kilogram = np.empty(error.shape)
     for chunk in chunks(len(states)):
         of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
-    # Cancelled terms leave round-off behind, where there is neither an error nor an effect.
+    # Round-off of cancelled terms is neither an error nor an effect.
     size, sign = np.abs(of_a_kilogram), np.sign(of_a_kilogram)
     acts = size > ROUND_OFF_SHARE * size.max()
     error[np.abs(error) <= exact.round_off] = 0.0
@@ -186,19 +195,19 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
 
 @dataclass(frozen=True)
 class Loss:
-    """One part or step left out, and the torque that it makes alone at the joint where that weighs most."""
+    """One dropped part or step, and its torque alone at the joint where it matters most."""
 
     part: str
     torque_peak: float  # N m
     torque_joint: int  # from 1
-    torque_share: float  # of the peak torque there; infinite where the joint has none
+    torque_share: float  # of the peak torque there; infinite if the joint has none
 
 
 def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
-    """Rank what a model left out by the torque that each makes alone at given states, the largest first.
+    """Rank dropped parts or steps by their torque alone at given states, the largest first.
 
-    Parts of elements go by the share of peak torque, steps of a recursion by that of the allowed error. At
-    other levels single terms are dropped, see `rank_terms`, and there is nothing to list.
+    Parts of elements are ranked by share of peak torque, steps of a recursion by share of the allowed error.
+    At other levels single terms are dropped, see `rank_terms`, and the result is empty.
     """
     if isinstance(model.level, RecursiveLevel):
         plain, found = Plain(), []
@@ -225,7 +234,7 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     return tuple(sorted(rows, key=lambda loss: -loss.torque_share))
 
 
-# Terms shown in a notebook.
+# Number of terms shown in a notebook.
 _MOST_SHOWN = 12
 _WHOLE = Budget.parse("100%")
 
@@ -234,32 +243,32 @@ _WHOLE = Budget.parse("100%")
 class RankedTerm:
     """One term in the ranking; shares are of the joint's peak torque, joints count from 1."""
 
-    rank: int  # 1 is what is missed most
-    term: Any  # of the kind its level has
+    rank: int  # 1 is the most important
+    term: Any  # of its level's type
     weight: float  # its coefficient
-    alone_torque: float  # its own largest, N m, at the joint where that is most of the peak torque
+    alone_torque: float  # its largest torque, N m, at the joint where its share of peak torque is largest
     alone_joint: int
     alone_share: float
-    without_share: float  # largest error if it and everything ranked below it are left out
+    without_share: float  # largest error without it and everything ranked below it
     without_joint: int
-    below_uncertainty: bool | None  # its own torque is, at every joint; None where no uncertainty is stated
+    below_uncertainty: bool | None  # whether its torque is, at every joint; None if no uncertainty is stated
 
 
 @dataclass(frozen=True)
 class TermRanking:
-    """Terms, the most important first, and how many of the last are within the parameters' uncertainty."""
+    """Terms, the most important first, and the number of last ones within the parameters' uncertainty."""
 
     terms: tuple[RankedTerm, ...] = ()
-    uncertainty: tuple[float, ...] | None = None  # largest standard one of every joint's torque, N m
-    not_worth_keeping: int = 0  # terms, from the last, that may all go with every error below that
-    unlisted: int = 0  # the smallest of very many terms, not ranked
+    uncertainty: tuple[float, ...] | None = None  # largest standard uncertainty of every joint's torque, N m
+    not_worth_keeping: int = 0  # number of last terms that may be dropped with every error below it
+    unlisted: int = 0  # number of smallest terms that are not ranked
     unlisted_share: float = 0.0  # largest torque of these together, over the joint's peak torque
 
     def __repr__(self) -> str:
         return f"TermRanking({len(self.terms)} of {self.total} terms)"
 
     def _repr_html_(self) -> str:
-        """The first, for a notebook."""
+        """The first terms, for a notebook."""
         plain, rows = Plain(), []
         for ranked in self.terms[:_MOST_SHOWN]:
             formula = term_formula(ranked.term, ranked.weight)
@@ -269,7 +278,7 @@ class TermRanking:
             rows.append([str(ranked.rank), symbol, term, shares[0], joints[0], shares[1], joints[1]])
         headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
         more = self.total - len(rows)
-        return html_of("Terms by what they do to torque", headings, rows, f"{more} more." if more else "")
+        return html_of("Terms ranked by torque", headings, rows, f"{more} more." if more else "")
 
     @property
     def total(self) -> int:
@@ -278,23 +287,28 @@ class TermRanking:
 
 
 def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
-    """Rank the terms of an arm's dynamics by the torque they make at given states.
+    """Rank the terms of an arm's dynamics by their torque at given states.
 
-    Of very many states some thousand stand for all. Terms go one by one, each time the one whose loss adds
-    the least squared torque error to all that went before, each joint's error taken relative to its peak
-    torque. The last to go ranks first.
+    Very many states are represented by some thousand. Terms are dropped one by one, each time the one whose
+    loss adds least to the squared torque error of all dropped so far, relative to each joint's peak torque.
+    The term dropped last ranks first.
 
     Parameters
     ----------
     exact
-        Exact dynamics at the states that count.
+        Exact dynamics at the states.
     level
         A level of harmonic terms: of the torques or of the energies.
 
     Returns
     -------
     TermRanking
-        Of no terms, all of them unlisted, where no joint needs any torque at the states.
+        Terms with torques, N m (N), and shares; empty if no joint needs torque at the states.
+
+    Raises
+    ------
+    UsageError
+        If the arm has too many terms to be ranked.
     """
     exact = exact.weighed(None).thinned()
     if not exact.needs_torque:
@@ -328,6 +342,6 @@ def rank_terms(exact: ExactDynamics, level: Level = TERM) -> TermRanking:
     if limit is None:
         return TermRanking(tuple(rows), None, 0, *unlisted)
     beyond = (errors * whole > limit).any(axis=1)
-    # The first row is of no term gone: of many terms, those that are not listed may be beyond it already.
+    # The first row is without any dropped term; unlisted terms may exceed it already.
     may_go = max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
     return TermRanking(tuple(rows), tuple(limit.tolist()), may_go, *unlisted)

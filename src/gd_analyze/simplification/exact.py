@@ -1,4 +1,4 @@
-"""An arm's exact dynamics: as sums of terms, as the shortest program known, and at given states."""
+"""An arm's exact dynamics: as sums of terms, as the cheapest program known, and at given states."""
 
 from __future__ import annotations
 
@@ -51,23 +51,23 @@ from gd_analyze.simplification.torque_program import torque_program
 if TYPE_CHECKING:
     import xarray as xr
 
-# Outer joints looked at first, to count terms of an arm of more than so many: tens of milliseconds.
+# Number of outer joints whose terms are counted first, in longer arms: tens of milliseconds.
 _OUTER_JOINTS, _QUICK_JOINTS = 4, 6
-# Torque terms up to which terms are worth choosing from: a seven-joint arm of general make has tens of
-# thousands, and any model of them takes more operations than its recursion.
+# Most torque terms that are worth choosing from: a general seven-joint arm has tens of thousands, and any
+# model of them takes more operations than its recursion.
 MOST_TERMS = 2000
-# Joints up to which identifying the exact form takes a second, and sums of terms may take fewer operations
+# Most joints for which identifying the exact form takes a second, and sums of terms may take fewer operations
 # than the recursion: terms grow with the fourth power of the joints, its operations with the first.
 _MOST_JOINTS, _FEW_JOINTS = 8, 4
-# Of so many terms at most it is looked for what they share: half a second.
+# Most terms whose common parts are searched: half a second.
 _SHARED = Effort(250)
-# Rewriting rounds otherwise: by 1e-15 of a joint's torque on arms of up to eight joints.
+# Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
 REWRITTEN = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
 class ExactForm:
-    """An arm's exact dynamics, with drive inertia or without; each form is made when first used."""
+    """An arm's exact dynamics, with or without drive inertia; each form is computed on first use."""
 
     arm: RobotArm
     drives: bool = False
@@ -77,7 +77,7 @@ class ExactForm:
 
     @property
     def drive_inertia(self) -> FloatArray | None:
-        """Drive inertia at the joints, shape (n,); None where it does not act."""
+        """Drive inertia at the joints, shape (n,); None if not included."""
         return self.arm.drive_inertia if self.drives else None
 
     @cached_property
@@ -102,7 +102,7 @@ class ExactForm:
 
     @cached_property
     def program(self) -> Program:
-        """Its torque in the fewest operations known: shipped, or found in a second or two and then kept."""
+        """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
         def shortest() -> list[Program]:
             ways = [self.recursion.program]
@@ -119,7 +119,7 @@ class ExactForm:
         return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right, values))[0]
 
     def _is_given_by(self, program: Program) -> bool:
-        """Whether a program gives the torque, in no more operations than the recursion."""
+        """Whether a program computes the torque, in no more operations than the recursion."""
         known = self.recursion.program
         if program.count.total > known.count.total:
             return False
@@ -128,7 +128,7 @@ class ExactForm:
 
     @cached_property
     def recursion(self) -> Recursion:
-        """Its torque by the cheapest formulation as it folds, step by step, drives added."""
+        """Its torque by the cheapest formulation, folded, step by step, with drives."""
         trace, n = Trace(), self.arm.n_joints
         states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
         quantities: list[tuple[Quantity, Any]] = []
@@ -145,17 +145,17 @@ class ExactForm:
 
     @property
     def operations(self) -> OperationCount:
-        """What the exact torque costs: every saving is stated against this."""
+        """Operations of the exact torque: every saving is stated against them."""
         return self.program.count
 
 
 def shipped_name(form: ExactForm) -> str:
-    """Name of the file with an arm's exact program, where one is shipped: "puma560-drives"."""
+    """Name of the file with an arm's exact program, if one is shipped: "puma560-drives"."""
     return f"{form.arm.name}-drives" if form.drives else form.arm.name
 
 
 def too_many_terms(form: ExactForm) -> str:
-    """What exact equations have too many of to choose terms from them: "9 joints"; "" if nothing."""
+    """Reason why exact equations are too long to choose terms from: "9 joints"; "" if they are not."""
     n = form.arm.n_joints
     if n > _MOST_JOINTS:
         return f"{n} joints"
@@ -163,7 +163,7 @@ def too_many_terms(form: ExactForm) -> str:
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
-    """Whether the exact torque has more than `most` terms; those of the outer joints alone are told first."""
+    """Whether the exact torque has more than `most` terms; those of the outer joints are counted first."""
     if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
     arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="", spread=None)
@@ -179,9 +179,9 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
 
     The stated uncertainties are independent of each other, so the squares of their effects add up. Torque is
     linear in masses, first moments and inertias about the link frames' origins; the effect of a parameter is
-    the torque of their change, to first order in that of a centre of mass. A parameter without a stated one
-    counts as known exactly; the result is None where none is stated of anything that is part of the torque.
-    With `drives`, by default where the arm describes some, their inertia is.
+    the torque of their change, to first order in that of a centre of mass. Parameters without stated
+    uncertainty count as exactly known; the result is None if none is stated that affects the torque.
+    `drives` includes the drives' inertia; by default if the arm describes drives.
 
     Examples
     --------
@@ -212,7 +212,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
 
 
 def _of_spread(arm: RobotArm, spread: FloatArray, states: States, drives: bool) -> FloatArray:
-    """Standard uncertainty of the torque that follows from a joint covariance, shape (N, n)."""
+    """Standard uncertainty of the torque from a joint covariance, shape (N, n)."""
     q, qd, qdd = states_for(arm, states).last
     squares = np.zeros(q.shape)
     for chunk in chunks(q.shape[1]):
@@ -225,12 +225,12 @@ def _of_spread(arm: RobotArm, spread: FloatArray, states: States, drives: bool) 
 
 
 def _changes(link: Link) -> FloatArray:
-    """One standard uncertainty of each of P quantities of a link, as its inertial parameters, (P, 10)."""
+    """Change of a link's inertial parameters by one standard uncertainty of each of P quantities, (P, 10)."""
     stated = link.uncertainty
-    assert stated is not None  # the caller asks of uncertain links only
+    assert stated is not None  # callers pass only uncertain links
     mass = link.mass if stated.body_mass is None else stated.body_mass
     com = link.com if stated.body_com is None else stated.body_com
-    # Where the inertia is known about the centre of mass, that about the origin moves along with it.
+    # If the inertia is stated about the centre of mass, that about the origin changes with the centre.
     moves = float(stated.inertia_about == "com")
     rows = []
     if stated.mass is not None:
@@ -246,17 +246,17 @@ def _changes(link: Link) -> FloatArray:
     return np.array(rows).reshape(-1, 10)
 
 
-# States that a search looks at; of a longer trajectory some stand for all, until others turn out to matter.
+# States of a search; a longer trajectory is represented by some, joined by others that turn out to matter.
 MOST_STATES = 5000
 
 
 @dataclass(frozen=True, eq=False)
 class ExactDynamics:
-    """An arm's exact dynamics at given states."""
+    """An arm's exact dynamics at given states; torques in N m (N)."""
 
     form: ExactForm
     states: States
-    decomposed: Mapping[Any, Any] | None = None  # what `decompose` gave for these states, where at hand
+    decomposed: Mapping[Any, Any] | None = None  # `decompose` of these states, if available
 
     def __repr__(self) -> str:
         return f"ExactDynamics({self.form!r}, {self.states!r})"
@@ -267,9 +267,8 @@ class ExactDynamics:
     ) -> ExactDynamics:
         """Take states, the set points of a trajectory or of several, or a decomposition.
 
-        Drives act where asked for; by default where the decomposition, or else the arm, has them. Arm and
-        trajectories may be shipped names, or paths of files. An ArmError says where D is not positive
-        definite.
+        Drives are included as asked for; by default if the decomposition, or else the arm, has them. Arm and
+        trajectories may be shipped names, or paths of files. ArmError if D is not positive definite.
         """
         arm = arm_of(arm)
         if isinstance(given, Trajectory | str | Path | Sequence):
@@ -301,14 +300,14 @@ class ExactDynamics:
         return replace(self, states=states, decomposed=None)
 
     def joined_by(self, states: FloatArray, weights: FloatArray) -> ExactDynamics:
-        """Take the same at further states (3, N, n), of no name, with shares of the torque at these ones."""
+        """Add further unnamed states (3, N, n), with weights relative to those of the present ones."""
         q, qd, qdd = states
         joined = self.at(replace(self.states.joined_by(q, qd, qdd, weights), described={}))
         vars(joined).update(peak_torque=self.peak_torque, uncertainty=self.uncertainty)
         return joined
 
     def thinned(self) -> ExactDynamics:
-        """Take the same at `MOST_STATES` states at most: evenly chosen ones, and every extreme."""
+        """Take at most `MOST_STATES` states: evenly spaced ones, and every extreme."""
         count = len(self.states)
         if count <= MOST_STATES:
             return self
@@ -337,7 +336,7 @@ class ExactDynamics:
 
     @cached_property
     def uncertainty(self) -> FloatArray | None:
-        """Largest standard uncertainty of each joint's torque, N m, (n,); None where none is stated."""
+        """Largest standard uncertainty of each joint's torque, N m, (n,); None if none is stated."""
         spread = torque_uncertainty(self.arm, self.states, self.form.drives)
         return None if spread is None else spread.max(axis=0)
 
@@ -370,9 +369,9 @@ class ExactDynamics:
         return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
 
     def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
-        """Shares of the norm by which torques (N, n) err, at 95 %, 99.9 % and what is asked of the states.
+        """Errors of torques (N, n) as shares of the norm, at 95 %, 99.9 % and the asked share of the states.
 
-        Of states so few that this leaves none out, at all.
+        If a share of few states leaves none out, it is all states.
         """
         shares = self.norm_measure(NormShare(1.0)).shares((torque - self.torque).T)
         usual = {part if len(shares) * (1.0 - part) >= 1.0 else 1.0 for part in USUAL_STATES}
@@ -380,7 +379,7 @@ class ExactDynamics:
         return tuple(NormShare(share_at(shares, part), part) for part in states)
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
-        """Weigh errors so that the budget of each of several motions is that of all; as it is of one."""
+        """Weight errors so that the budget of each of several motions becomes that of all."""
         states, budget = self.states, Budget.of(budget)
         if not states.motions or states.weights is not None:
             return self
@@ -391,7 +390,7 @@ class ExactDynamics:
         return self.weighed(weights)
 
     def weighed(self, weights: FloatArray | None) -> ExactDynamics:
-        """The same with errors that count as weights (N, n) say, see `States.weights`; alike where None."""
+        """The same with weights (N, n) of errors, see `States.weights`; equal if None."""
         if weights is None and self.states.weights is None:
             return self
         other = replace(self, states=replace(self.states, weights=weights))
@@ -400,7 +399,7 @@ class ExactDynamics:
 
     @cached_property
     def by_motion(self) -> dict[Motion, ExactDynamics]:
-        """The same dynamics at the states of each of several motions alone, all counting alike."""
+        """The same dynamics at the states of each of several motions, with equal weights."""
         parts = {}
         for motion in self.states.motions:
             part = self.at(replace(self.states.at(motion.rows), weights=None))
@@ -409,7 +408,7 @@ class ExactDynamics:
         return parts
 
     def held(self, accuracy: Accuracy, torque: FloatArray) -> Accuracy:
-        """State the error of a model of this torque, N m, shape (N, n), over all and along each motion."""
+        """State the error of a model with this torque, N m, shape (N, n), over all and along each motion."""
         weights, motions = self.states.weights, []
         for motion, alone in self.by_motion.items():
             allowed = accuracy.allowed / (1.0 if weights is None else weights[motion.first])
@@ -427,15 +426,15 @@ class ExactDynamics:
 
 def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> FloatArray:
     """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-    # Without any torque anywhere nothing is worth keeping, and any positive budget says so.
+    # Without any torque nothing is worth keeping, which any positive budget expresses.
     floor = ROUND_OFF_SHARE * float(by.peak.max()) or round_off or ROUND_OFF_SHARE
     return np.maximum(budget.allowed(by), floor)
 
 
 def warn_without_torque(exact: ExactDynamics) -> None:
-    """Warn where no joint needs any torque: shares of torque then say nothing."""
+    """Warn if no joint needs any torque: shares of torque are then meaningless."""
     if not exact.needs_torque:
         largest = f"{float(np.abs(exact.torque).max()):.1e} N m"
         text = f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest}): there is "
-        text += "nothing to rank, and a model of no operations is exact"
+        text += "nothing to rank, and a model without operations is exact"
         warnings.warn(text, GdAnalyzeWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""Levels "term" and "energy": harmonic terms of the torques, or of the energies from which they follow."""
+"""Levels "term" and "energy": harmonic terms of the torques, or of the energies."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
 from gd_analyze.simplification.torque_program import TorqueVariables, torque_program, torque_programs
 
-# Coefficients that are equal in mathematics, or twice or half each other, and differ by round-off.
+# Relative difference of coefficients that are mathematically equal, or twice or half each other.
 _EQUAL = 1e-9
-# What terms share is looked for from the start where more than this share of them is new.
+# Common parts are searched from the start if more than this share of the terms is new.
 _FEW = 0.1
-# Kind, how often every joint goes into the argument, exponent.
+# Kind, multiple of every joint in the argument, exponent.
 _FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
 
@@ -43,14 +43,14 @@ class HarmonicLevel(CandidateLevel):
 
     @abstractmethod
     def source(self, form: ExactForm, term: Any) -> Torques:
-        """Torque terms that a term makes with a number of 1."""
+        """Torque terms of a term with coefficient 1."""
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
-        """Add up what the terms make."""
+        """Sum the torque terms of all terms."""
         return gathered((number, self.source(form, term)) for term, number in terms.items())
 
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque of everything that a term makes; each product of factors and velocities is formed once."""
+        """Torque of all torque terms of a term; each product of factors and velocities is formed once."""
         form, states = exact.form, (x.T for x in exact.states.arrays)
         values = TorqueVariables(form.velocities, states)
         known: dict[tuple[Velocity | Factor, ...], FloatArray] = {}
@@ -64,9 +64,9 @@ class HarmonicLevel(CandidateLevel):
         return np.stack(form.velocities.joint_rows(rows), axis=1)
 
     def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
-        """Guess what factoring will find: equal products are formed once, velocities multiply their sum.
+        """Estimate the result of factoring: equal products are formed once, velocities multiply their sum.
 
-        Sines and cosines are taken of as many angles as joints are in them.
+        Sines and cosines are counted for as many angles as there are joints in them.
         """
         users: dict[TorqueTerm, set[int]] = defaultdict(set)
         products: dict[Monomial, set[int]] = defaultdict(set)
@@ -92,11 +92,11 @@ class HarmonicLevel(CandidateLevel):
         return dict(costs)
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
-        """Factor the torques that the terms make."""
+        """Factor the torques of the terms."""
         return torque_program(form.velocities, self.torques(form, terms), effort)
 
     def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write each from the one before, as long as torque terms join, not many, and none changes."""
+        """Write each from the previous one, while only a few torque terms are added and none changes."""
         chains: list[list[Torques]] = []
         for terms in (self.torques(form, step) for step in steps):
             before = chains[-1][-1] if chains else {}
@@ -141,11 +141,11 @@ class TermLevel(HarmonicLevel):
         return form.torques
 
     def source(self, form: ExactForm, term: TorqueTerm) -> Torques:
-        """Nothing but the term."""
+        """The term itself."""
         return {term: 1.0}
 
     def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
-        """Number terms that one energy's coefficient makes alike; one made by several is on its own."""
+        """Number terms of one energy coefficient equally; a term of several has its own number."""
         made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
         for energy, number in _numbered(form.energies).items():
             for term in torques_of(energy, form.velocities):
@@ -162,7 +162,7 @@ class TermLevel(HarmonicLevel):
         return _TorqueEntry(row=term.row, velocities=list(term.velocities), factors=factors, weight=weight)
 
     def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
-        """Read it back, in absolute velocities that the arm has."""
+        """Read a term back, in absolute velocities of the arm."""
         velocities = tuple(Velocity(*velocity) for velocity in entry.velocities)
         term = TorqueTerm(entry.row, velocities, _monomial_of(form.arm, entry.factors))
         joints = range(form.arm.n_joints)
@@ -181,7 +181,7 @@ class _EnergyEntry(Checked):
 
 
 class EnergyLevel(HarmonicLevel):
-    """Terms of D' in absolute velocities and of the potential: the model is a mechanical system itself."""
+    """Terms of D' in absolute velocities and of the potential: the model is itself a mechanical system."""
 
     name: ClassVar[str] = "energy"
     keeps: ClassVar[str] = "energy terms"
@@ -197,7 +197,7 @@ class EnergyLevel(HarmonicLevel):
         return torques_of(term, form.velocities)
 
     def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
-        """Number coefficients that are alike the same."""
+        """Number equal coefficients equally."""
         number = _numbered(form.energies)
         magnitudes = [abs(form.energies[term]) for term in terms]
         return np.array([number[term] for term in terms], dtype=int), np.array(magnitudes)
@@ -207,7 +207,7 @@ class EnergyLevel(HarmonicLevel):
         return _EnergyEntry(i=term.i, j=term.j, factors=_factor_entries(term.monomial), coefficient=weight)
 
     def from_entry(self, form: ExactForm, entry: _EnergyEntry) -> tuple[EnergyTerm, float]:
-        """Read it back, of an element that the arm has."""
+        """Read a term back, of an element of the arm."""
         term = EnergyTerm(entry.i, entry.j, _monomial_of(form.arm, entry.factors))
         if not (term.i == term.j == -1 or 0 <= term.i <= term.j < form.arm.n_joints):
             raise ModelError(f"{term} is no term of the arm's equations")
@@ -219,7 +219,7 @@ ENERGY: EnergyLevel = EnergyLevel()
 
 
 def _numbered(energies: Energies) -> dict[EnergyTerm, int]:
-    """Number every coefficient, those alike but for their sign and powers of two the same."""
+    """Number every coefficient; equal numbers for those that differ only in sign and powers of two."""
     equal = Magnitudes(_EQUAL)
     half = equal(0.5)
     mantissas = [equal(math.frexp(abs(coefficient))[0]) for coefficient in energies.values()]
@@ -233,16 +233,16 @@ def _factor_entries(monomial: Monomial) -> list[_FactorEntry]:
 
 
 def _monomial_of(arm: RobotArm, entries: Sequence[_FactorEntry]) -> Monomial:
-    """Read a monomial back; a ModelError where no arm of this make has it."""
+    """Read a monomial back; a ModelError if the arm cannot have it."""
     monomial = sorted(Factor(kind, tuple(m)) for kind, m, exponent in entries for _ in range(exponent))
     for factor in monomial:
         revolute = [turns for turns, m in zip(arm.is_revolute, factor.multiples, strict=False) if m]
-        # Beyond the degree of D no multiple of an angle and no further power occurs.
+        # Multiples of angles and powers do not exceed the degree of D.
         known = len(factor.multiples) == arm.n_joints and all(abs(m) <= DEGREE for m in factor.multiples)
         if factor.kind == "power":
             fitting = revolute == [False] and sum(factor.multiples) == 1
         else:
             fitting = bool(revolute) and all(revolute)
         if not (known and fitting):
-            raise ModelError(f"{factor.kind} of {list(factor.multiples)} is no factor of the arm's equations")
+            raise ModelError(f"{factor.kind} of {list(factor.multiples)} is not in the arm's equations")
     return tuple(monomial)

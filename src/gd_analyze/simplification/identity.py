@@ -1,11 +1,11 @@
-"""States, drawn afresh, at which programs that compute different torques are found out.
+"""Randomly drawn states that detect programs with different torques.
 
 Every step of a torque's program is a trigonometric polynomial in each angle, and its formal degree d follows
-from the steps. Where such a polynomial reaches M, it exceeds e M on a share p of the circle with
-T_2d(1/cos(p pi/2)) >= 1/e, T the Chebyshev polynomial: S. Tikhonov, P. Yuditskii, Sharp Remez inequality,
-Constructive Approximation 52 (2020); of an interval, for sliding joints, E. Remez (1936). Taken joint by
-joint this bounds from below how likely a difference shows at a random state. So a high degree, which is what
-it takes to hide between states, is refused or answered by more states.
+from the steps. If such a polynomial reaches M, it exceeds e M on a share p of the circle with T_2d(1/cos(p
+pi/2)) >= 1/e, where T is the Chebyshev polynomial: S. Tikhonov, P. Yuditskii, Sharp Remez inequality,
+Constructive Approximation 52 (2020); for an interval, as of sliding joints, see E. Remez (1936). Applied
+joint by joint this gives a lower bound on the probability that a difference shows at a random state. A high
+degree, which could hide between states, is refused or answered by more states.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.effort import inputs_of
 
-# A coefficient of 1, qdd_j or qd_j qd_k that somewhere differs by this share of the joint's torque is missed
-# with at most these odds, unless that takes more than so many states times steps, some seconds.
+# A coefficient of 1, qdd_j or qd_j qd_k that differs by this share of the joint's torque is missed with at
+# most this probability, unless that takes more than this many states times steps, some seconds.
 FOUND, ODDS = 1e-3, 1e-6
 _MOST = 2.0**31
-# States at a time, so that the values of their steps fit a cache; and most values, half a gigabyte.
+# States at a time, so that their steps fit the cache; and most values, half a gigabyte.
 _BLOCK, _MOST_VALUES = 1024, 2**26
 # Share of a joint's torque that may be lost in the rounding of large terms.
 _LOST = 1e-6
-# At one state in four nothing moves; else velocities and accelerations are -1, 0 or 1. The second differences
-# of f in qd_j and qd_k, say, are four values of f at states as likely as each other: a state shows at least
+# One state in four is at rest; otherwise velocities and accelerations are -1, 0 or 1. Second differences of f
+# in qd_j and qd_k, for example, consist of four values of f at equally likely states: a state shows at least
 # half of each coefficient with a probability of at least 3/4 * (2/3)^2 / 4.
 _STILL, _SHOWN, _SHARE = 0.25, 1.0 / 12.0, 0.5
 # Range of sliding joints, m.
@@ -42,15 +42,15 @@ _REACH = 2.0
 
 
 class _Formal(NamedTuple):
-    """What a step can be at most."""
+    """Formal degrees of a step."""
 
-    degrees: tuple[int, ...]  # in every joint's variable; of a sum of angles their multiples, signed
+    degrees: tuple[int, ...]  # in every joint's variable; for a sum of angles their signed multiples
     weight: int = 0  # a velocity counts 1, an acceleration 2
     is_angle: bool = False
 
 
 def formal_degrees(program: Program, is_revolute: Sequence[bool]) -> FloatArray:
-    """Degrees of a program in the joints' variables at most, (n,); ModelError if it can be no torque."""
+    """Bounds on a program's degrees in the joints' variables, (n,); ModelError if it cannot be a torque."""
     n = len(is_revolute)
     none = (0,) * n
     constant = _Formal(none)
@@ -66,7 +66,7 @@ def formal_degrees(program: Program, is_revolute: Sequence[bool]) -> FloatArray:
         (a, u, turns), (b, v, other) = (x if isinstance(x, _Formal) else constant for x in (first, second))
         if operation in ("cos", "sin"):
             if not turns and (u or a != none):
-                raise no_torque(f"it takes the {operation} of something that is no sum of angles")
+                raise no_torque(f"it takes the {operation} of something other than a sum of angles")
             return _Formal(tuple(map(abs, a)))
         if turns or other:
             if operation == "multiply" or u or v or (not turns and a != none) or (not other and b != none):
@@ -90,9 +90,9 @@ def formal_degrees(program: Program, is_revolute: Sequence[bool]) -> FloatArray:
 def telling_states(
     programs: Sequence[Program], is_revolute: Sequence[bool], closeness: float, least: Any = 0
 ) -> Iterator[States]:
-    """Blocks of states, drawn afresh; a difference of less than `closeness` of the torque is taken for none.
+    """Blocks of random states; a difference below `closeness` of the torque counts as none.
 
-    Degrees are those of the programs, but at `least` so high. Raises a ModelError if one can be no torque.
+    Degrees are those of the programs, but at least `least`. Raises a ModelError if one cannot be a torque.
     """
     n, turns = len(is_revolute), np.array(is_revolute)
     found = [formal_degrees(program, is_revolute) for program in programs]
@@ -111,8 +111,8 @@ def largest_apart(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest difference of two programs and the largest magnitude of the known one, by joint, (n,) each.
 
-    Infinite where the program can be no torque, see `telling_states`, or adds up and takes away so much that
-    a term could hide in its rounding.
+    Infinite if the program cannot be a torque, see `telling_states`, or cancels so much that a term could
+    hide in its rounding.
     """
     apart, size = (np.zeros(len(known.outputs)) for _ in range(2))
     batches: list[Batch] = []
@@ -132,7 +132,7 @@ def largest_apart(
 def states_needed(
     degrees: Sequence[int] | FloatArray, is_revolute: Sequence[bool], closeness: float
 ) -> float:
-    """How many states find a difference of `FOUND` with the stated odds."""
+    """Number of states that find a difference of `FOUND` with the stated probability."""
     acting = [(int(d), turns) for d, turns in zip(degrees, is_revolute, strict=True) if d]
     shown = _SHOWN
     for d, turns in acting:

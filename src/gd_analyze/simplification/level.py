@@ -1,6 +1,6 @@
-"""What a level of simplification is: how far the dynamics are split before something is left out.
+"""Levels of simplification: how far the dynamics are split before parts are dropped.
 
-Search, models, certificates and reports ask the level and know none by name.
+Search, models, certificates and reports use this interface and know no level by name.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.text import LARGEST_COEFFICIENT
 
-# What a model is made of: a number by term, or by change of a program, of whatever kind the level's are.
+# Content of a model: a number by term, or by change of a program, of the level's own type.
 Terms = Mapping[Any, float]
-# Operations by the set of candidates, numbered in their order, that need them.
+# Operations by the set of candidates, by index, that need them.
 Costs = Mapping[frozenset[int], int]
-# Free numbers of a refit: which one scales each term, and the magnitude of its coefficient, both (K,). Terms
-# whose coefficients are alike but for sign and powers of two share one, so that arithmetic stays shared.
+# Free numbers of a refit: index of the one that scales each term, and magnitude of its coefficient, (K,).
+# Terms whose coefficients differ only in sign and powers of two share one, so that arithmetic stays shared.
 Numbers = tuple[NDArray[np.int64], FloatArray]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
 
 class Checked(BaseModel):
-    """What a model file states: nothing unknown is in it, and no infinite number."""
+    """Base of a model file's entries: unknown keys and infinite numbers are refused."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class Level(ABC):
-    """A level of simplification; there is one value of each."""
+    """A level of simplification; each class has one value."""
 
-    name: ClassVar[str]  # as users call it
-    keeps: ClassVar[str]  # what its models are counted in, in the plural
+    name: ClassVar[str]  # for users
+    keeps: ClassVar[str]  # unit in which models are counted, in the plural
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     always_refits: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False  # models are mechanical systems, with a symmetric D
@@ -58,14 +58,14 @@ class Level(ABC):
 
     @abstractmethod
     def terms(self, form: ExactForm) -> Terms:
-        """What makes the exact dynamics: all terms there are, or no change."""
+        """Content of the exact dynamics: all terms, or no change."""
 
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
-        """Write the torque that terms make as a program."""
+        """Write the torque of terms as a program."""
 
     def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write programs of terms that become more, up to the first of more than `most` operations."""
+        """Write programs of growing sets of terms, up to the first with more than `most` operations."""
         programs: list[Program] = []
         for terms in steps:
             program = self.write(form, terms, THOROUGH)
@@ -76,14 +76,14 @@ class Level(ABC):
 
     @abstractmethod
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Equations of the joints' torques, as a person would write them."""
+        """Equations of the joints' torques in readable form."""
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
-        """Meaning of the names in them: by default all are the founding text's."""
+        """Meaning of the symbols; by default all are those of the founding text."""
         return Legend((), (), ())
 
     def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
-        """How many terms or simplified steps a model has, and of how many."""
+        """Number of terms or simplified steps of a model, and of all."""
         return len(terms), len(self.terms(form))
 
     @abstractmethod
@@ -92,14 +92,14 @@ class Level(ABC):
 
     @abstractmethod
     def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
-        """Read a term back; a ModelError if no arm of this make has it."""
+        """Read a term back; a ModelError if the arm cannot have it."""
 
     def to_entries(self, terms: Terms) -> list[Any]:
-        """Write terms for a model file, in plain values."""
+        """Write terms for a model file, as plain values."""
         return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
-        """Read terms back; a ModelError where one is stated twice, or none of the arm's."""
+        """Read terms back; a ModelError if one is stated twice, or is not of the arm."""
         stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
         terms = dict(stated)
         if len(terms) < len(stated):
@@ -107,7 +107,7 @@ class Level(ABC):
         return terms
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
-        """Harmonic terms of the torques that terms make; ModelError where a model is no sum of terms."""
+        """Harmonic terms of the torques; ModelError if a model is not a sum of terms."""
         what, found = f"a model of level {self.name} has no harmonic terms", f"level {self.name}"
         expected, next_step = "a model of level term or energy", "make one with `gd-analyze simplify`"
         raise ModelError(what, expected=expected, found=found, next_step=next_step)
@@ -116,24 +116,24 @@ class Level(ABC):
 class CandidateLevel(Level):
     """A level whose models keep some of the exact dynamics' terms."""
 
-    # Whether `costs` are what a program takes, so that an integer program's optimum is final.
+    # Whether `costs` are exact, so that an integer program's optimum is final.
     is_priced_exactly: ClassVar[bool] = False
 
     @abstractmethod
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque that each term makes at each state, N m, shape (K, n, N)."""
+        """Torque of each term at each state, N m, shape (K, n, N)."""
 
     @abstractmethod
     def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
         """Operations by the set of terms that need them; a sine or cosine counts as `sine_price`."""
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
-        """Free numbers of a refit: by default every term has its own."""
+        """Free numbers of a refit; by default every term has its own."""
         return np.arange(len(terms)), np.ones(len(terms))
 
 
 class Found(NamedTuple):
-    """Outcome of a search: fields as of `SimplifiedModel` and `Accuracy`."""
+    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
 
     terms: Terms
     program: Program

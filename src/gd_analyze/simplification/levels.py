@@ -1,4 +1,4 @@
-"""The levels there are, and how to simplify at one."""
+"""The levels, and the options of a search."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LEVELS: dict[str, Level] = {level.name: level for level in (ELEMENT, TERM, RECUR
 
 
 def level_named(level: str | Level) -> Level:
-    """Look a level up by its name."""
+    """Find a level by its name."""
     if isinstance(level, Level):
         return level
     if level not in LEVELS:
@@ -27,19 +27,19 @@ def level_named(level: str | Level) -> Level:
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """How to simplify."""
+    """Options of a search."""
 
-    level: Level | None = None  # by default the one of fewest operations, of those promising for the arm
-    refit: bool = False  # change kept coefficients to absorb what is dropped; level recursive always does
-    # Multiplications and additions the model may take: the smallest multiple of the budget that allows it.
+    level: Level | None = None  # by default the cheapest of those promising for the arm
+    refit: bool = False  # fit kept coefficients to compensate for dropped ones
+    # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
     thorough: bool = True  # search the integer program: seconds; dive into it only: tenths of a second
     write: bool = True  # spend tenths of a second on a program of few operations
-    effort: float = 1.0  # a multiple of the usual, a minute at most; where it ends, the best so far is given
-    # Of level recursive: changes on the way to a model; one goes on from the last, or back, and adds to it.
+    effort: float = 1.0  # relative to the usual, a minute at most; the result is the best found by then
+    # For level recursive: successive changes on the way to a model, which a search continues and extends.
     way: list[Terms] | None = None
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
-    dearer: bool = False  # give what was found even where it takes more operations than the exact torque
+    dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
         level = None if self.level is None else level_named(self.level)
@@ -49,11 +49,9 @@ class SearchOptions:
             raise UsageError(what, where="refit", expected=expected, found=f"level {level}")
         if not self.effort > 0.0:
             found = str(self.effort)
-            raise UsageError("a search takes some effort", where="effort", expected="above 0", found=found)
+            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=found)
         if self.sine_price < 0:
             found = str(self.sine_price)
-            raise UsageError(
-                "a sine costs something or nothing", where="sine_price", expected="0 or more", found=found
-            )
+            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=found)
         if self.operations is not None and self.operations < 0:
-            raise UsageError("so few operations do not exist", where="operations", found=str(self.operations))
+            raise UsageError("the number is negative", where="operations", found=str(self.operations))

@@ -1,10 +1,10 @@
 """The cheapest selection within the budget, an integer program, and its refitted coefficients, a linear one.
 
-The error of joint i at state s is sum_p a_pis (1 - x_p), x_p = 1 where candidate p is kept. Intermediate
-results of w_b operations that the same candidates need form a block b. Minimise sum_b w_b y_b, with y_b >=
-x_p for every p above b, and errors as allowed. A dive (solve the relaxed program, keep what is largest,
-again) takes hundredths of a second; the search from there stops after some nodes, so that every machine
-finds the same. Few states decide: those that a trial solution violates are added until none is.
+The error of joint i at state s is sum_p a_pis (1 - x_p), with x_p = 1 if candidate p is kept. Intermediate
+results of w_b operations that the same candidates need form a block b. Minimize sum_b w_b y_b, with y_b >=
+x_p for every p above b, and allowed errors. A dive (solve the relaxed program, keep the largest, repeat)
+takes hundredths of a second; the search from there stops after some nodes, so that every machine finds the
+same. Few states matter: those that a trial solution violates are added until none is violated.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.simplification.candidates import Candidates, Kept
 from gd_analyze.simplification.effort import Work
 
-# HiGHS accepts solutions that break a row by 1e-6; asking for that much less keeps the promise exact.
+# HiGHS accepts solutions that violate a row by 1e-6; a budget smaller by that much is kept exactly.
 _FEASIBILITY_MARGIN = 2e-6
-# Rows of larger numbers would lose the budget in the solver's tolerances.
+# In rows of larger numbers the budget would vanish in the solver's tolerances.
 _LARGEST_COEFFICIENT = 1e3
-# Nodes per solution, and solutions until every state holds; the relaxed program takes states in bunches.
+# Nodes per solution, and solutions until every state holds; the relaxed program adds states in batches.
 _NODES, _SOLUTIONS, _BUNCH = 40, 12, 50
-# What such a search takes, in solutions of the relaxed program from the start: cuts, heuristics and nodes.
+# Cost of such a search, in solutions of the relaxed program: cuts, heuristics and nodes.
 _SEARCHING = 50
-# A relaxed variable this close to 0 or 1 is that.
+# A relaxed variable this close to 0 or 1 is rounded.
 _WHOLE = 1e-6
-# The dive keeps what is this close to 1, beside the largest.
+# The dive keeps variables this close to 1, and the largest.
 _NEARLY = 0.7
 
 
@@ -43,7 +43,7 @@ def select(
     thorough: bool = True,
     work: Work | None = None,
 ) -> tuple[NDArray[np.bool_], bool]:
-    """Choose candidates to keep, (P,), given a_pis, N m, (P, n, N); and whether no others are cheaper."""
+    """Choose candidates to keep, (P,), given a_pis, N m, (P, n, N); also whether this is optimal."""
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)
     program = _Program(flat, costs, work or Work())
@@ -73,17 +73,17 @@ class _Program:
         self.barred: list[list[int]] = []
 
     def cost(self, kept: NDArray[np.bool_]) -> float:
-        """Operations of a selection, as blocks tell."""
+        """Operations of a selection, from blocks."""
         needed = [kept[members].any() for members in self._members]
         return float(self._weights[needed].sum())
 
     def hold(self, kept: NDArray[np.bool_]) -> bool:
-        """Whether a selection is within the budget at every state; those where it is not join the rows."""
+        """Whether a selection is within the budget at every state; violated states become rows."""
         beyond = _largest_beyond(np.abs(self._flat[~kept].sum(axis=0)))
         fresh = sorted({*beyond} - {*self._rows})
         self._rows += fresh
         if beyond and not fresh:
-            # A row that is there already was broken within the solver's tolerance: bar what broke it.
+            # An existing row was violated within the solver's tolerance: exclude this selection.
             self.barred.append(np.flatnonzero(~kept & (self._flat[:, beyond[0]] != 0.0)).tolist())
         return not beyond
 
@@ -113,11 +113,11 @@ class _Program:
         return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
 
     def dive(self) -> NDArray[np.bool_]:
-        """Solve the relaxed program, keep the largest fraction, and again; what is undecided then stays."""
+        """Solve the relaxed program, keep the largest fraction, and repeat; undecided candidates stay."""
         import highspy
 
         solver, count = self._solver(), len(self._flat)
-        solver.setOptionValue("presolve", "off")  # the solver goes on from where it was
+        solver.setOptionValue("presolve", "off")  # the solver continues from its last basis
         settled = np.zeros(count, dtype=bool)
         x = np.ones(count)
         while True:
@@ -141,7 +141,7 @@ class _Program:
                 settled[k] = True
                 solver.changeColBounds(k, 1.0, 1.0)
         kept = x > _WHOLE
-        while not self.hold(kept):  # by the solver's tolerance at most
+        while not self.hold(kept):  # violated at most by the solver's tolerance
             dropped = np.flatnonzero(~kept)
             kept[dropped[np.abs(self._flat[dropped]).max(axis=1).argmax()]] = True
         return kept
@@ -166,7 +166,7 @@ class _Program:
 
 
 def _largest_beyond(errors: FloatArray) -> list[int]:
-    """Where errors are beyond the budget, the largest of them."""
+    """Largest errors beyond the budget."""
     beyond = np.flatnonzero(errors > 1.0)
     return [int(s) for s in beyond[np.argsort(-errors[beyond], kind="stable")][:_BUNCH]]
 
@@ -175,7 +175,7 @@ def _solver_of(costs: Array, lower: float, upper: float) -> Any:
     """An empty program over variables of these costs, all between the same bounds."""
     import highspy
 
-    def silenced(solver: Any) -> None:  # from 1.16 on, the first call prints a banner: this is the first
+    def silenced(solver: Any) -> None:  # since 1.16 the first call prints a banner: this is the first
         solver.setOptionValue("output_flag", False)
         highspy.Highs.enableCallbacks(solver)
 
@@ -211,15 +211,15 @@ def add_rows(
     )
 
 
-# States that a quadratic fit errs most at start the set; further ones join in bunches, and at most so many
-# stay for the next selection.
+# The set starts with the states of largest errors of a quadratic fit; further ones are added in batches, and
+# at most this many stay for the next selection.
 _FIRST, _JOINING, _MOST = 200, 25, 600
-# The solver keeps its rows to 1e-7 of numbers that are some hundred budgets large.
+# The solver keeps its rows to 1e-7 of numbers of some hundred budgets.
 _CLOSE = 1e-6
 
 
 class Refit:
-    """Fits kept candidates again and again, remembering which states decide."""
+    """Repeated refits of kept candidates, with memory of the deciding states."""
 
     def __init__(self, candidates: Candidates, work: Work, like: Refit | None = None) -> None:
         """`like` is a refit of the same effects, whose deciding states are a good start."""
@@ -231,12 +231,12 @@ class Refit:
         self._deciding: list[int] = list(like._deciding) if like is not None else []
 
     def within(self, kept: Kept) -> FloatArray | None:
-        """Factors of all coefficients, (K,), with which the budget is kept; None if there are none."""
+        """Factors of all coefficients, (K,), that keep the budget; None if there are none."""
         fitted = self._fitted(kept, 1.0 - _CLOSE)
         return fitted if fitted is not None and self._largest(kept, fitted) <= 1.0 else None
 
     def best(self, kept: Kept, known: FloatArray) -> FloatArray:
-        """Factors of all coefficients, (K,), that make the largest error least; the known where these do."""
+        """Factors of all coefficients, (K,), that minimize the largest error; the known ones if these do."""
         fitted = self._fitted(kept, None)
         return known if fitted is None or self._largest(kept, known) < self._largest(kept, fitted) else fitted
 
@@ -273,7 +273,7 @@ class Refit:
 def _solved(
     columns: FloatArray, target: FloatArray, limit: float | None, work: Work
 ) -> tuple[FloatArray, float] | None:
-    """Coefficients within a limit, or of the least largest error, and that; None if none are found."""
+    """Coefficients within a limit, or with minimal largest error, and that error; None if not found."""
     import highspy
 
     parameters, states = columns.shape
@@ -296,7 +296,7 @@ def _solved(
     return values[:parameters] / size, float(values[-1]) if limit is None else limit
 
 
-# Pairs tried in all, and how far apart the coefficients of a pair may be, as a factor.
+# Most pairs tried, and largest ratio of the coefficients of a pair.
 _TRIALS, _APART = 60, 1.5
 
 
@@ -307,7 +307,7 @@ def share_coefficients(
     count: Callable[[Kept, FloatArray], int],
     work: Work,
 ) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients, factors (K,), to each other while the budget holds and operations go down."""
+    """Tie coefficients, factors (K,), to each other while the budget holds and operations decrease."""
     fewest, trials = count(kept, scale), _TRIALS
     refit = Refit(candidates, work)
     while True:
@@ -326,7 +326,7 @@ def share_coefficients(
 
 
 def _pairs(candidates: Candidates, kept: Kept, scale: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of candidates that stand for coefficients to tie, the closest first."""
+    """Pairs of candidates whose coefficients to tie, the closest first."""
     members = np.flatnonzero(kept & (scale != 0.0))
     _, first = np.unique(candidates.parameter[members], return_index=True)
     chosen = members[first]

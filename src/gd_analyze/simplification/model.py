@@ -1,4 +1,4 @@
-"""What a user takes away: a simplified model that evaluates torque, D, h and c, and what it promises."""
+"""A simplified model: it evaluates torque, D, h and c, and states its accuracy."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from gd_analyze.text import amount, html_of, joint_name, percent
 
 
 def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
-    """D, row by row: torque is linear in accelerations; of a `symmetric` one the half above is taken."""
+    """D, row by row, as torque is linear in accelerations; for a `symmetric` D the upper half is computed."""
     trace, at_rest = Trace(), program.with_values(_zeros(n, "qd"))
     columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, _zeros(n, "qdd"), trace) for j in range(n)]
     places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
@@ -35,7 +35,7 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
 
 
 def coriolis_centrifugal_program(program: Program, n: int) -> Program:
-    """H, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
+    """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     trace = Trace()
     twice = slopes_of(program, along, _zeros(n, "qdd"), trace)
@@ -48,7 +48,7 @@ def gravity_loading_program(program: Program, n: int) -> Program:
 
 
 def torque_derivatives_program(program: Program, n: int) -> Program:
-    """Derivatives of the torques by q, then by qd, each row by row; by qdd it is D."""
+    """Derivatives of the torques by q, then by qd, each row by row; those by qdd are D."""
     trace = Trace()
     by = [[slopes_of(program, {f"{name}{j + 1}": 1.0}, {}, trace) for j in range(n)] for name in ("q", "qd")]
     return Program.of(trace, [columns[j][i] for columns in by for i in range(n) for j in range(n)])
@@ -62,9 +62,9 @@ def coriolis_matrix_program(program: Program, n: int) -> Program:
 
 
 def forward_dynamics_program(program: Program, n: int, symmetric: bool) -> Program:
-    """Accelerations that torques tau1, tau2, .. cause: D qdd = tau - h - c, by elimination without pivots.
+    """Accelerations from torques tau1, tau2, ...: D qdd = tau - h - c, by elimination without pivoting.
 
-    D of an arm is positive definite, so that no pivot is zero; a symmetric one is taken as L d L^T.
+    D of an arm is positive definite, so that no pivot is zero; a symmetric D is factored as L d L^T.
     """
     trace = Trace()
     at_rest = program.with_values(_zeros(n, "qdd"))
@@ -79,7 +79,7 @@ def forward_dynamics_program(program: Program, n: int, symmetric: bool) -> Progr
             if is_constant(matrix[i][k], 0.0):
                 continue
             factor = trace.divide(matrix[i][k], matrix[k][k])
-            # Below the diagonal of a symmetric matrix stands what is above it.
+            # A symmetric matrix has equal entries below and above the diagonal.
             for j in range(i if symmetric else k + 1, n):
                 matrix[i][j] = trace.subtract(matrix[i][j], trace.multiply(factor, matrix[k][j]))
             right[i] = trace.subtract(right[i], trace.multiply(factor, right[k]))
@@ -99,28 +99,28 @@ def _zeros(n: int, *names: str) -> dict[str, float]:
     return {f"{name}{j + 1}": 0.0 for name in names for j in range(n)}
 
 
-# Terms up to which equations are shown in a notebook.
+# Most terms of equations shown in a notebook.
 _MOST_SHOWN = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SimplifiedModel:
-    """An arm's torque model with something left out, and the error it states.
+    """A simplified torque model of an arm, with its stated error.
 
     Parameters
     ----------
     level
-        How far the dynamics were split, see `gd_analyze.simplification.levels.LEVELS`.
+        How far the dynamics were split, a value of `LEVELS`.
     form
-        The exact dynamics it stands for.
+        The exact dynamics that it approximates.
     terms
-        What is kept: numbers by term, of the kind the level has.
+        Numbers by kept term, or by change, of the level's own type.
     program
         The torques as a straight-line program, from which D, h and c follow.
     refitted
-        Whether kept coefficients were refitted to absorb what was dropped.
+        Whether kept coefficients were refitted to compensate for dropped ones.
     accuracy
-        Budget, errors, and where they were measured.
+        Budget, errors, and the states at which they were measured.
     provenance
         Versions, time, command.
     """
@@ -168,12 +168,12 @@ class SimplifiedModel:
 
     @property
     def size(self) -> tuple[int, int]:
-        """How many of `level.keeps` it has, terms kept or steps simplified, and of how many."""
+        """Number of its `level.keeps`, terms kept or steps simplified, and of all."""
         return self.level.size(self.form, self.terms)
 
     @property
     def arm(self) -> RobotArm:
-        """The arm it stands for."""
+        """The arm that it models."""
         return self.form.arm
 
     @property
@@ -183,7 +183,7 @@ class SimplifiedModel:
 
     @property
     def operations_full(self) -> OperationCount:
-        """Operations of the exact torque, in the fewest known."""
+        """Operations of the cheapest exact torque known."""
         return self.form.operations
 
     @property
@@ -193,12 +193,12 @@ class SimplifiedModel:
 
     @property
     def notice(self) -> str:
-        """Where its budget lies below friction or uncertainty, and what to do; "" where it does not."""
+        """Joints whose budget is below friction or uncertainty, and what to do; "" if none."""
         return budget_notice(self.arm, self.accuracy)
 
     @cached_property
     def torques(self) -> Torques:
-        """Its torques as harmonic terms; a ModelError where its level has none."""
+        """Its torques as harmonic terms; a ModelError if its level has none."""
         return self.level.torques(self.form, self.terms)
 
     @property
@@ -210,7 +210,7 @@ class SimplifiedModel:
     def equations(self) -> Written:
         """Its D, J (drives), h and c in joint velocities, an element per line; prints, also in a notebook.
 
-        A ModelError where its level has no torque terms.
+        Raises a ModelError if its level has no torque terms.
         """
         own = self.form.velocities.in_joint_velocities(self.torques)
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
@@ -251,12 +251,12 @@ class SimplifiedModel:
         Raises
         ------
         ModelError
-            If shapes do not fit, or something is no number, not finite or too large.
+            If shapes do not fit, or a value is not a number, not finite or too large.
         """
         return self._evaluated(self.program, q, qd, qdd)
 
     def inertia(self, q: FloatArray) -> FloatArray:
-        """Simplified D, kg m^2, shape (..., n, n); with drives, theirs is on the diagonal."""
+        """Simplified D, kg m^2, shape (..., n, n); drive inertia, if included, is on the diagonal."""
         rows = self._evaluated(self.inertia_program, q)
         return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
 
@@ -294,7 +294,7 @@ class SimplifiedModel:
         try:
             arrays = list(np.broadcast_arrays(*arrays))
         except ValueError:
-            what, expected = f"{' and '.join(names)} are not of as many states", "equal leading axes, or of 1"
+            what, expected = f"{' and '.join(names)} differ in shape", "equal leading axes, or axes of 1"
             found = ", ".join(f"shape {array.shape}" for array in arrays)
             raise ModelError(what, where=", ".join(names), expected=expected, found=found) from None
         inputs = {
@@ -307,7 +307,7 @@ class SimplifiedModel:
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Replace a model that saves nothing by the exact one; the record of the search stays."""
+    """Replace a model that saves nothing by the exact one; the record of the search is kept."""
     if model.saves:
         return model
     everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
@@ -317,7 +317,7 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
 
 
 def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
-    """Keep everything, in the fewest operations known."""
+    """Make the exact model, in the fewest operations known."""
     form, errors = exact.form, exact.errors_of(exact.torque)
     model = SimplifiedModel(
         level=level,
@@ -330,5 +330,5 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
 
 
 def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """State the errors that a model's own program makes."""
+    """State the errors of a model's own program."""
     return replace(model, accuracy=exact.held(model.accuracy, model.torque(*exact.states.arrays)))

@@ -1,4 +1,4 @@
-"""What a model file states of its model, held against what follows from the model itself."""
+"""Check of a model file's statements against the model itself."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.model import SimplifiedModel
 
 WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
-# Largest difference of a number in two programs of the same terms, over all numbers of the row: to find what
-# terms share, coefficients that differ by 1e-9 are taken for equal, up to ten of which add up in a number.
+# Largest difference of a number in two programs of the same terms, relative to the row: the search for common
+# parts treats coefficients that differ by 1e-9 as equal, up to ten of which add up in a number.
 _SAME = 1e-8
-# Where they are too long to be written out, nothing is taken for equal: they differ by 1e-15 of the torque.
+# Programs too long to be written out treat nothing as equal: they differ by 1e-15 of the torque.
 _SAMPLED = 1e-11
-# A budget is written with six digits, the least precise of which are 1.00000; one of the norm with twelve.
+# A budget is written with six digits, least precise as 1.00000; one of the norm with twelve.
 _SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
-# Of a mean of thousands of squares.
+# Rounding of a mean of thousands of squares.
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
-# States at which a certificate is tried; `gd-analyze certify --check` proves it again.
+# States at which a certificate is tested; `gd-analyze certify --check` proves it again.
 _TRIED = 1000
 
 
 def require_equal(what: str, stated: Any, found: Any) -> None:
-    """Refuse what a file states of itself if it is not so."""
+    """Raise a ModelError if a statement of a file does not match the model."""
     if stated != found:
         shown = str(stated)[:120]
         raise ModelError("the model file contradicts itself", where=what, expected=str(found), found=shown)
 
 
 def require_terms_computed(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, a program that is not its terms at every state: both written out."""
+    """Raise a ModelError if a program, written out, differs from its terms at any state."""
 
     def other(expected: str, found: str) -> ModelError:
         what = "the program does not compute the terms"
@@ -71,10 +71,10 @@ def require_terms_computed(model: SimplifiedModel) -> None:
         off = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
         apart = np.array([float(np.abs(difference).max(initial=0.0)) for difference in off])
         same = _SAME
-    except TooLongError:  # compared at states drawn afresh
+    except TooLongError:  # compared at random states
         noise, same = np.zeros(n), _SAMPLED
         apart, sizes = largest_apart(model.program, again, model.arm.is_revolute, same)
-    # Nor may it add up and take away so much that a term could hide in its rounding.
+    # Nor may it cancel so much that a term could hide in its rounding.
     fits = (apart <= same * sizes + noise) & (noise <= same * sizes.max())
     if not fits.all():
         joint = int(np.argmin(fits))
@@ -84,7 +84,7 @@ def require_terms_computed(model: SimplifiedModel) -> None:
 
 
 def require_consistent(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, an accuracy of which one number contradicts another, or the budget."""
+    """Raise a ModelError if numbers of an accuracy contradict each other or the budget."""
     _require_of(model, model.accuracy)
     for few, many in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
         if few.share > many.share:
@@ -101,13 +101,13 @@ def require_consistent(model: SimplifiedModel) -> None:
 
 
 def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: str = "") -> None:
-    """Refuse what is promised over all states, or along one of several motions."""
+    """Check statements over all states, or along one of several motions."""
     errors, spread, asked = stated.errors, stated.uncertainty, model.accuracy.asked
-    # Along a motion what is allowed is a quotient, and rounded. A budget of the norm is of no joint alone.
+    # Along a motion the allowed error is a rounded quotient. A budget of the norm is not per joint.
     is_allowed = errors.largest <= (1.0 + _ROUNDING if along else 1.0) * stated.allowed
     comes_to = allowed_by(asked, ReferenceTorques(model.arm, errors.peak_torque, spread))
-    # Of states without torque the allowed error is their round-off, which only they tell; of a joint that
-    # needs none along one of several motions, it is what the others allow.
+    # Without torque the allowed error is the states' round-off, unknown here; a joint without torque along
+    # one of several motions is allowed the error of the others.
     unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
     fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
     known = np.zeros(model.arm.n_joints) if spread is None else spread
@@ -118,13 +118,13 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         ("rms_error", errors.rms >= 0.0, errors.rms, "0 or more"),
         ("rms_error", is_root, errors.rms, "at most the largest error"),
         ("largest_error", is_allowed | (asked.norm is not None), errors.largest, "at most the allowed error"),
-        ("allowed_error", fits, stated.allowed, f"what {model.accuracy.budget} comes to"),
+        ("allowed_error", fits, stated.allowed, f"the error that {model.accuracy.budget} allows"),
     ):
         _require(model, f"{name}{along}", holds, values, expected)
 
 
 def require_states_named(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, a certificate whose words name other states than its numbers."""
+    """Raise a ModelError if the words of a certificate name other states than its numbers."""
     stated = model.accuracy.certificate
     if stated is None:
         return
@@ -142,7 +142,7 @@ def require_states_named(model: SimplifiedModel) -> None:
 
 
 def require_not_refuted(model: SimplifiedModel) -> None:
-    """Refuse, with a ModelError, a certificate that states drawn afresh refute, or those fitted on."""
+    """Raise a ModelError if random states, or the fitted ones, refute a certificate."""
     stated, errors = model.accuracy.certificate, model.accuracy.errors.largest
     if stated is None:
         return
@@ -156,16 +156,14 @@ def require_not_refuted(model: SimplifiedModel) -> None:
         states = States(rng.uniform(stated.lower, stated.upper, shape), qd, qdd)
         exact = ExactDynamics.of(model.arm, states, model.drives)
         errors = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0) - exact.round_off
-    _require(
-        model, "certificate", errors <= stated.certified, stated.certified, "at least an error that is found"
-    )
+    _require(model, "certificate", errors <= stated.certified, stated.certified, "at least the error found")
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
-    """Measure errors again at states of a box or of a shipped motion; mark those of others as stated."""
+    """Measure errors again at states of a box or a shipped motion; mark errors at other states as stated."""
     accuracy, states = model.accuracy, None
     count, seed, name = (accuracy.fitted_on.get(key) for key in ("states", "seed", "trajectory"))
-    # Another arm may bear the name of one that a motion was planned for, and limits that it breaks.
+    # A different arm may have the name of one that a motion was planned for, with limits that it exceeds.
     with warnings.catch_warnings(), suppress(GdAnalyzeError):
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         if isinstance(count, int) and isinstance(seed, int):
@@ -179,12 +177,12 @@ def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
 
 
 def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
-    """Measure errors again at the states that a model was fitted on; a ModelError where it states others."""
+    """Measure errors again at the states a model was fitted on; a ModelError if the stated ones differ."""
     accuracy = model.accuracy
     exact = ExactDynamics.of(model.arm, states, model.drives)
     torque = model.torque(*states.arrays)
     measured = ErrorTable.of(exact.torque, torque)
-    # On another machine either sum may be rounded otherwise.
+    # On another machine either sum may be rounded differently.
     slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
     spread = np.zeros(model.arm.n_joints) if exact.uncertainty is None else exact.uncertainty
     for name, stated, found in (
@@ -224,5 +222,5 @@ def _impossible_norm(norm: NormShare, expected: str) -> ModelError:
 
 
 def _impossible(where: str, expected: str, found: str) -> ModelError:
-    what = "what the model file states of its errors cannot be"
+    what = "the model file states impossible errors"
     return ModelError(what, where=where, expected=expected, found=found, next_step=WRITE_AGAIN)

@@ -1,6 +1,6 @@
 """Simplified models as JSON: versioned, checked against a schema and against themselves, never code.
 
-What is cheap is made again; what cannot be must not contradict itself, and remains a statement of the file.
+Cheap results are recomputed; the others must be consistent, and remain statements of the file.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from gd_analyze.text import in_python
 
 FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[4] = 4
-# A term takes some hundred bytes, and models of a hundred thousand of them are not worth the name.
+# A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
 
 
@@ -71,7 +71,7 @@ class _Unnamed(Checked):
 
 _FittedOn = _SetPoints | _Drawn | _Unnamed
 _FITTED_ON: TypeAdapter[_FittedOn] = TypeAdapter(_FittedOn)
-# Share of the states, and of the norm that they keep: None where only an error is, and no torque.
+# Share of the states, and share of the norm that they keep: None for an error without torque.
 _Norm = tuple[Annotated[float, Field(gt=0.0, le=1.0)], Annotated[float, Field(ge=0.0)] | None]
 
 
@@ -92,7 +92,7 @@ class _Bound(Checked):
 
 
 class _Certificate(Checked):
-    """Bounds on the torque error, and the box they hold in, or the smallest around the tube."""
+    """Bounds on the torque error, and their box, or the smallest box around the tube."""
 
     where: str
     joints: list[_Bound]
@@ -132,7 +132,7 @@ class ModelDocument(Checked):
     operations: OperationCount
     arm_fingerprint: str
     arm: dict[str, Any]
-    terms: list[dict[str, Any]]  # as the level's own entry says
+    terms: list[dict[str, Any]]  # in the level's own format
     steps: list[list[str | float]]
     outputs: list[str | float]
     provenance: dict[str, str]
@@ -242,7 +242,7 @@ def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArr
 
 
 def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) -> SimplifiedModel:
-    """Rebuild a model, if not `made` from it, and hold it against what its document states."""
+    """Rebuild a model, unless `made` is given, and check it against its document."""
     model = made or _model_of(document)
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
@@ -263,12 +263,18 @@ def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) 
 
 
 def save_model(model: SimplifiedModel, path: str | Path) -> None:
-    """Write a model as JSON, atomically; an OutputError if the file cannot be written."""
+    """Write a model as JSON, atomically.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
     write_text(path, model_text(model))
 
 
 def model_text(model: SimplifiedModel) -> str:
-    """What a model's file holds."""
+    """Content of a model's file."""
     document = document_of(model).model_dump()
     return json.dumps(document | {"digest": _digest(document)}, indent=2, ensure_ascii=False) + "\n"
 
@@ -279,15 +285,14 @@ def load_model(path: str | Path) -> SimplifiedModel:
     Raises
     ------
     ModelError
-        If the file cannot be read, is not such a model, or was changed so that it no longer fits itself: its
-        program must compute its terms at every state, the arm must be the one it was fitted on, and what it
-        states must hold where that can be checked, see `Accuracy.measured`.
+        If the file cannot be read, is not such a model, or is inconsistent: its program must compute its
+        terms at every state, the arm must be the one it was fitted on, and its statements must hold where
+        they can be checked, see `Accuracy.measured`.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of implausible numbers of the arm, as when it was read, and if files of another run stand beside it in
-        a folder of results.
+        If numbers of the arm are implausible, or its folder contains files of another run.
     """
     path = Path(path)
 
@@ -298,7 +303,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
     for key, known in (("version", [VERSION]), ("level", list(LEVELS))):
         if raw.get(key) not in known:
             expected, found = " or ".join(map(str, known)), in_python(raw.get(key))
-            raise refused(f"the model file is of another {key}", f"{path}: {key}", expected, found)
+            raise refused(f"the model file has another {key}", f"{path}: {key}", expected, found)
     try:
         document = ModelDocument.model_validate(raw)
         model = _model_of(document)
@@ -327,7 +332,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
 
 
 def _read(path: Path) -> dict[str, Any]:
-    """Read the JSON of a model file, whatever it says."""
+    """Read the JSON of a model file, unchecked."""
     found = "other JSON"
     try:
         data = read_at_most(path, LARGEST_FILE)
@@ -337,7 +342,7 @@ def _read(path: Path) -> dict[str, Any]:
         elif isinstance(raw, dict) and raw.get("format") == FORMAT:
             return raw
     except OSError as error:
-        what, next_step = "cannot read the model file", "check the path and your right to read it"
+        what, next_step = "cannot read the model file", "check the path and your read permission"
         raise ModelError(what, where=Location(path), found=error.strerror, next_step=next_step) from None
     except UnicodeDecodeError:
         found = "a file that is not text"
@@ -348,13 +353,13 @@ def _read(path: Path) -> dict[str, Any]:
     except ValueError:
         found = "a number of thousands of digits"
     except RecursionError:
-        found = "brackets nested beyond any model"
+        found = "brackets nested too deep"
     what, expected = "this is not a gd-analyze model", "a JSON file that gd-analyze wrote, e.g. model.json"
     next_step = "name the model.json of a results folder"
     raise ModelError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
 
 
 def _digest(document: dict[str, Any]) -> str:
-    """SHA-256 of everything in the file but the digest itself."""
+    """SHA-256 of everything in the file except the digest."""
     content = {key: value for key, value in document.items() if key != "digest"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -48,37 +48,36 @@ from gd_analyze.simplification.replacement import (
 from gd_analyze.simplification.search import Progress
 from gd_analyze.text import SINE_PRICE
 
-# Margins of position, revolute and prismatic, and as shares of each joint's peak velocity and acceleration;
-# as the default of `certification.Margin`.
+# Margins of position, revolute and prismatic, and as shares of peak velocity and acceleration, as in the
+# default `Margin`.
 _ANGLE, _DISTANCE, _VELOCITY, _ACCELERATION = math.radians(1.0), 1e-3, 0.02, 0.05
-# How many are drawn, always the same. Of a budget of 1 % along 61 set points of a seven-joint arm the largest
-# error within these margins was 27 % of peak torque with none, 1.8 % with 100 to 200, and 1.5 % with 1000.
+# Number of states drawn, always the same. With a budget of 1 % along 61 set points of a seven-joint arm the
+# largest error within these margins was 27 % of peak torque without, 1.8 % with 100 to 200, 1.5 % with 1000.
 _COUNT = 120
-# States looked at, of more than six joints twice as many, beside those that turn out to matter, which join in
-# bunches. With 100 a Panda, which has many numbers to fit, found no model over its limits within 16 rounds.
+# Initial states, twice as many beyond six joints; states that turn out to matter are added in batches. With
+# 100 states a Panda, which has many numbers to fit, found no model over its limits within 16 rounds.
 _STATES, _MANY_JOINTS, _JOINING = 100, 7, 40
-# Several replacements are made at a time, as long as the mean square error grows no more than so many times,
-# below and above a share of the budget, or to a small one; up to a share of it several are tried at all.
+# Several replacements are made at a time while the mean square error grows by at most these factors, below
+# and above a share of the budget, or stays small; above another share only single ones are tried.
 _FEW_ERRORS, _GROWS, _GROWS_LESS, _SMALL, _AT_ONCE, _ROOM = 0.15, 2.0, 1.1, 0.01**2, 24, 0.6
-# Errors over the allowed ones from which the largest lead.
+# Errors over the allowed ones above which the largest decide.
 _LEADING = 0.3
-# Shares of the changed steps that are undone at once, and how often such that are near each other.
+# Shares of the changed steps that are undone at once, and probability of choosing neighbouring ones.
 _UNDONE, _NEAR = (0.03, 0.06, 0.12), 0.6
-# Where a model breaks its budget at other states: how much farther back each attempt goes on the way to it.
+# If a model exceeds its budget at other states: growth of the step back on the way with each attempt.
 _FARTHER = 1.3
-# Multiplications of matrices that take as long as one by itself, and those as long as writing down one step.
+# Multiplications in matrix products that take as long as a single one, and as writing one step.
 _AT_A_TIME, _WRITING = 8.0, 1.5e4
-# Replacements looked at together, tried before none is said to be possible, and what their largest error over
-# the allowed one may promise to be; what it is given up at after one fit; a power of errors that tells the
-# largest.
+# Replacements evaluated together; tries before giving up; largest promised error over the allowed one; error
+# at which a try is abandoned after one fit; a power of errors that approximates the maximum.
 _SCREENED, _TRIES, _PROMISED, _HOPELESS, _NEARLY_LARGEST = 16, 16, 1.03, 1.4, 12.0
-# Shares of a usual search's effort: one of many searches hardly does more than the first descent, a thorough
-# one seconds beyond it for six joints, 20 for seven, by this power of the number of joints.
+# Shares of a usual search's effort: one of many searches does little more than the first descent; a thorough
+# one takes seconds beyond it for six joints, 20 s for seven, by this power of the number of joints.
 _QUICK, _SIX_JOINTS, _POWER, _MOST = 1e-6, 0.06, 15, 0.6
 
 
 def _joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
-    """Add some states near those of a motion, that count like these; none to other states."""
+    """Add some states near those of a motion, with equal weights; none to other states."""
     states = exact.states
     if "trajectory" not in states.described:
         return exact
@@ -98,7 +97,7 @@ def _joined_by_near_states(exact: ExactDynamics) -> ExactDynamics:
 
 @dataclass(frozen=True, eq=False)
 class _Pruned:
-    """Changes, what they make of the recursion, and how far off that is at the states looked at."""
+    """Changes, the changed recursion, and its errors at the states used."""
 
     changes: dict[Change, float]
     changed: Changed
@@ -108,7 +107,7 @@ class _Pruned:
 
     @cached_property
     def slopes(self) -> FloatArray:
-        """What every step makes of the errors, shape (steps, n, N)."""
+        """Effect of every step on the errors, shape (steps, n, N)."""
         return self.tape.slopes(self.fit.values, self.fit.numbers, self.aim.scale) * self.aim.weights
 
     @cached_property
@@ -123,19 +122,19 @@ class _Pruned:
 
     @property
     def replaced(self) -> list[int]:
-        """Steps for which others, or numbers, stand in."""
+        """Steps replaced by others or by numbers."""
         return sorted({change.step for change in self.changes if change.source != CONSTANT})
 
 
 class _Pruning:
-    """A recursion, the torque it shall keep, and the states looked at."""
+    """A recursion, the exact torque, and the states used."""
 
     def __init__(
         self, recursion: Recursion, aim: Aim, work: Work, progress: Progress, sine_price: int
     ) -> None:
         self.recursion, self.every, self.work, self.progress = recursion, aim, work, progress
         self.sine_price = sine_price
-        self.reached = 0  # operations last told
+        self.reached = 0  # operations last reported
         count = aim.torque.shape[1]
         most = _STATES * (1 + (len(aim.torque) >= _MANY_JOINTS))
         evenly = np.linspace(0, count - 1, min(most, count)).astype(np.intp)
@@ -144,14 +143,14 @@ class _Pruning:
         self.aim = aim.at(self.looked_at)
 
     def join(self, states: NDArray[np.intp]) -> None:
-        """Look at more states."""
+        """Add states."""
         new = np.setdiff1d(states, self.looked_at)
         if new.size:
             self.looked_at = np.concatenate([self.looked_at, new])
             self.aim = self.every.at(self.looked_at)
 
     def with_changes(self, changes: Changes) -> _Pruned | None:
-        """Carry changes out; None where steps would stand in for one another in a circle."""
+        """Carry changes out; None if steps would replace each other in a cycle."""
         self.work.spend(_WRITING * len(self.recursion.steps))
         try:
             changed = self.recursion.carried_out(changes)
@@ -161,7 +160,7 @@ class _Pruning:
         return _Pruned(dict(changes), changed, tape, self.aim, unfitted(tape, self.aim))
 
     def again(self, pruned: _Pruned) -> _Pruned:
-        """The same at the states that are looked at now."""
+        """The same at the states now in use."""
         if pruned.aim is self.aim:
             return pruned
         return replace(pruned, aim=self.aim, fit=unfitted(pruned.tape, self.aim, pruned.fit.numbers))
@@ -182,7 +181,7 @@ class _Pruning:
         return found[np.argsort(-errors[found], kind="stable")]
 
     def kept_everywhere(self, pruned: _Pruned) -> _Pruned | None:
-        """Fit until the budget is kept at every state; None where it can not."""
+        """Fit until the budget is kept at every state; None if this fails."""
         if pruned.fit.largest > 1.0:
             pruned = self.fitted(pruned, _NEARLY_LARGEST, 3, 1.0)
         for _ in range(3):
@@ -204,7 +203,7 @@ class _Pruning:
         return replacements(tape, fit, here.slopes, known, 6.0 if fit.largest > _LEADING else 4.0)
 
     def replaced(self, here: _Pruned, chosen: Sequence[Replacement]) -> _Pruned | None:
-        """Carry replacements out, fewer operations provided."""
+        """Carry replacements out, if this saves operations."""
         origins, changes = here.changed.origins, dict(here.stated)
         for one in chosen:
             for place in origins[one.step]:
@@ -231,7 +230,7 @@ class _Pruning:
         return None
 
     def one(self, here: _Pruned, found: Sequence[Replacement]) -> _Pruned | None:
-        """Make the replacement that takes least of the budget for every operation, of the most promising."""
+        """Make the one of the most promising replacements that uses least of the budget per operation."""
         tries = 0
         for start in range(0, len(found), _SCREENED):
             here = self.again(here)
@@ -249,7 +248,7 @@ class _Pruning:
         return None
 
     def _screened(self, here: _Pruned, some: Sequence[Replacement]) -> list[Replacement]:
-        """Those that keep the budget once numbers are fitted, to first order."""
+        """Replacements that keep the budget after a fit of numbers, to first order."""
         fit, slopes = here.fit, here.slopes
         numbers = columns_of(here.tape, fit, slopes)
         self.work.spend(len(some) * 4.0 * numbers.size * len(numbers) / _AT_A_TIME)
@@ -265,7 +264,7 @@ class _Pruning:
         return sorted(kept, key=lambda one: one.order)
 
     def mended(self, way: list[Changes]) -> _Pruned:
-        """Go back on a way, as little as it takes to keep the budget everywhere once numbers are fitted."""
+        """Go back on a way as little as needed to keep the budget everywhere after a fit."""
         place, back = len(way) - 1, 1
         while place >= 0:
             past = self.with_changes(way[place])
@@ -295,7 +294,7 @@ class _Pruning:
         return self.fitted(left, 4.0, 1)
 
     def descend(self, here: _Pruned, way: list[Changes] | None = None) -> _Pruned:
-        """Replace as long as that is possible, and as the effort lasts or, to note the `way`, to the end."""
+        """Replace steps while possible, and within the effort or, to note the `way`, to the end."""
         while here.operations and (way is not None or self.work.affords(0.0)):
             here = self.again(here)
             found, mean_square = self.promising(here)
@@ -314,7 +313,7 @@ class _Pruning:
 
 
 def _apart(tape: Tape, found: Sequence[Replacement], most: float, mean_square: float) -> list[Replacement]:
-    """The first replacements that need nothing of one another, while the mean square error remains small."""
+    """The first independent replacements, while the mean square error remains small."""
     chosen: list[Replacement] = []
     used, total = np.zeros(len(tape), dtype=bool), mean_square
     for one in found:
@@ -326,7 +325,7 @@ def _apart(tape: Tape, found: Sequence[Replacement], most: float, mean_square: f
         gone = tape.alone_for[one.step].copy()
         for u in sources:
             gone &= ~tape.needs[u]
-        # What only earlier steps stand in for closes no circle: others stand alone.
+        # Replacing steps only by earlier ones closes no cycle; others are made alone.
         later = any(u > one.step for u in sources)
         if used[gone].any() or (later and chosen):
             continue
@@ -347,10 +346,9 @@ def prune(
     progress: Progress = None,
     sine_price: int = SINE_PRICE,
 ) -> dict[Change, float]:
-    """Prune a recursion to the allowed error, N m, (n,); one descent ends at any effort.
+    """Prune a recursion to the allowed error, N m, (n,); one descent is always completed.
 
-    It goes on from the last changes of a `way`, or from earlier ones where these exceed that error, and adds
-    its own to it.
+    It continues from the last changes of a `way` within that error, and extends it.
     """
     states, scale, way = exact.states, 1.0 / allowed, [] if way is None else way
     weights = np.ones(exact.torque.T.shape) if states.weights is None else states.weights.T
@@ -365,7 +363,7 @@ def prune(
     random = Random(0)
     while here.replaced and pruning.work.affords(0.0):
         trial = pruning.descend(pruning.partly_undone(here, random))
-        # Where nothing is found in the place of what is undone, states not looked at may exceed the budget.
+        # If nothing replaces undone changes, unused states may exceed the budget.
         if trial.operations <= here.operations and not pruning.beyond(trial).size:
             here = trial
             way.append(here.stated)
@@ -391,7 +389,7 @@ def pruned(
 
 
 def quick_pruned_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations of multiples of a budget, each from the next smaller one known."""
+    """Estimate operations for multiples of a budget, each from the next smaller known one."""
     known: dict[float, dict[Change, float]] = {0.0: {}}
     near = _joined_by_near_states(exact)
 
@@ -407,7 +405,7 @@ def quick_pruned_count(exact: ExactDynamics, allowed: FloatArray) -> Callable[[f
 def pruned_path(
     exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
 ) -> Iterator[SimplifiedModel]:
-    """Change more and more for growing budgets, each time going on from what was changed before."""
+    """Change more and more for growing budgets, each time continuing from the previous changes."""
     way, near, form = [start or {}], _joined_by_near_states(exact), exact.form
     given = [describe_in_full(exact.arm), form.drives, *near.states.arrays, near.states.weights]
     name = named(["pruned path", given, *allowed, RECURSIVE.to_entries(way[0])])

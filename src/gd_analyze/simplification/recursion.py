@@ -1,7 +1,7 @@
-"""An arm's exact recursion, step by step, and what a simplification changes of it.
+"""An arm's exact recursion, step by step, and its changes by a simplification.
 
-The steps are those of the Newton-Euler recursion in base parameters as it folds, nothing rearranged, so that
-each still is what a reader knows: a component of an angular velocity, a product with a moment of inertia.
+The steps are those of the folded Newton-Euler recursion in base parameters, without rearrangement, so that
+each has a familiar meaning: a component of an angular velocity, a product with a moment of inertia.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
 from gd_analyze.text import joined
 
-# In the order of the steps of one link.
+# Quantities in the order of one link's steps.
 OUTWARD = ("p", "pd", "omega'", "omega", "omegad'", "omegad", "r", "a''", "a'", "a", "A")
 INWARD = ("f", "n", "tau", "f'", "f''", "n'", "n''")
 _AXES = "xyz"
 
 
 class Quantity(NamedTuple):
-    """A component of a quantity of a link."""
+    """A component of a link's quantity."""
 
-    kind: str  # of `docs/notation.md`; primed in the frame before its joint turns, twice in the previous one
+    kind: str  # as in docs/notation.md; primed in the frame before its joint turns, twice in the previous one
     link: int  # from 0
-    component: str = ""  # "x", "xy", or "" of what has only one
+    component: str = ""  # "x", "xy", or "" for a single component
 
     @property
     def symbol(self) -> Symbol:
@@ -52,12 +52,12 @@ def components(kind: str, link: int, values: Array) -> list[tuple[Quantity, Any]
     ]
 
 
-# In the place of a step that stands in for another: a number alone, or the changed step's own constant.
+# In place of a replacing step: a number alone, or the changed step's own constant.
 NUMBER, CONSTANT = -1, -2
 
 
 class Change(NamedTuple):
-    """The step `source` (or `NUMBER`, or `CONSTANT`), times a number, is part of what replaces `step`."""
+    """`step` is replaced by a sum that contains `source` (or `NUMBER`, or `CONSTANT`) times a number."""
 
     step: int
     source: int
@@ -67,24 +67,24 @@ Changes = Mapping[Change, float]
 
 
 class Scale(NamedTuple):
-    """How a number that a program multiplies by is stated as a change: `sign` times that number."""
+    """Statement of a program's factor as a change: `sign` times that factor."""
 
-    instead_of: Change  # what states it now, if anything does
+    instead_of: Change  # present statement, if any
     change: Change
     sign: float
 
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """A recursion with changes carried out."""
+    """A recursion with its changes carried out."""
 
     program: Program
-    images: Mapping[int, Any]  # what became of every step still needed, by place: an expression or a number
-    scales: Mapping[int, tuple[Scale, ...]]  # by the order of an expression that multiplies by a number
+    images: Mapping[int, Any]  # image of every step still needed, by index: an expression or a number
+    scales: Mapping[int, tuple[Scale, ...]]  # by the order of an expression with a numeric factor
 
     @cached_property
     def origins(self) -> tuple[tuple[int, ...], ...]:
-        """Places of the recursion's steps that each step of the program is the value of."""
+        """Indices of the recursion's steps that have the value of each step of the program."""
         found: dict[int, list[int]] = defaultdict(list)
         for place in sorted(self.images):
             image = self.images[place]
@@ -95,11 +95,11 @@ class Changed:
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """The steps of a recursion."""
+    """A recursion as a list of steps."""
 
     steps: tuple[Expression, ...]  # each after its arguments
     outputs: tuple[Any, ...]  # torques of the joints: expressions or numbers
-    quantities: tuple[tuple[Quantity, Any], ...] = ()  # what a reader knows, in the order of their making
+    quantities: tuple[tuple[Quantity, Any], ...] = ()  # named quantities, in the order of evaluation
 
     @property
     def program(self) -> Program:
@@ -108,7 +108,7 @@ class Recursion:
 
     @cached_property
     def arguments(self) -> tuple[tuple[Any, ...], ...]:
-        """What every step is made of: places of earlier steps as int, constants as float, an input's name."""
+        """Arguments of every step: indices of earlier steps as int, constants as float, an input's name."""
         place = {step.order: k for k, step in enumerate(self.steps)}
         return tuple(
             tuple(place[x.order] if isinstance(x, Expression) else x for x in step.arguments)
@@ -120,25 +120,25 @@ class Recursion:
         return self.carried_out(changes).program
 
     def carried_out(self, changes: Changes) -> Changed:
-        """Carry changes out; ValueError if steps stand in for one another in a circle."""
+        """Carry changes out; ValueError if steps replace each other in a cycle."""
         making = _Making(self, changes, Trace())
         outputs = making.outputs()
         scales = {order: tuple(found) for order, found in making.scales.items()}
         return Changed(Program.of(making.trace, outputs), making.images, scales)
 
     def acting(self, changes: Changes) -> dict[Change, float]:
-        """Changes, those with 0 in place of their number on whose number the torques do not depend."""
+        """Changes, with numbers that do not affect the torques set to 0."""
         trace, numbers = Trace(), dict[Change, Any]()
         for k, (change, number) in enumerate(changes.items()):
             numbers[change] = trace.record("input", f"number{k}") if number else 0.0
         needed = set(Program.of(trace, _Making(self, numbers, trace).outputs()).steps)
         left = {change: x if numbers[change] in needed else 0.0 for change, x in changes.items()}
-        # What is 0 now may fold away what others act by.
+        # A zero may fold away what others need.
         return left if left == changes else self.acting(left)
 
 
 class _Making:
-    """Changes being carried out, whose numbers may be expressions."""
+    """Execution of changes; their numbers may be expressions."""
 
     def __init__(self, recursion: Recursion, changes: Mapping[Change, Any], trace: Trace) -> None:
         self.recursion, self.trace = recursion, trace
@@ -146,7 +146,7 @@ class _Making:
         self.scales: dict[int, list[Scale]] = defaultdict(list)
         self._stands_in: dict[int, list[tuple[int, Any]]] = defaultdict(list)
         self._constants: dict[int, Any] = {}
-        # Where an expression, or one times -1, is the value of a step of the recursion.
+        # Expressions that, possibly times -1, are the value of a step of the recursion.
         self._placed: dict[int, tuple[int, float]] = {}
         for (step, source), number in changes.items():
             if source == CONSTANT:
@@ -155,14 +155,14 @@ class _Making:
                 self._stands_in[step].append((source, number))
 
     def outputs(self) -> list[Any]:
-        """What becomes of the torques."""
+        """Changed torques."""
         place = {step.order: k for k, step in enumerate(self.recursion.steps)}
         return [
             self.image(place[x.order]) if isinstance(x, Expression) else x for x in self.recursion.outputs
         ]
 
     def image(self, wanted: int) -> Any:
-        """What becomes of a step."""
+        """Image of a step."""
         waiting, begun = [wanted], set[int]()
         images = self.images
         while waiting:
@@ -180,7 +180,7 @@ class _Making:
                         self._placed.setdefault(x.arguments[0].order, (k, -1.0))
                     self._placed.setdefault(x.order, (k, 1.0))
             elif k in begun:
-                raise ValueError("steps stand in for one another in a circle")
+                raise ValueError("steps replace each other in a cycle")
             else:
                 begun.add(k)
                 waiting += missing
@@ -207,7 +207,7 @@ class _Making:
         return self._scaled(Change(k, CONSTANT), values[0], values[1], None if own is None else values[1])
 
     def _scaled(self, stated: Change, number: Any, x: Any, own: Any) -> Any:
-        """Multiply, and note how the constant may be stated; `own` is what the step's own one multiplies."""
+        """Multiply, and note how to state the constant; `own` is the factor of the step's own constant."""
         product = _times(self.trace, number, x)
         sign, inner = (-1.0, product.arguments[0]) if _is(product, "negative") else (1.0, product)
         if not _is(inner, "multiply") or isinstance(inner.arguments[0], Expression):
@@ -228,7 +228,7 @@ def _is(x: Any, operation: str) -> bool:
 
 
 def _times(trace: Trace, a: Any, b: Any) -> Any:
-    """Multiply, two constants in a row as one."""
+    """Multiply, merging two successive constants."""
     if isinstance(a, Expression) or not isinstance(b, Expression):
         return trace.multiply(a, b)
     if b.operation == "negative":
@@ -239,7 +239,7 @@ def _times(trace: Trace, a: Any, b: Any) -> Any:
 
 
 def restated(changes: Changes, numbers: Mapping[int, float], changed: Changed) -> dict[Change, float]:
-    """State other numbers that the changed program multiplies by, given by their expression's order."""
+    """State new factors of the changed program, given by their expression's order."""
     found = [(scale, number) for order, number in numbers.items() for scale in changed.scales.get(order, ())]
     gone = {scale.instead_of for scale, _ in found}
     out = {change: number for change, number in changes.items() if change not in gone}

@@ -1,4 +1,4 @@
-"""What a simplified recursion leaves out, what each omission costs, and which parameters remain."""
+"""Omissions of a simplified recursion, their torque, and the remaining parameters."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ from gd_analyze.simplification.recursion import CONSTANT, INWARD, NUMBER, Change
 from gd_analyze.simplification.recursive import Names, SimplifiedQuantities, merged, scales, unsigned
 from gd_analyze.text import joined
 
-# What stands in for a step: numbers by the source they multiply.
+# Replacement of a step: numbers by the source they multiply.
 Instead = dict[int, float]
-# Shares of peak torque that rounding makes, and ratios that are one.
+# Share of peak torque that is rounding, and tolerance of ratios equal to one.
 _NOTHING, _EQUAL = 1e-12, 1e-9
 _AXES = "xyz"
-# Characters of a sum that is written in full in a table.
+# Most characters of a sum that a table shows in full.
 _LONGEST = 24
-# Of every link in this order: mass, first moments, second moments, and the drive's inertia.
+# Parameters of every link: mass, first moments, second moments, and the drive's inertia.
 KINDS = ("M", "MX", "MY", "MZ", "Pxx", "Pyy", "Pzz", "Pxy", "Pxz", "Pyz", "J")
 _UNITS = ("kg", *3 * ["kg m"], *7 * ["kg m^2"])
 
 
 @dataclass(frozen=True, eq=False)
 class Omission:
-    """One change of a recursion, factors of its quantities (`recursive.scales`) taken out."""
+    """One change of a recursion, with factors of its quantities (`recursive.scales`) removed."""
 
-    places: tuple[int, ...]  # of the steps, mostly one
-    quantity: Quantity  # what they are part of, or are
-    exact: tuple[Product, ...]  # sum in that quantity as it was
-    instead: tuple[Product, ...]  # as it is; () where nothing is
-    torque: FloatArray  # (n,), largest magnitude at the states of what it alone changes, N m (N)
-    share: FloatArray  # (n,), of the peak torque; 0 of a joint that has none
+    places: tuple[int, ...]  # indices of the steps, usually one
+    quantity: Quantity  # the quantity that they belong to
+    exact: tuple[Product, ...]  # original sum in that quantity
+    instead: tuple[Product, ...]  # present sum; () if nothing is left
+    torque: FloatArray  # (n,), largest change of torque at the states by it alone, N m (N)
+    share: FloatArray  # (n,), of the peak torque; 0 for a joint without torque
 
     @property
     def changed_by(self) -> str:
-        """How much larger it is than it was, where it is a multiple of that: "+2.1 %"; "" elsewhere."""
+        """Relative change, if it is a multiple of the original: "+2.1 %"; otherwise ""."""
         if not self.instead or [x.powers for x in self.exact] != [x.powers for x in self.instead]:
             return ""
         ratios = [now.weight / was.weight for was, now in zip(self.exact, self.instead, strict=True)]
@@ -64,7 +64,7 @@ class Omission:
 
 
 def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omission, ...]:
-    """List what changes do to steps still needed, those first that make most torque alone at states."""
+    """List changes of steps still needed, by their torque alone at states, the largest first."""
     steps = _Steps(form.recursion)
     together = steps.together(steps.without_factors(changes, scales(form, changes)))
     torque, peak = torque_alone(form.recursion, together, states)
@@ -79,28 +79,28 @@ def omissions(form: ExactForm, changes: Changes, states: States) -> tuple[Omissi
 
 
 def first_terms(terms: Sequence[Product], plain: Plain) -> str:
-    """A sum in plain characters, of a long one only the first term."""
+    """A sum in plain characters; only the first term of a long one."""
     whole = plain.sum(terms)
     return whole if len(terms) < 2 or len(whole) <= _LONGEST else f"{plain.sum(terms[:1])} + …"
 
 
 class _Steps:
-    """Steps of the exact recursion, the quantities they belong to, and sums of what has a name."""
+    """Steps of the exact recursion, their quantities, and sums of named quantities."""
 
     def __init__(self, recursion: Recursion) -> None:
         self.recursion, self.steps = recursion, recursion.steps
         self.values = dict(recursion.quantities)
         self.names = Names(self.steps, {quantity: unsigned(value) for quantity, value in self.values.items()})
-        # A quantity may be a step with its sign changed, and that a step of its own.
+        # A quantity may be a step with its sign changed, which is also a step.
         whole = {x.order: quantity for quantity, x in recursion.quantities if isinstance(x, Expression)}
         self.parts = whole | self.names.parts(self.steps)
 
     def quantity_of(self, place: int) -> Quantity:
-        """The quantity a step is part of."""
+        """The quantity that a step belongs to."""
         return self.parts[self.steps[place].order]
 
     def without_factors(self, changes: Changes, factors: Mapping[Quantity, float]) -> dict[int, Instead]:
-        """What stands in for steps, by place, but for numbers that only make up for one another."""
+        """Replacements of steps, by index, without numbers that only compensate each other."""
         stated: dict[int, Instead] = {}
         for (place, source), number in changes.items():
             stated.setdefault(place, {})[source] = number
@@ -126,7 +126,7 @@ class _Steps:
         return out
 
     def together(self, changes: Mapping[int, Instead]) -> list[dict[int, Instead]]:
-        """Put changes side by side that take the same step into one quantity, which they had not before."""
+        """Group changes that add the same new step to one quantity."""
         by_source: dict[tuple[Quantity, int], dict[int, Instead]] = {}
         out: list[dict[int, Instead]] = []
         for place, instead in changes.items():
@@ -141,7 +141,7 @@ class _Steps:
         return out
 
     def _as_it_is(self, place: int) -> Instead:
-        """An unchanged step, as what stands in for it; nothing of what no change is stated of."""
+        """An unchanged step, written as a replacement; empty for steps that changes cannot state."""
         step, arguments = self.steps[place], self.recursion.arguments[place]
         operands = [x for x in arguments if isinstance(x, int)]
         if step.operation in ("add", "subtract") and len(set(operands)) == 2:
@@ -154,13 +154,13 @@ class _Steps:
     def before_and_after(
         self, quantity: Quantity, changes: Mapping[int, Instead]
     ) -> tuple[tuple[Product, ...], tuple[Product, ...]]:
-        """What a quantity was and what it is, without what is there as it was."""
+        """Original and present sum of a quantity, without their common terms."""
         whole = self.values[quantity]
         _, base = unsigned(whole)
         sign, _ = self.names.known[base.order]
         known = {self.steps[place].order: self._now(place, instead) for place, instead in changes.items()}
         first = self.steps[min(changes)]
-        if first.operation in ("cos", "sin"):  # in more quantities than this one
+        if first.operation in ("cos", "sin"):  # occurs in more than this quantity
             return self.names.sum(first), merged(known[first.order])
         if whole is not base and whole.order in known:
             return (Product(1.0, (Power(quantity.symbol),)),), merged(known[whole.order])
@@ -176,7 +176,7 @@ class _Steps:
         return tuple(t for t in exact if is_new(t, after)), tuple(t for t in now if is_new(t, before))
 
     def _now(self, place: int, instead: Instead) -> list[Product]:
-        """What stands in for a step, as a sum."""
+        """Replacement of a step, as a sum."""
         out: list[Product] = []
         for source, number in instead.items():
             if source == NUMBER:
@@ -192,7 +192,7 @@ class _Steps:
 def torque_alone(
     recursion: Recursion, changes: Sequence[Mapping[int, Instead]], states: States
 ) -> tuple[FloatArray, FloatArray]:
-    """Largest torque that each change by itself takes away, (K, n), and that there is, (n,)."""
+    """Largest torque that each change alone removes, (K, n), and peak torque, (n,)."""
     steps, arguments, inputs = recursion.steps, recursion.arguments, inputs_of(states)
     place = {step.order: k for k, step in enumerate(steps)}
     outputs = [place[x.order] if isinstance(x, Expression) else x for x in recursion.outputs]
@@ -215,13 +215,13 @@ def torque_alone(
 
 
 def _rows(places: Sequence[Any], values: FloatArray, changed: Mapping[int, FloatArray]) -> FloatArray:
-    """Values of steps by place, or of constants, once some are changed."""
+    """Values of steps by index, or of constants, after some changes."""
     found = [changed.get(x, values[x]) if isinstance(x, int) else x for x in places]
     return np.array([np.broadcast_to(x, values.shape[1:]) for x in found])
 
 
 def _standing_in(arguments: Sequence[Any], instead: Instead, values: FloatArray) -> Any:
-    """What stands in for a step, of exact values."""
+    """Value of a replacement, from exact values."""
     if CONSTANT in instead:
         (x,) = (x for x in arguments if isinstance(x, int))
         return instead[CONSTANT] * values[x]
@@ -230,13 +230,13 @@ def _standing_in(arguments: Sequence[Any], instead: Instead, values: FloatArray)
 
 @dataclass(frozen=True)
 class LinkParameter:
-    """A regrouped parameter of a link, and what a model makes of it."""
+    """A regrouped parameter of a link, and its use in a model."""
 
     link: int  # from 0
     kind: str  # one of `KINDS`
     number: float  # in the exact recursion, SI
     places: int  # products with it in the exact recursion
-    kept: tuple[float, ...]  # numbers in those that are left, as if all stood for the parameter
+    kept: tuple[float, ...]  # numbers in the remaining ones, as values of the parameter
 
     @property
     def symbol(self) -> Symbol:
@@ -246,12 +246,12 @@ class LinkParameter:
 
     @property
     def unit(self) -> str:
-        """Its unit, the same for revolute and prismatic joints."""
+        """Unit, the same for revolute and prismatic joints."""
         return _UNITS[KINDS.index(self.kind)]
 
     @property
     def is_changed(self) -> bool:
-        """Whether a step that is left multiplies with another number."""
+        """Whether a remaining step multiplies by another number."""
         return not all(math.isclose(number, self.number, rel_tol=1e-9) for number in self.kept)
 
     @property
@@ -267,7 +267,7 @@ class LinkParameter:
 
 
 def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, ...]:
-    """Parameters of all links; drives' inertia only where they count."""
+    """Parameters of all links; drive inertias only if included."""
     numbers: dict[Quantity, float] = {}
     for i, link in enumerate(regrouped(form.arm).links):
         second = (link.second[_AXES.index(kind[1]), _AXES.index(kind[2])] for kind in KINDS[4:10])
@@ -291,7 +291,7 @@ def link_parameters(form: ExactForm, changes: Changes) -> tuple[LinkParameter, .
 def _uses(
     exact: SimplifiedQuantities, numbers: Mapping[Quantity, float]
 ) -> dict[tuple[Quantity, Symbol], tuple[Quantity, Symbol, float]]:
-    """Where parameters act: by each and what it multiplies, into which quantity, and with which number."""
+    """Uses of parameters: factor, resulting quantity, and number."""
     of_symbol = {quantity.symbol: quantity for quantity in exact.values}
     out: dict[tuple[Quantity, Symbol], tuple[Quantity, Symbol, float]] = {}
     for into in exact.values:
@@ -303,7 +303,7 @@ def _uses(
             if len(term.powers) != 1 or term.powers[0].exponent != 1:
                 continue
             symbol = term.powers[0].base
-            # What stands before the force or moment of a further link is a length or of a rotation.
+            # A factor of the next link's force or moment is a length or part of a rotation.
             if not isinstance(symbol, Symbol) or symbol.letter in ("f", "n"):
                 continue
             found = [key for key in own if abs(numbers[key]) == abs(term.weight)]
@@ -315,7 +315,7 @@ def _uses(
 
 
 def _weight(model: SimplifiedQuantities, into: Quantity, factor: Symbol) -> float | None:
-    """Number by which something goes into a quantity; None where it does not."""
+    """Number with which a factor enters a quantity; None if it does not."""
     if into not in model.values:
         return None
     sign, symbol = 1.0, factor
@@ -327,7 +327,7 @@ def _weight(model: SimplifiedQuantities, into: Quantity, factor: Symbol) -> floa
 
 
 def _expected(target: Quantity, factor: Quantity) -> str:
-    """Parameter with which a component of a or A acts on one of a force or a moment; "" if with none."""
+    """Parameter with which a component of a or A enters one of a force or moment; "" if none."""
     towards, kind = target.component, target.kind.rstrip(PRIME)
     if factor.kind == "A" and kind == "f":
         return f"M{factor.component[1].upper()}"

@@ -1,7 +1,7 @@
-"""Level "recursive": the exact recursion of Newton and Euler, some of whose steps are changed, and equations.
+"""Level "recursive": the exact Newton-Euler recursion with some steps changed, and its equations.
 
-Where a force is twice as large and every lever that it meets half as long, torque is the same. Refitted
-numbers use that freedom; to be read, such factors (`scales`) are taken out again.
+A force twice as large with levers half as long gives the same torque. Refitted numbers use this freedom; for
+readable equations such factors (`scales`) are removed.
 """
 
 from __future__ import annotations
@@ -49,17 +49,17 @@ from gd_analyze.simplification.recursion import (
 )
 from gd_analyze.text import joined
 
-# Letters as people put them in products, and summands by their last.
+# Usual order of letters in products, and of summands by their last letter.
 _ORDER = ("C", "S", "n", "f", "a", "q", "p", "omega", "r", "A", "tau")
-# Only these may be larger by a factor: moments act as torques, and joint velocities come from outside.
+# Only these may have a factor: moments act as torques, and joint velocities are inputs.
 _FREE = ("f", "a", "A", "omegad", "omega")
-# States looked at, with velocities and accelerations (per s, s^2) where the arm states no limits.
+# Number of states, with velocities and accelerations (per s, s^2) if the arm states no limits.
 _STATES, _VELOCITY, _ACCELERATION = 300, 1.0, 10.0
-# A quantity has a factor where it resembles what it was so much, and its size differs so much; factors of
-# neighbouring links that differ less than `_ONE` are one.
+# A quantity has a factor if it correlates this much with the original and its size differs this much; factors
+# of neighbouring links that differ by less than `_ONE` are equal.
 _ALIKE, _FAR, _ONE = 0.9, math.log(1.15), math.log(1.2)
 
-# What the symbols mean, those of one meaning together.
+# Meaning of the symbols, grouped.
 MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
     (
         (Symbol("omega"), Symbol("omega", dots=1)),
@@ -76,7 +76,7 @@ MEANINGS: tuple[tuple[tuple[Symbol, ...], str], ...] = (
 
 
 class Names:
-    """Names of the expressions of one trace; `values`: quantities as a sign and an expression or number."""
+    """Names of one trace's expressions; `values` are quantities as a sign and an expression or number."""
 
     def __init__(self, steps: Sequence[Expression], values: Mapping[Quantity, tuple[float, Any]]) -> None:
         self.known: dict[int, tuple[float, Symbol]] = {}
@@ -96,7 +96,7 @@ class Names:
                     symbol = replace(symbol, primes=symbol.primes + 1)
                 self.functions[symbol] = Function(str(step.operation), argument)
                 self.known[step.order] = 1.0, symbol
-        # One name each: of the frame it belongs to rather than of another.
+        # One name each, preferably of its own frame.
         for quantity, (sign, base) in sorted(values.items(), key=lambda pair: pair[0].kind.count(PRIME)):
             if isinstance(base, Expression):
                 self.known.setdefault(base.order, (sign, quantity.symbol))
@@ -110,7 +110,7 @@ class Names:
         inside: bool = False,
         instead: Mapping[int, Sequence[Product]] | None = None,
     ) -> list[Product]:
-        """Write x, unnamed itself if `inside`, as products of what has a name or stands `instead` of it."""
+        """Write x, expanded itself if `inside`, as products of named expressions or of their `instead`."""
         if not isinstance(x, Expression):
             return [Product(weight * x)] if x else []
         if instead and x.order in instead:
@@ -129,7 +129,7 @@ class Names:
         return [Product(weight * u.weight * v.weight, _product(u.powers + v.powers)) for u in a for v in b]
 
     def parts(self, steps: Iterable[Expression]) -> dict[int, Quantity]:
-        """Quantity that each expression is, or is a part of; of several the last that takes it."""
+        """Quantity that each expression equals or belongs to; the last of several."""
         of = dict(self.quantity)
         for step in sorted(steps, key=lambda step: -step.order):
             for argument in step.arguments:
@@ -138,19 +138,19 @@ class Names:
         return of
 
     def sum(self, x: Any, weight: float = 1.0, *, inside: bool = False) -> tuple[Product, ...]:
-        """Write an expression as people order a sum, see `merged`."""
+        """Write an expression as an ordered sum, see `merged`."""
         return merged(self.terms(x, weight, inside=inside))
 
 
 def unsigned(x: Any) -> tuple[float, Any]:
-    """Part an expression or number into a sign and the rest."""
+    """Split an expression or number into a sign and the rest."""
     if isinstance(x, Expression) and x.operation == "negative":
         return -1.0, x.arguments[0]
     return 1.0, x
 
 
 def merged(terms: Iterable[Product]) -> tuple[Product, ...]:
-    """Equal products as one, in the order in which people put them: what multiplies A comes last."""
+    """Merge equal products, in the usual order: factors of A come last."""
     weights: dict[tuple[Power, ...], float] = {}
     for term in terms:
         weights[term.powers] = weights.get(term.powers, 0.0) + term.weight
@@ -159,7 +159,7 @@ def merged(terms: Iterable[Product]) -> tuple[Product, ...]:
 
 
 def _product(powers: tuple[Power, ...]) -> tuple[Power, ...]:
-    """Equal factors as one power."""
+    """Merge equal factors to one power."""
     exponents: dict[Symbol | Function, int] = {}
     for base, exponent in powers:
         exponents[base] = exponents.get(base, 0) + exponent
@@ -167,13 +167,13 @@ def _product(powers: tuple[Power, ...]) -> tuple[Power, ...]:
 
 
 def _rank(power: Power) -> tuple[int, str]:
-    """Place among factors, and of what it multiplies among summands."""
+    """Rank among factors, and of its product among summands."""
     base = power.base
     return (0, "") if isinstance(base, Function) else (_ORDER.index(base.letter), base.index)
 
 
 def _index(term: Product) -> str:
-    """Joint of an angle, last of all the constant."""
+    """Joint of an angle; the constant comes last."""
     if not term.powers:
         return "~"
     base = term.powers[0].base
@@ -182,7 +182,7 @@ def _index(term: Product) -> str:
 
 
 class SimplifiedQuantities:
-    """What quantities still needed are with changes carried out, without their `factors`, see `scales`."""
+    """Quantities still needed after the changes, without their `factors`, see `scales`."""
 
     def __init__(
         self, recursion: Recursion, changes: Changes, factors: Mapping[Quantity, float] | None = None
@@ -210,7 +210,7 @@ class SimplifiedQuantities:
         self._factors: dict[Symbol | Function, float] = {q.symbol: f for q, f in (factors or {}).items()}
 
     def name(self, quantity: Quantity) -> tuple[float, Symbol] | None:
-        """Sign and symbol by which it is called where it is used; None of a number."""
+        """Sign and symbol of a quantity where it is used; None for a number."""
         sign, base = self.values[quantity]
         if not isinstance(base, Expression):
             return None
@@ -218,7 +218,7 @@ class SimplifiedQuantities:
         return sign * own_sign, symbol
 
     def sum(self, quantity: Quantity) -> tuple[Product, ...]:
-        """What a quantity is the sum of; of one that is another by name, that."""
+        """Sum of a quantity; the other quantity if both are equal."""
         sign, base = self.values[quantity]
         if not isinstance(base, Expression):
             return (Product(sign * base),) if base else ()
@@ -243,7 +243,7 @@ class SimplifiedQuantities:
 
 
 def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
-    """Factors by which quantities are larger than exact, where not 1, as the same random states tell."""
+    """Factors of quantities relative to the exact ones, if not 1, estimated at fixed random states."""
     n, random = form.arm.n_joints, np.random.default_rng(0)
     limits = form.arm.limits("velocity_limit"), form.arm.limits("acceleration_limit")
     usual = zip(limits, (_VELOCITY, _ACCELERATION), strict=True)
@@ -251,7 +251,7 @@ def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
     states = States(*(random.uniform(-1.0, 1.0, (_STATES, n)) * most for most in ranges))
     exact, model = (SimplifiedQuantities(form.recursion, some) for some in ({}, changes))
     was, now = exact.at(states), model.at(states)
-    # Squares before, products, and squares now.
+    # Exact squares, products, and present squares.
     sums: dict[tuple[str, int], FloatArray] = defaultdict(lambda: np.zeros(3))
     members: dict[tuple[str, int], list[Quantity]] = defaultdict(list)
     for quantity in was.keys() & now.keys():
@@ -287,7 +287,7 @@ def scales(form: ExactForm, changes: Changes) -> dict[Quantity, float]:
 def _is_made_up_for(
     found: float, group: Set[Quantity], exact: SimplifiedQuantities, model: SimplifiedQuantities
 ) -> bool:
-    """Whether what quantities go into has them so much less; otherwise something of them is lost."""
+    """Whether results of the quantities compensate their factors; otherwise part of them is lost."""
     symbols = {quantity.symbol for quantity in group}
     apart = closer = 0.0
     for into in (exact.values.keys() & model.values.keys()) - group:
@@ -310,20 +310,20 @@ class Passage:
 
     @property
     def heading(self) -> str:
-        """Words above them."""
+        """Heading of the equations."""
         return f"Link {self.link + 1}: {'motion' if self.outward else 'forces and torque'}"
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A simplified recursion, to read: passages outward and back, and its sines and cosines."""
+    """Readable form of a simplified recursion: passages outward and back, and sines and cosines."""
 
     passages: tuple[Passage, ...]
     functions: tuple[Formula, ...]
 
     @property
     def legend(self) -> Legend:
-        """The longest plain cosine and sine, which explain the others, and all that are not plain."""
+        """One plain cosine and sine, which explain the others, and all that are not plain."""
 
         def is_plain(formula: Formula) -> bool:  # of a sum of angles
             ((function, _),) = formula.pieces[0].product.powers
@@ -340,7 +340,7 @@ class Reading:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """All equations, in the order they can be evaluated in."""
+        """All equations, in order of evaluation."""
         return tuple(formula for passage in self.passages for formula in passage.formulas)
 
 
@@ -351,7 +351,7 @@ class _ChangeEntry(Checked):
 
 
 class RecursiveLevel(Level):
-    """Changes of the recursion, see `recursion.Change`; without any it is exact."""
+    """Changes of the recursion, see `recursion.Change`; without changes it is exact."""
 
     name: ClassVar[str] = "recursive"
     keeps: ClassVar[str] = "steps simplified"
@@ -363,7 +363,7 @@ class RecursiveLevel(Level):
         return {}
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
-        """Carry the changes out; in a model that is given, the steps are rewritten in fewer operations."""
+        """Carry the changes out; for a final model, rewrite the steps in fewer operations."""
         program = form.recursion.changed(terms)
         if effort.shared <= COUNTING.shared:
             return program
@@ -378,7 +378,7 @@ class RecursiveLevel(Level):
         return kept_programs(task)[0]
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Equations of the quantities that the recursion passes on, in the order of their making."""
+        """Equations of the recursion's quantities, in order of evaluation."""
         return self.reading(form, terms).formulas
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
@@ -386,9 +386,9 @@ class RecursiveLevel(Level):
         return self.reading(form, terms).legend
 
     def reading(self, form: ExactForm, terms: Terms) -> Reading:
-        """Its equations link by link, factors (`scales`) taken out.
+        """Its equations link by link, with factors (`scales`) removed.
 
-        What is zero, is not needed any more, or only is another quantity in another frame, has no equation.
+        A quantity has no equation if it is zero, not needed, or another quantity in another frame.
         """
         quantities = SimplifiedQuantities(form.recursion, terms, scales(form, terms))
         left: dict[Symbol | Function, Formula] = {}
@@ -401,7 +401,7 @@ class RecursiveLevel(Level):
             return name is not None and (name[1] == quantity.symbol or not is_aside)
 
         def with_needed(symbol: Symbol | Function) -> Iterator[Formula]:
-            """What an equation needs comes before it: a simplified step may take in a later quantity."""
+            """Inputs of an equation come first: a simplified step may use a later quantity."""
             if not isinstance(symbol, Symbol) or (formula := left.pop(symbol, None)) is None:
                 return
             for piece in formula.pieces:
@@ -427,16 +427,16 @@ class RecursiveLevel(Level):
         return Reading(tuple(passage for passage in ordered if passage.formulas), tuple(functions))
 
     def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
-        """Steps simplified, of all."""
+        """Number of simplified steps, and of all."""
         steps = [step for step in form.recursion.program.steps if step.operation != "input"]
         return len({change.step for change in terms}), len(steps)
 
     def to_entry(self, term: Change, weight: float) -> Checked:
-        """Write the places of both steps and the number."""
+        """Write the indices of both steps and the number."""
         return _ChangeEntry(step=term.step, source=term.source, number=weight)
 
     def from_entry(self, form: ExactForm, entry: _ChangeEntry) -> tuple[Change, float]:
-        """Read it back, of steps that the arm's recursion has."""
+        """Read a change back, of steps of the arm's recursion."""
         steps = form.recursion.steps
         for place, least in ((entry.step, 0), (entry.source, min(NUMBER, CONSTANT))):
             if not least <= place < len(steps):
@@ -449,7 +449,7 @@ class RecursiveLevel(Level):
         return Change(entry.step, entry.source), entry.number
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Change, float]:
-        """Read changes back that can be carried out together; otherwise as every level does."""
+        """Read changes back as every level does, and check that they can be carried out together."""
         changes = super().from_entries(form, entries)
         try:
             acting = form.recursion.acting(changes)

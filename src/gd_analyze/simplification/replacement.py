@@ -1,9 +1,9 @@
-"""Numbers of a program fitted to the exact torque, and what may stand in for its steps.
+"""Fit of a program's numbers to the exact torque, and replacements of its steps.
 
-Torque is nearly linear in all numbers: a few weighted least squares make a high power of the errors small.
-Where u, times c, stands in for v, the error changes by slope_v (c u - v), to first order: for every pair of
-steps the best c and the squares follow from two products of matrices. Operations saved are those that are
-alone for v and that u does not need. What is most promising is then looked at beside a fit of all numbers.
+Torque is nearly linear in all numbers: a few weighted least squares minimize a high power of the errors. If u
+times c replaces v, the error changes by slope_v (c u - v) to first order: for every pair of steps the best c
+and the squares follow from two matrix products. The operations saved are those used only by v and not needed
+by u. The most promising replacements are then evaluated together with a fit of all numbers.
 """
 
 from __future__ import annotations
@@ -21,33 +21,32 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.tape import Tape
 from gd_analyze.simplification.recursion import NUMBER
 
-# Powers on the way to a high one, and steps with each; with a power p a step is 1 / (p - 1) of the usual.
+# Powers on the way to a high one, and steps with each; with power p a step is 1 / (p - 1) of the usual.
 _POWERS, _STEPS = (4.0, 8.0, 14.0), 2
-# Errors above this share of the largest count in a fit; those below this share of the budget count alike.
+# Errors above this share of the largest enter a fit; those below this share of the budget weigh equally.
 _COUNTING, _SMALL = 0.25, 0.3
-# How much steps are held back, as a share of each number's own square: numbers may change by much while the
-# torque hardly does. Much more where few errors count: steps that bring those down would let others grow.
+# Damping of steps, as a share of each number's square: numbers may change much while the torque hardly does.
+# Damping is stronger if few errors enter: steps that reduce these would let others grow.
 _HELD_BACK, _HELD_BACK_MORE = 1e-3, 0.1
-# Shares of a step to try, the first that leads down is taken.
+# Shares of a step to try; the first that reduces the norm is taken.
 _STRIDES = (1.0, 0.4, 0.15)
-# Numbers are taken to so many parts, and what errors grow by to so many decimals: what is mathematically
-# alike must not be distinguished by roundings, which differ between processors.
+# Resolution of numbers, and decimals of error growth: rounding, which differs between processors, must not
+# distinguish what is mathematically equal.
 _SNAP, _DIGITS, _DIGITS_OF_SUMS = 2.0**23, 10, 7
-# Steps beside which a second is looked for, and what is looked at closely; of one step so many are, and so
-# many are tried.
+# Steps for which a second is searched; replacements evaluated closely; these, and tries, per step.
 _FIRST, _CLOSELY, _OF_EACH, _TRIED_OF_EACH = 2, 120, 4, 2
-# Steps that are nearly multiples of each other tell no two coefficients.
+# Steps that are nearly multiples of each other do not determine two coefficients.
 _APART = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """What a program shall compute, at some states."""
+    """Target of a program at some states."""
 
     inputs: dict[str, FloatArray]
     torque: FloatArray  # (n, N), exact, over the allowed error
     scale: FloatArray  # (n,), one over the allowed error
-    weights: FloatArray  # (n, N), how much errors count
+    weights: FloatArray  # (n, N), weights of errors
 
     def at(self, states: NDArray[np.intp]) -> Aim:
         """The same at some of the states."""
@@ -55,13 +54,13 @@ class Aim:
         return Aim(some, self.torque[:, states], self.scale, self.weights[:, states])
 
     def errors(self, tape: Tape, values: FloatArray) -> FloatArray:
-        """Error over the allowed one, as it counts, shape (n, N)."""
+        """Weighted error over the allowed one, shape (n, N)."""
         return (tape.results(values) * self.scale[:, None] - self.torque) * self.weights
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Numbers of a program, and what follows from them."""
+    """Numbers of a program, with values and errors."""
 
     numbers: FloatArray  # (steps,)
     values: FloatArray  # (steps, N)
@@ -81,13 +80,13 @@ def unfitted(tape: Tape, aim: Aim, numbers: FloatArray | None = None) -> Fit:
 
 
 def columns_of(tape: Tape, fit: Fit, slopes: FloatArray) -> FloatArray:
-    """What every number makes of the errors, shape (numbers, n N)."""
+    """Effect of every number on the errors, shape (numbers, n N)."""
     found = slopes[tape.scaled] * fit.values[tape.multiplied][:, None, :]
     return found.reshape(len(tape.scaled), fit.errors.size)
 
 
 def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: float = 0.0) -> Fit:
-    """Fit numbers to the least norm of a power of the errors, or `enough`, by so many turns at most."""
+    """Fit numbers to minimize a norm of the errors, down to `enough`, in at most `turns` rounds."""
     here = start
     for _ in range(turns):
         if here.largest <= enough or not len(tape.scaled):
@@ -108,7 +107,7 @@ def fitted(tape: Tape, aim: Aim, start: Fit, power: float, turns: int, enough: f
 
 
 def snapped(values: FloatArray) -> FloatArray:
-    """Round to seven digits: what a search decides by them is then the same on every processor."""
+    """Round to seven digits, so that decisions of a search are the same on every processor."""
     mantissas, exponents = np.frexp(values)
     return np.asarray(np.ldexp(np.round(mantissas * _SNAP), exponents) / _SNAP)
 
@@ -122,17 +121,17 @@ def norm(errors: FloatArray, power: float) -> float:
 
 
 class Columns:
-    """Effects of numbers on errors, one row each (K, S), ready to bring any errors down."""
+    """Effects of numbers on errors, one row each (K, S), prepared for fits."""
 
     def __init__(self, columns: FloatArray) -> None:
         self._size = sizes_of(columns)
-        # A row for each error: rows that count are then taken at once.
+        # One row per error, so that large errors are selected quickly.
         self._scaled = np.ascontiguousarray((columns / self._size[:, None]).T)
         self._one = np.eye(len(columns))
         self._inverse = np.linalg.inv(self._scaled.T @ self._scaled + _HELD_BACK * self._one)
 
     def least(self, errors: FloatArray, power: float) -> tuple[FloatArray, FloatArray]:
-        """Coefficients (K,) that bring errors (S,) to the least norm of that power, and what is left."""
+        """Coefficients (K,) that minimize this power's norm of errors (S,), and the remaining errors."""
         x = self._inverse @ (errors @ self._scaled)
         for p in (*(p for p in _POWERS if p < power), *([power] if power > 2.0 else [])):
             for _ in range(_STEPS):
@@ -141,7 +140,7 @@ class Columns:
                 largest = size.max(initial=0.0)
                 if largest == 0.0:
                     break
-                # Those that hardly count are left out, and held back with the numbers.
+                # Small errors are left out; the damping of numbers limits them.
                 rows = np.flatnonzero(size > _COUNTING * largest)
                 weights = (size[rows] / largest) ** (p - 2.0)
                 root = np.sqrt(weights / weights.sum() * len(size))
@@ -157,15 +156,15 @@ def sizes_of(columns: FloatArray) -> FloatArray:
 
 
 class Replacement(NamedTuple):
-    """What stands in for a step."""
+    """A replacement of a step."""
 
     step: int
     by: tuple[tuple[int, float], ...]  # steps, or `NUMBER`, and their coefficients
-    saved: float  # operations that go
-    added: float  # what the mean square of the error over the allowed one grows by
+    saved: float  # operations saved
+    added: float  # growth of the mean square of the error over the allowed one
 
     def change(self, values: FloatArray) -> FloatArray:
-        """What stands in minus the step itself, shape (N,), by the values of all steps."""
+        """Replacement minus the step itself, shape (N,), from the values of all steps."""
         change = -values[self.step]
         for u, c in self.by:
             change = change + (c if u == NUMBER else c * values[u])
@@ -173,7 +172,7 @@ class Replacement(NamedTuple):
 
     @property
     def order(self) -> tuple[float, float, int]:
-        """The best is the first; of those alike what saves most, the first of these."""
+        """Sort key: the best first; of equal ones the one that saves most, then the first."""
         merit = self.added / max(self.saved, 0.5) if self.added > 0.0 else self.added * self.saved
         return merit, -self.saved, self.step
 
@@ -181,7 +180,7 @@ class Replacement(NamedTuple):
 def replacements(
     tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], power: float
 ) -> tuple[list[Replacement], float]:
-    """List what may stand in, the best first, and the mean square error that a fit leaves as things are.
+    """List replacements, the best first, and the mean square error that a fit leaves without them.
 
     `slopes` are effects of steps on errors, (steps, n, N); `known` (steps,) can be stated as changes.
     """
@@ -194,7 +193,7 @@ def replacements(
 
 
 def _of_each(steps: list[int], most: int) -> list[int]:
-    """Places of the first so many for each step."""
+    """Indices of the first `most` for each step."""
     count: Counter[int] = Counter()
     kept = []
     for place, step in enumerate(steps):
@@ -207,7 +206,7 @@ def _of_each(steps: list[int], most: int) -> list[int]:
 def _beside_a_fit(
     tape: Tape, fit: Fit, slopes: FloatArray, promising: list[Replacement], weights: FloatArray
 ) -> tuple[list[Replacement], float]:
-    """Look closely: what is added once all numbers are fitted."""
+    """Evaluate closely: error added after a fit of all numbers."""
     root = np.sqrt(weights).ravel()
     error = fit.errors.ravel() * root
     made = [(slopes[one.step] * one.change(fit.values)).ravel() for one in promising]
@@ -226,13 +225,13 @@ def _beside_a_fit(
     return sorted(found, key=lambda one: one.order), base
 
 
-# Steps (K,), what stands in for each and its numbers (K, 2), nan where there is no second; operations saved,
-# and what the squares grow by (K,).
+# Steps (K,), their replacements and numbers (K, 2), nan without a second; operations saved, and squares added
+# (K,).
 _Group: TypeAlias = tuple[NDArray[np.intp], NDArray[np.intp], FloatArray, FloatArray, FloatArray]
 
 
 class _Pool:
-    """Squares of the error as a quadratic form in what stands in for each step v: a + 2 b c + s c^2."""
+    """Squares of the error as a quadratic form in the replacement of each step v: a + 2 b c + s c^2."""
 
     def __init__(
         self, tape: Tape, fit: Fit, slopes: FloatArray, known: NDArray[np.bool_], weights: FloatArray
@@ -251,7 +250,7 @@ class _Pool:
         self.needs = tape.needs.T.astype(np.float32)
         self.alone = tape.alone_for * tape.operations
         self.total = self.alone.sum(axis=1).astype(float)
-        self.alive = self.alone @ self.needs  # what u needs of what is alone for v
+        self.alive = self.alone @ self.needs  # what u needs of the operations used only by v
         self.saved = self.total[:, None] - self.alive
         inputs = np.array([step.operation == "input" for step in tape.steps])
         never = tape.is_angle | ~known
@@ -264,7 +263,7 @@ class _Pool:
         self.total[never | inputs] = -np.inf
 
     def best(self, most: int) -> list[Replacement]:
-        """So many of those that seem best, some for each step."""
+        """The `most` best ones by estimate, some for each step."""
         groups = [*self.by_one(), *self.by_two(), *self.by_number()]
         v, sources, numbers, saved, added = (np.concatenate(column) for column in zip(*groups, strict=True))
         added = np.round(added / self.count, _DIGITS)
@@ -280,7 +279,7 @@ class _Pool:
         return [Replacement(*one) for one in zip(v[chosen].tolist(), by, *rest, strict=True)]
 
     def by_one(self) -> Iterator[_Group]:
-        """One step times the best number, or as it is, or turned round."""
+        """One step times the best number, 1 or -1."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             best = -self.linear / self.square
             ways = (
@@ -297,7 +296,7 @@ class _Pool:
             yield v, _with(u), _with(c[places]), saved[v, u], added[v, u]
 
     def by_two(self) -> Iterator[_Group]:
-        """Two steps, of which the first is one of the best alone: the best second for each."""
+        """Two steps: the first is one of the best alone, with the best second for each."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             alone = np.where(self.saved > 3.0, self.constant[:, None] - self.linear**2 / self.square, np.inf)
         alone = np.where(np.isfinite(alone), np.round(alone, _DIGITS_OF_SUMS), np.inf)
@@ -328,7 +327,7 @@ class _Pool:
         return v[rows], np.stack([first[rows], u], axis=1), both, saved[rows, u], added[rows, u]
 
     def by_number(self) -> Iterator[_Group]:
-        """A number, the best or none."""
+        """A number: the best, or 0."""
         v = np.flatnonzero(np.isfinite(self.total) & (self.total > 0.0))
         none = _with(np.zeros(len(v)))
         yield v, np.full((len(v), 2), NUMBER), none, self.total[v] + 1.0, self.constant[v]
@@ -339,12 +338,12 @@ class _Pool:
 
 
 def _with(one: NDArray[Any]) -> NDArray[Any]:
-    """Sources or numbers with no second beside them, shape (K, 2)."""
+    """Sources or numbers without a second, shape (K, 2)."""
     return np.stack([one, np.full_like(one, NUMBER if one.dtype.kind == "i" else np.nan)], axis=1)
 
 
 def rounded(added: float) -> float:
-    """What an error grows by, in digits that do not depend on the processor."""
+    """Growth of an error, in digits that do not depend on the processor."""
     return round(added, _DIGITS)
 
 

@@ -1,7 +1,7 @@
 """The cheapest set of candidates within a budget: elimination, integer program, exchange, refit.
 
-The integer program knows which arithmetic candidates share and often proves its selection cheapest, but may
-be endless, so it stops after some nodes. Exchange drops one more, or one for another that is cheaper.
+The integer program accounts for shared arithmetic and often proves its selection cheapest, but may take
+forever, so it stops after some nodes. Exchange drops one more candidate, or swaps it for a cheaper one.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from gd_analyze.simplification.linear_programs import Refit, select, share_coeff
 Step = tuple[Kept, FloatArray]
 # Operations of a selection with given factors of its coefficients.
 Count = Callable[[Kept, FloatArray], int]
-# Told the number of candidates dropped since the last call.
+# Called with the number of candidates dropped since the last call.
 Progress = Callable[[int], None] | None
 
-# Of the budget, what a first sweep may spend on candidates too small to weigh one by one.
+# Share of the budget that a first sweep may use for candidates too small to weigh one by one.
 _SWEEP_SHARE = 0.02
-# Selections an exchange may try to fit, and candidates it may take back for each that goes.
+# Most selections that an exchange fits, and candidates it takes back per dropped one.
 _TRIALS, _TAKEN_BACK = 200, 4
-# Candidates up to which more than elimination is tried: minutes, beyond.
+# Most candidates for which more than elimination is tried: minutes beyond.
 _MOST = 1200
-# Errors above this share of the budget tell which candidate would help.
+# Errors above this share of the budget indicate which candidate would help.
 _HOT = 0.8
 
 
@@ -46,7 +46,7 @@ def search(
     work: Work | None = None,
     progress: Progress = None,
 ) -> tuple[dict[str, Step], bool]:
-    """Find few candidates whose model is within the budget at every state: what every step led to, in order.
+    """Find few candidates whose model is within the budget at every state; return the results of all steps.
 
     Also whether the integer program ended, so that no selection without refit takes fewer operations.
     """
@@ -76,7 +76,7 @@ def search(
     starts.append(_refitted_start(eliminate(candidates, refit=True, work=work), refitting))
     found = [(best, one)]
     found += [_exchanged(candidates, start, refitting, count, work) for start in starts if start is not None]
-    # Of equal ones the last: it has been fitted.
+    # The last of equal ones has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
     steps["refit"] = kept, scale
@@ -88,7 +88,7 @@ def search(
 
 
 def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kept, bool]:
-    """Keep what the integer program keeps of the candidates that matter."""
+    """Keep the integer program's selection of the candidates that matter."""
     effects = candidates.effects
     kept = np.zeros(len(effects), dtype=bool)
     largest = np.abs(effects).max(axis=2, initial=0.0)
@@ -108,7 +108,7 @@ def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kep
 
 
 def _refitted_start(elimination: Elimination, refitting: Refit) -> Step | None:
-    """Drop as many candidates, in the order given, as a refit can absorb."""
+    """Drop as many candidates, in the given order, as a refit can compensate."""
     few, many, found = -1, len(elimination.order) + 1, None
     while many - few > 1:
         middle = (few + many) // 2
@@ -124,7 +124,7 @@ def _refitted_start(elimination: Elimination, refitting: Refit) -> Step | None:
 def _exchanged(
     candidates: Candidates, start: Step, refitting: Refit | None, count: Count, work: Work
 ) -> Step:
-    """Drop one more, or one for another that is cheaper, while operations go down."""
+    """Drop one more candidate, or swap it for a cheaper one, while operations decrease."""
     kept, scale = start
     flat = candidates.flat
     size = np.maximum(np.einsum("ks,ks->k", flat, flat), np.finfo(float).tiny)
@@ -134,7 +134,7 @@ def _exchanged(
     operations = np.array(list(candidates.costs.values()), dtype=float)
 
     def neighbours() -> Iterator[tuple[Kept, FloatArray]]:
-        """Selections that should be cheaper, with their error: first without one, then one for another."""
+        """Selections that should be cheaper, and errors: first with one dropped, then with one swapped."""
         error = (kept * scale - 1.0) @ flat
         harm = {int(k): float(np.abs(error - scale[k] * flat[k]).max()) for k in np.flatnonzero(kept)}
         leaving = sorted(harm, key=harm.__getitem__)
@@ -176,7 +176,7 @@ def _exchanged(
             return kept, scale
 
 
-# Writing a program to count it takes as long as so many multiplications for each term.
+# Writing a program to count it takes as long as this many multiplications per term.
 _WRITING = 3e5
 
 
@@ -187,7 +187,7 @@ def dropped(
     how: SearchOptions,
     progress: Progress = None,
 ) -> Found:
-    """Search for the terms to be kept; a TooManyTermsError if there are more than a search can weigh."""
+    """Search for the terms to keep; a TooManyTermsError if there are too many for a search."""
     candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price)
     writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
 
@@ -200,7 +200,7 @@ def dropped(
     effort = THOROUGH if how.write else COUNTING
     written = {name: level.write(exact.form, candidates.keep(*step), effort) for name, step in found.items()}
     steps = tuple(SearchStep(name, program.count.total) for name, program in written.items())
-    # The search counts roughly; of steps that take as many operations the last has been fitted.
+    # The search counts roughly; the last of steps with equal operations has been fitted.
     best = min(reversed(written), key=lambda name: priced(written[name], how.sine_price))
     kept, scale = found[best]
     refitted = bool((scale[kept] != 1.0).any())
@@ -208,7 +208,7 @@ def dropped(
 
 
 def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations of multiples of a budget from one elimination."""
+    """Estimate operations for multiples of a budget from one elimination."""
     candidates = candidates_of(exact, level, allowed)
     elimination, one = eliminate(candidates), np.ones(len(candidates))
     return lambda factor: candidates.write(elimination.within(factor), one, COUNTING).count.total

@@ -1,4 +1,4 @@
-"""The smallest model within a torque error budget, or the best one of so many operations, at any level."""
+"""The cheapest model within a torque error budget, or with limited operations, at any level."""
 
 from __future__ import annotations
 
@@ -32,20 +32,18 @@ from gd_analyze.text import SINE_PRICE
 if TYPE_CHECKING:
     import xarray as xr
 
-# --operations: the smallest multiple of the budget, and by what it is widened where a quick count promised
-# too much. How close it is searched, and how often tightened then: among candidates, and in a recursion, of
-# which every count takes seconds.
+# --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
+# Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
-# Where terms take less than this share of the exact torque's operations, the recursion is not tried: it was
-# found to take half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are
-# fitted to them, and then errs the more between them. Nor is it tried for so few joints: equations are short.
+# If terms take less than this share of the exact torque's operations, the recursion is not tried: it took
+# half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are fitted to
+# them, but errs more between them. Nor is it tried for this few joints, whose equations are short.
 _FEW, FEW_JOINTS = 0.65, 4
-# Where a quick count finds that terms left take more than so many times the exact torque's operations, they
-# are not searched: the search and a program written with care were found to save up to two fifths of it.
+# If a quick count finds that the terms left take more than this multiple of the exact torque's operations,
+# they are not searched: the search and a careful program saved up to two fifths of it.
 _MANY = 1.7
-# Levels that are tried; the others are for more than few operations: a mechanical system, or the founding
-# text's conclusions.
+# Levels that are tried; the others give a mechanical system, or the founding text's conclusions.
 LEVELS_TRIED = (TERM, RECURSIVE)
 _USUAL = SearchOptions()
 
@@ -62,50 +60,48 @@ def simplify(
     effort: float = 1.0,
     sine_price: int = SINE_PRICE,
 ) -> SimplifiedModel:
-    """Leave out what a torque error budget allows, so that few operations remain.
+    """Find the model with the fewest operations within a torque error budget.
 
     Parameters
     ----------
     arm
         The arm, or the name of a built-in one, or the path of its file.
     states
-        States over which the budget holds: a trajectory's set points, or its shipped name or path; those of
-        several, on each of which the budget then holds; their decomposition where it is at hand; or drawn
-        ones, see `states_in_box`.
+        States over which the budget holds: the set points of a trajectory (also by shipped name or path), or
+        of several, with the budget kept on each; their decomposition; or drawn states, see `states_in_box`.
     budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; 1 % of
-        each joint's peak torque over the states by default.
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
+        default 1 % of each joint's peak torque over the states.
     level
-        By default the one of fewest operations is found out. "term" drops torque terms one by one;
-        "recursive" simplifies steps of the recursion of Newton and Euler, for arms of many terms; "energy"
-        drops terms of the energies, so that the model stays a mechanical system; "element" drops the effects
-        of D_ij and h_i and c_i, the founding text's method.
+        By default the level with the fewest operations. "term" drops single torque terms; "recursive"
+        simplifies steps of the Newton-Euler recursion, for arms with many terms; "energy" drops terms of the
+        energies, so that the model stays a mechanical system; "element" drops effects of D_ij and h_i, and
+        c_i, the founding text's method.
     refit
-        Change kept coefficients to absorb what is dropped.
+        Change kept coefficients to compensate for dropped ones.
     operations
-        Multiplications and additions the model may take: the budget is scaled to the smallest that so many
-        allow.
+        Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     effort
-        How much to search, as a multiple of the usual: about a minute at most.
+        Length of the search relative to the usual one, which is about a minute at most.
     drives
-        Include drive inertia, or take the links alone; by default it is included where the arm describes
+        Include drive inertia, or take the links alone; by default it is included if the arm describes
         drives, see `ExactDynamics.of`.
     sine_price
-        Multiplications and additions that one sine or cosine counts as where models are compared; with 0 the
-        model of fewest multiplications and additions is sought.
+        Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
+        multiplications and additions are minimized.
 
     Returns
     -------
     SimplifiedModel
-        Its largest error over the states is within the budget, measured on its own program. Where that takes
-        as many operations as the exact torque, it is the exact model. Its `notice` says where the budget is
-        less than a joint's friction or the uncertainty of its torque.
+        Its largest error over the states, measured on its own program, is within the budget. If this takes as
+        many operations as the exact torque, it is the exact model. Its `notice` names joints whose budget is
+        below friction or torque uncertainty.
 
     Raises
     ------
     UsageError
-        If the budget is not understood, does not fit the number of joints, or is a share of what the arm does
-        not state; or if level and refit do not go together.
+        If the budget is not understood, does not fit the number of joints, or is a share of a number that the
+        arm does not state; or if the level has nothing to refit.
     ArmError
         If drives are asked for and the arm describes none.
 
@@ -131,14 +127,14 @@ def simplify_exact(
     progress: Progress = None,
     stage: Callable[[str], object] = lambda _: None,
 ) -> SimplifiedModel:
-    """Do what `simplify` does, against exact dynamics that are at hand.
+    """Simplify given exact dynamics, see `simplify`.
 
     `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
-    `stage` with what begins. A TooManyTermsError if the level asked for has too many terms for a search.
+    `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
     """
     budget = Budget.of(budget)
     if how.operations is not None:
-        budget.require_per_joint("a model of so many operations", "ask for a share of the norm alone")
+        budget.require_per_joint("a limit on operations", "give the share of the norm alone")
     exact = exact.under(budget)
     models: list[SimplifiedModel] = []
     tried: list[LevelTried] = []
@@ -169,7 +165,7 @@ def unpromising(
     models: Sequence[SimplifiedModel],
     few: float = _FEW,
 ) -> str:
-    """Why a level cannot take fewer operations than the models there are; "" where it may."""
+    """Reason why a level cannot take fewer operations than the models found; "" if it may."""
     full, is_short = exact.form.operations.total, exact.arm.n_joints <= FEW_JOINTS
     if level is TERM and (many := too_many_terms(exact.form)):
         return f"the arm has {many}"
@@ -185,19 +181,19 @@ def unpromising(
         long = f"the terms left take about {about} operations, the exact torque {full}"
         return long if about > _MANY * full else ""
     if models and is_short:
-        return f"the arm has at most {FEW_JOINTS} joints, and its numbers would be fitted to the states"
+        return f"the arm has at most {FEW_JOINTS} joints, and numbers would be fitted to the states"
     least = min((model.operations.total for model in models), default=full)
     if least < few * full:
-        return f"{least} of {full} operations are few, and it takes long"
+        return f"{least} of {full} operations are few already, and it takes long"
     return ""
 
 
 def _at_level(
     exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress
 ) -> SimplifiedModel:
-    """Simplify at a level within a budget, or one scaled until the model takes as few operations as asked.
+    """Simplify at a level within a budget, or scale the budget until the model has few enough operations.
 
-    A quick count finds about where; whole searches then close in from there.
+    A quick count estimates the factor; full searches then refine it.
     """
     operations = how.operations
     if operations is None:
@@ -233,16 +229,16 @@ def _at_level(
 def _within(
     exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
 ) -> SimplifiedModel:
-    """Search under what the budget allows every joint; or, of the norm, under what keeps that."""
+    """Search within the error allowed at every joint, or within errors that keep a budget of the norm."""
 
     def search(
         exact: ExactDynamics, allowed: FloatArray, thorough: bool = True, way: list[Terms] | None = how.way
     ) -> SimplifiedModel:
-        # Written shortly, one that takes more operations than exact may still take fewer.
+        # A model with more operations than exact may take fewer when written carefully.
         trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
         trial = replace(trial, way=[] if way is None else way)
-        # Of very many states some stand for all; those that break the budget join them. What is added counts
-        # a little more every time, so it ends.
+        # Very many states are represented by some; those that exceed the budget are added, each time with a
+        # slightly larger weight, so that it ends.
         known, margin = exact.thinned(), 1.0
         while True:
             most = margin * allowed
@@ -276,14 +272,14 @@ def _within(
     return model
 
 
-# Of the norm: searches done quickly, then thoroughly; how close to the budget is enough; how far a step goes.
+# For the norm: quick searches, then thorough ones; tolerance on the budget; size of a step.
 _QUICK, _THOROUGH, _ENOUGH, _STEP = 6, 2, 0.97, 3.0
-# Steps in which allowances grow, and up to which.
+# Steps in which allowances grow, and their limit.
 _GROWING, _WIDEST = 1.25, 100.0
-# An error counts at most so many times what it does where the torque is largest.
+# Largest weight of an error relative to that where the torque is largest.
 _MOST = 1e6
-# Finds a model whose every error, as it counts at its state, is within what is allowed, N m, shape (n,);
-# thoroughly or not, and going on on a way where the level can.
+# Finds a model whose weighted errors are within the allowed ones, N m, shape (n,); thoroughly or not, and
+# continuing on a way if the level can.
 _Search = Callable[[ExactDynamics, FloatArray, bool, list[Terms] | None], SimplifiedModel]
 # A model and its error, N m, shape (n, N).
 _Trial = tuple[SimplifiedModel, FloatArray]
@@ -292,15 +288,15 @@ _Trial = tuple[SimplifiedModel, FloatArray]
 def _within_norm(
     exact: ExactDynamics, budget: Budget, search: _Search, otherwise: SimplifiedModel
 ) -> SimplifiedModel:
-    """Find the model of fewest operations within a share of the norm; `otherwise` is the exact one.
+    """Find the model with fewest operations within a share of the norm; `otherwise` is the exact one.
 
-    What keeps |error_i| within a part of the torque's norm at the states that count, keeps the norm of the
-    error within a share of it: the part is widened and narrowed until the measure itself is just kept.
+    If |error_i| stays within a part of the torque's norm at the states that count, the norm of the error
+    stays within a share of it: the part is adjusted until the measure itself is just kept.
     """
     if exact.states.motions:
         names = ", ".join(motion.name for motion in exact.states.motions)
         budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
-    assert budget.norm is not None  # the caller asks
+    assert budget.norm is not None  # checked by callers
     measure = exact.norm_measure(budget.norm)
     best = otherwise
     look = _closed_in if isinstance(otherwise.level, CandidateLevel) else _widened
@@ -313,8 +309,8 @@ def _within_norm(
 
 
 def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
-    """Search anew for narrower and wider allowances, quickly, and at the best of them thoroughly."""
-    # At first those states are given up where the torque is least.
+    """Search with narrower and wider allowances, quickly, and with the best one thoroughly."""
+    # At first the states with the least torque are exempt.
     shares, kept, broken, factor = -measure.norms.min(axis=0), 0.0, np.inf, 1.0
     for turn in range(_QUICK + _THOROUGH):
         weighed, allowed = _allowances(exact, measure, shares, factor)
@@ -332,7 +328,7 @@ def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> I
 
 
 def _widened(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
-    """Search for what is sure to do, and go on from there while allowances widen and the measure is kept."""
+    """Search with safe allowances, and continue from there while they widen and the measure is kept."""
     harm, way = -measure.norms.min(axis=0), list[Terms]()
     factor = 1.0 / np.sqrt(len(measure.torque))
     while True:
@@ -342,13 +338,13 @@ def _widened(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Ite
         yield model, error
         if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
             return
-        # As many states as were given up are beyond what was allowed, and no others: the search can go on.
+        # Only as many states as are exempt exceed the allowance: the search can continue.
         counts, largest = _counts(measure)
         harm, factor = (counts * np.abs(error) / largest).max(axis=0), factor * _GROWING
 
 
 def _spent(exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel) -> _Trial:
-    """Let more terms go, while the measure itself is kept; the model, and its error (n, N)."""
+    """Drop more terms while the measure itself is kept; return the model and its error (n, N)."""
     error = (model.torque(*exact.states.arrays) - exact.torque).T
     level, terms = model.level, list(model.terms)
     if measure.share(error) > 1.0 or not terms or not isinstance(level, CandidateLevel):
@@ -369,7 +365,7 @@ def _spent(exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel) -
 def _allowances(
     exact: ExactDynamics, measure: NormMeasure, harm: FloatArray, factor: float
 ) -> tuple[ExactDynamics, FloatArray]:
-    """Let errors count by the torque's norm, and not at all at the states (N,) where they do most harm."""
+    """Weight errors by the torque's norm, with zero weight at the states (N,) of the largest shares."""
     counts, largest = _counts(measure)
     if measure.exempt:
         counts[:, np.argsort(-harm, kind="stable")[: measure.exempt]] = 0.0
@@ -377,7 +373,7 @@ def _allowances(
 
 
 def _counts(measure: NormMeasure) -> tuple[FloatArray, FloatArray]:
-    """How much errors count beside those where the norm is largest, (n, N), and that norm, (n, 1)."""
+    """Weights of errors relative to those where the norm is largest, (n, N), and that norm, (n, 1)."""
     norms = measure.norms[measure.group]
     largest = np.maximum(norms.max(axis=1, keepdims=True), np.finfo(float).tiny)
     return np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest), largest

@@ -1,4 +1,4 @@
-"""Torque terms as a straight-line program of few operations: several ways to write it, and the best kept."""
+"""Torque terms as a straight-line program of few operations: the best of several forms."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from gd_analyze.simplification.identity import telling_states
 
 
 class TorqueVariables:
-    """Sines, cosines, powers, absolute velocities and accelerations at states, of values of any kind."""
+    """Sines, cosines, powers, absolute velocities and accelerations at states, for values of any type."""
 
     def __init__(self, velocities: AbsoluteVelocities, states: Iterable[Any]) -> None:
         self._q, qd, qdd = states
@@ -52,7 +52,7 @@ class TorqueVariables:
         return argument if kind == "power" else UFUNCS[kind](argument)
 
 
-# Brackets of other velocities or rows that are a multiple of a known one share it; equal but for round-off.
+# Brackets of other velocities or rows that are multiples of a known one, up to round-off, share it.
 _PROPORTIONAL = 1e-9
 
 _Key = tuple[int, tuple[Velocity, ...]]
@@ -61,7 +61,7 @@ _Polynomials = dict[_Key, _Polynomial]
 
 
 def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: bool = False) -> Program:
-    """Write torques in nested form; `in_line` multiplies brackets of one term out, to share velocities."""
+    """Write torques in nested form; `in_line` expands brackets of one term, to share velocities."""
     polynomials: _Polynomials = defaultdict(dict)
     for term, weight in terms.items():
         if weight != 0.0:
@@ -88,11 +88,11 @@ def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: b
 
 
 def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, tuple[int, float]]]:
-    """Polynomials of which none is a multiple of another, and for each given one its number and factor."""
+    """Polynomials without multiples of each other, and index and factor of each given one."""
     distinct: list[_Polynomial] = []
     places: dict[_Key, tuple[int, float]] = {}
     known: dict[tuple[Monomial, ...], list[int]] = defaultdict(list)
-    # Long ones first: a short one is then more likely to find its inner sums made.
+    # Long ones first: a short one then more likely finds its inner sums computed.
     for key, polynomial in sorted(polynomials.items(), key=lambda item: (-len(item[1]), item[0])):
         support = tuple(sorted(polynomial))
         for number in known[support]:
@@ -109,17 +109,17 @@ def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, 
     return distinct, places
 
 
-# Where it helps to share them, coefficients that differ by 1e-9 are taken for equal; some may add up.
+# To share more, coefficients that differ by 1e-9 are treated as equal; such errors may add up.
 _SAME = 1e-8
 
-# Brackets nested take up to 1.5 times the operations that are found in the end, on all arms supplied.
+# Nested brackets take up to 1.5 times the final operations, for all arms supplied.
 _NESTED = 1.5
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
 def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
-    """Write torque terms as a program: nested, with what rows share, or rearranged, as the effort allows."""
+    """Write torque terms as a program: nested, with shared parts, or rearranged, as the effort allows."""
     if len(terms) > effort.shared:
         return nested_program(velocities, terms)
     if not effort.rearranging:
@@ -139,7 +139,7 @@ def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effor
 def torque_programs(
     velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
 ) -> tuple[Program, ...]:
-    """Write torques that gain terms step by step, up to the first program of more than `most` operations."""
+    """Write torques that gain terms step by step, up to the first program over `most` operations."""
     joins: dict[TorqueTerm, int] = {}
     for number, terms in enumerate(steps):
         joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
@@ -155,7 +155,7 @@ def torque_programs(
 
 
 def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
-    def may_take(terms: Torques) -> bool:  # so few operations, judged by nested brackets
+    def may_take(terms: Torques) -> bool:  # judged by nested brackets
         few = len(terms) <= POINT.shared
         return few and nested_program(velocities, terms).count.total <= _NESTED * most
 
@@ -168,12 +168,12 @@ def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
 
 
 def _listed(terms: Torques) -> list[Any]:
-    """Terms and weights as JSON values, in an order of their own."""
+    """Terms and weights as JSON values, in a canonical order."""
     return [[term, terms[term]] for term in sorted(terms)]
 
 
 def _are_right(velocities: AbsoluteVelocities, steps: Sequence[Torques], programs: Sequence[Program]) -> bool:
-    """Whether programs give the torques of one step each; fewer than steps where the next took too many."""
+    """Whether programs give the torques of one step each; fewer than steps if the next was too long."""
     n, terms = velocities.n_joints, [*dict.fromkeys(term for step in steps for term in step)]
     powers = {factor.multiples for term in terms for factor in term.monomial if factor.kind == "power"}
     degrees = np.zeros(n, dtype=int)
@@ -212,7 +212,7 @@ def _program(velocities: AbsoluteVelocities, sums: SharedSums) -> Program:
 
 def _rows(velocities: AbsoluteVelocities, terms: Torques) -> list[dict[Any, float]]:
     rows: list[dict[Any, float]] = [{} for _ in range(velocities.n_joints)]
-    # In an order of its own: the program must not depend on the order the terms came in.
+    # In canonical order: the program must not depend on the order of the terms.
     for term in sorted(terms):
         if terms[term] != 0.0:
             rows[term.row][(*term.velocities, *term.monomial)] = terms[term]
@@ -220,7 +220,7 @@ def _rows(velocities: AbsoluteVelocities, terms: Torques) -> list[dict[Any, floa
 
 
 def _circles(terms: Torques) -> dict[Hashable, Hashable]:
-    """Sines and cosines, each with the other of its angle."""
+    """Sines and cosines, each mapped to the other of its angle."""
     return {
         (kind, multiples): (_PARTNER[kind], multiples)
         for term in sorted(terms)

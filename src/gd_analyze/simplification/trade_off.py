@@ -1,4 +1,4 @@
-"""Models for smaller and larger budgets: the curve of every level, and the path of a given model."""
+"""Models for smaller and larger budgets: a curve per level, and the path of a given model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.pruning import pruned_path
 from gd_analyze.simplification.simplify import simplify_exact
 
-# Level and refit: every level, and every level once more with a refit that can have one.
+# Level and refit: every level, and again with a refit if it can have one.
 Kind = tuple[Level, bool]
 KINDS: tuple[Kind, ...] = tuple(
     (level, refit)
@@ -36,33 +36,33 @@ KINDS: tuple[Kind, ...] = tuple(
     for refit in ((False, True) if level.has_torque_terms else (False,))
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-# Of a path: from a tenth of the budget to ten times it, ten steps to each side.
+# Factors of a path: from a tenth of the budget to ten times it, ten steps to each side.
 PATH_FACTORS = tuple(10.0 ** (step / 10) for step in range(-10, 11))
-# A search in a recursion takes long, for a smaller budget as long as for the model itself: it is done for one
-# in so many of a path's larger budgets, and for none of recursions of more operations: minutes.
+# A search in a recursion is slow, for a smaller budget as slow as for the model itself: it is done for one in
+# this many of a path's larger budgets, and for no recursion of more operations: minutes.
 _APART, _LONGEST = 5, 700
-# Budgets that differ by less are one.
+# Budgets that differ by less are equal.
 _SAME = 1.01
 # Operations of a point, and its largest error per joint, N m.
 _Found = tuple[OperationCount, FloatArray]
 
 
 def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
-    """Kinds that make sense for an arm: of very many terms, none that looks at them one by one."""
+    """Kinds that make sense for an arm: without those of single terms if it has very many."""
     many = too_many_terms(form)
     return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
 
 
 @dataclass(frozen=True)
 class TradeOffPoint:
-    """One model of the curve; the exact one where nothing cheaper is within the budget."""
+    """One model of the curve; the exact one if nothing cheaper is within the budget."""
 
     level: Level
     refit: bool
-    factor: float  # of the budget that the curve is about
-    budget: str  # as a user would put it
-    operations: OperationCount  # what one torque evaluation takes
-    error_share: float  # the worst joint's largest error over what `Budget.shares_of` says
+    factor: float  # multiple of the curve's budget
+    budget: str  # as written by a user
+    operations: OperationCount  # of one torque evaluation
+    error_share: float  # largest error of any joint over its `Budget.shares_of`
 
 
 def curves(points: Sequence[TradeOffPoint]) -> dict[Kind, tuple[TradeOffPoint, ...]]:
@@ -85,33 +85,33 @@ def trade_off(
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
 
-    A model that is within a smaller budget is within a larger one, and one that is not refitted is as good as
-    one that is: so no point takes more operations than one for a smaller budget, or without refit.
+    A model within a smaller budget is also within a larger one, and a model without refit is valid with
+    refit: so no point takes more operations than one for a smaller budget, or without refit.
 
     Parameters
     ----------
     exact
-        Exact dynamics at the states that count.
+        Exact dynamics at the states.
     budget
-        The budget that is multiplied; 1 % of each joint's peak torque by default.
+        The budget to scale; by default 1 % of each joint's peak torque.
     factors
         Multiples of the budget.
     kinds
         Pairs of level and refit; by default those of `kinds_for`.
     thorough
         Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, or
-        each from the one of the next smaller budget. Operations are counted the same way.
+        each continues from the next smaller budget. Operations are counted the same way.
     through
-        Models of some kinds, growing budgets: their points are the best of these.
+        Given models of some kinds, by growing budget: their points are the best of these.
     stated_at
-        States at which errors are stated where these are not all that the budget holds at.
+        States at which errors are stated; by default those of `exact`.
     progress
         Called with the number of points done since the last call.
 
     Returns
     -------
     tuple
-        Points by kind and growing budget.
+        Points (`TradeOffPoint`) by kind and growing budget.
     """
     budget = Budget.of(budget).require_per_joint("a trade-off", "simplify for some shares of the norm")
     through = through or {}
@@ -143,7 +143,7 @@ def trade_off(
         for k, (factor, each) in enumerate(zip(order, found, strict=True)):
             operations, error = min([each, *others[k : k + 1], *best[-1:]], key=lambda one: one[0].total)
             best.append((operations, error))
-            # The largest share of any joint; one without a whole has none.
+            # The largest share of any joint; a joint without torque has none.
             share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
             points.append(TradeOffPoint(level, refit, factor, str(budget.scaled(factor)), operations, share))
             progress(1)
@@ -152,7 +152,7 @@ def trade_off(
 
 
 def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: float) -> Candidates | None:
-    """Terms to choose from; None where any model of so many is dearer than the exact torque."""
+    """Terms to choose from; None if there are so many that any model costs more than the exact torque."""
     try:
         return candidates_of(exact, level, allowed, sweep)
     except TooManyTermsError:
@@ -162,13 +162,13 @@ def _candidates(exact: ExactDynamics, level: Level, allowed: FloatArray, sweep: 
 def _best_of(
     exact: ExactDynamics, models: Sequence[SimplifiedModel], allowed: FloatArray, factors: Sequence[float]
 ) -> Iterator[_Found]:
-    """Of models that are at hand, and exact, those of fewest operations within each budget."""
+    """The given, or exact, models with fewest operations within each budget."""
     everything = exact.form.operations, np.zeros(len(allowed))
     for factor in factors:
         best = None
         for model in models:
             stated = model.accuracy
-            # One whose numbers are fitted must have been made for that budget.
+            # A model with fitted numbers must have been made for that budget.
             made_for = not model.level.always_refits or (stated.allowed <= _SAME * factor * allowed).all()
             fewer = model.operations.total < (everything[0] if best is None else best.operations).total
             if made_for and fewer and (stated.errors.counting <= factor * allowed).all():
@@ -182,7 +182,7 @@ def _best_of(
 def _eliminated(
     exact: ExactDynamics, allowed: FloatArray, elimination: Elimination, refit: bool, factors: Sequence[float]
 ) -> list[_Found]:
-    """The last models of one elimination that are within each budget."""
+    """The last models of one elimination within each budget."""
     candidates = elimination.candidates
     swept, largest = candidates.swept, elimination.errors().max(axis=1) if refit else None
     selected: list[tuple[Kept, FloatArray]] = []
@@ -204,15 +204,15 @@ def _eliminated(
 
 
 def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
-    """Follow a model to smaller and to larger budgets: one per factor of `PATH_FACTORS`, within that budget.
+    """Follow a model to smaller and larger budgets: one per factor of `PATH_FACTORS`, within that budget.
 
-    None keeps a term, or simplifies fewer steps, than one before it, or takes more operations.
+    For larger budgets no term returns, no step is restored, and operations do not grow.
     """
     trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
     for factor, trial in zip(PATH_FACTORS, trials, strict=True):
         allowed = factor * given.accuracy.allowed
-        # A model that undercuts the given one for a smaller budget is not on a way that leads through it.
+        # A model for a smaller budget with fewer operations than the given one cannot be on its path.
         least = given.operations.total if factor < 1.0 else 0
         if trial is given or (
             trial is not None
@@ -226,7 +226,7 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
 
 
 def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
-    """Models with more and more simplified steps: the given one, and some from it on."""
+    """Models with more and more simplified steps: the given one, and some beyond it."""
     some, allowed = exact.thinned(), given.accuracy.allowed
     is_long = exact.form.operations.total > _LONGEST
     larger = [] if is_long else PATH_FACTORS[PATH_FACTORS.index(1.0) + _APART :: _APART]
@@ -238,7 +238,7 @@ def _pruned(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[Simplified
 
 
 def _nested(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:
-    """Models that keep fewer and fewer terms; none where that takes more operations than exact."""
+    """Models that keep fewer and fewer terms; None if one takes more operations than exact."""
     kept = [*_kept(exact, given)]
     others = [terms for factor, terms in zip(PATH_FACTORS, kept, strict=True) if factor != 1.0]
     several = {frozenset(terms): terms for terms in reversed(others)}
@@ -253,7 +253,7 @@ def _nested(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[Simplified
 
 
 def _kept(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[Terms]:
-    """What is kept for each factor, at 1 what the model keeps: terms go in one order, the model's last."""
+    """Terms kept for each factor, at 1 those of the model: one order of dropping, the model's terms last."""
     given = model.terms
     candidates = _candidates(exact.thinned(), model.level, model.accuracy.allowed, SWEEP * PATH_FACTORS[0])
     if candidates is None:

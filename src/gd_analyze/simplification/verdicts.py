@@ -23,9 +23,9 @@ VERDICTS = ("own", "text")
 def model_by_verdicts(
     exact: ExactDynamics, verdicts: str, threshold: float = DOMINANCE_THRESHOLD
 ) -> SimplifiedModel:
-    """Keep the dominant parts by our verdicts over the states ("own"), or by the founding text's ("text").
+    """Keep the dominant parts by verdicts over the states ("own"), or by the founding text's ("text").
 
-    The budget that it states is the torque error that it makes. UsageError where the text has no verdicts.
+    The stated budget is the resulting torque error. UsageError if the text has no verdicts on the arm.
     """
     kept = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
@@ -45,7 +45,7 @@ def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
     quantities = {name: np.asarray(exact.quantities[name]) for name in {one.quantity for one in every}}
     for element in every:
         parts = element.parts(quantities)
-        # As in `rank`: round-off is no part.
+        # As in `rank`, round-off is not a part.
         noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
         least = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
         yield from (
@@ -63,7 +63,7 @@ def _of_text(form: ExactForm) -> Iterator[Part]:
             f"the founding text has no verdicts on {form.arm.name}",
             where="verdicts",
             expected="puma560, the arm of its Figs 3.10 and 3.11",
-            next_step="take our own verdicts: own",
+            next_step="use the verdicts over the states: own",
         )
     for part in parts_of(form.arm.n_joints):
         if text.verdicts.get(part.element.label, "both") in (part.effect, "both"):
@@ -71,7 +71,7 @@ def _of_text(form: ExactForm) -> Iterator[Part]:
 
 
 def operations_by_quantity(form: ExactForm, kept: Iterable[Part]) -> dict[str, int]:
-    """Multiplications and additions of D, h and c by element from some parts: each alone, and all at once."""
+    """Multiplications and additions of D, h and c by element from some parts: each alone, and together."""
     traced = trace_parts(form.arm)
     inertia, h, c = traced.assembled(set(kept), form.drive_inertia)
     outputs = {"D": inertia[np.triu_indices(len(h))].tolist(), "h": h.tolist(), "c": c.tolist()}

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from gd_analyze.results.findings import Findings
 
-# Rows as they end, a line of JSON each; the table is made of them.
+# Finished rows, a line of JSON each; the table is made from them.
 RECORD = "rows.jsonl"
 TABLES = ("csv", "parquet")
 
@@ -73,38 +73,38 @@ def batch(
     stage: Callable[[str, int | None], object] = lambda label, total: None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> pd.DataFrame:
-    """Do the main job for every row of a table; a row that fails says why.
+    """Run the main job for every row of a table; a failed row states the reason.
 
-    Rows are recorded in `out` as they end: the same call goes on where another stopped, for whatever reason.
-    A row is known by its inputs' content, its options and the version; failed ones are done again.
+    Rows are recorded in `out` as they end; after an interruption the same call continues. A row is recognized
+    by the content of its inputs, its options and the version; failed rows are repeated.
 
     Parameters
     ----------
     table
         A CSV table with a column per option, a YAML or TOML file with a value or a list per option, a folder
-        with a folder of logs per robot, or rows as mappings. Options are `arm`, `trajectory`, `payload`,
-        those of `load_arm` and of `Settings`.
+        with a folder of logs per robot, or rows as mappings. Options are `arm`, `trajectory`, `payload`, the
+        arguments of `load_arm` and the fields of `Settings`.
     out
         Folder for `batch.csv` or `batch.parquet`, the record, and a folder of files per row.
     formats
-        Files of every row, see `analyze`: "json" is the model; none at all of an empty collection.
+        Files to write for every row, see `analyze`; "json" is the model, an empty collection writes none.
     to
         "csv", "parquet" (needs the extra `logs`), or both.
     jobs, scheduler
-        Processes of this machine, or the address of a Dask scheduler, see `each`.
+        Number of processes on this machine, or the address of a Dask scheduler, see `each`.
     stage, progress
-        Called with what begins and its number of rows, and with the rows done since the last call.
+        Called with the name of a stage and its number of rows, and with the rows done since the last call.
 
     Returns
     -------
     pandas.DataFrame
-        A row per row of the table, in its order: `state` ("done" or "failed"), `error`, the options, headline
-        figures, peak torques ("peak_torque_1", N m) and verdicts ("D11", ...) by element, `files`.
+        One row per row of the input, in its order: `state` ("done" or "failed"), `error`, the options,
+        headline figures, peak torques ("peak_torque_1", N m) and verdicts ("D11", ...) by element, `files`.
 
     Raises
     ------
     UsageError
-        If the table has no rows, unknown options, or there is no such format.
+        If the table has no rows or unknown options, or a format is unknown.
     OutputError
         If the folder cannot be written to.
     """
@@ -158,9 +158,9 @@ def batch(
 
 
 def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
-    """Do the main job for one row: its key, what the table has of it, and its files.
+    """Run the main job for one row; return its key, its entries in the table, and its files.
 
-    Whatever goes wrong is the row's, which says so.
+    Any error becomes the row's own, and is stated in it.
     """
     with tempfile.TemporaryDirectory() as place, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
@@ -190,7 +190,7 @@ def _findings(task: Task, folder: Path, caught: Sequence[warnings.WarningMessage
 
 
 def _headline(findings: Findings) -> dict[str, Any]:
-    """What the table has of an analysis."""
+    """Entries of an analysis in the table."""
     model, dominance = findings.model, findings.dominance
     facts = {one.key: plain(one.value) for one in first_facts(findings) if one.key.endswith("_error")}
     errors = model.accuracy.errors
@@ -215,7 +215,7 @@ def _headline(findings: Findings) -> dict[str, Any]:
 
 
 def _recorded(path: Path) -> dict[str, dict[str, Any]]:
-    """Rows that a record holds, by key; a last line that a kill cut short is taken off."""
+    """Rows of a record, by key; a last line cut short by a kill is removed."""
     if not path.exists():
         return {}
     data = path.read_bytes()
@@ -243,7 +243,7 @@ def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFr
 
 
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
-    """Counts, the first rows, and what failed."""
+    """Counts, the first rows, and the failed rows."""
     failed, done = table[table.state == "failed"], int((table.state == "done").sum())
     shown: tuple[tuple[str, str, Shown], ...] = (
         ("row", "row", "count"),

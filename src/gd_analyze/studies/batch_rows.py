@@ -21,7 +21,7 @@ from gd_analyze.robots.text_file import parsed_toml, text_of
 from gd_analyze.studies.main_job import Settings
 from gd_analyze.text import number_in
 
-# What else a row may state: how the arm is picked out of its file, and what it carries.
+# Other options of a row: how the arm is chosen from its file, and what it carries.
 PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 SETTINGS = tuple(entry.name for entry in fields(Settings))
 KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTINGS)
@@ -37,13 +37,13 @@ Row = Mapping[str, Any]
 def rows_in(path: Path) -> list[Row]:
     """Rows of a CSV table, of a YAML or TOML file, or of a folder of folders, one per robot with its logs.
 
-    In YAML and TOML every combination of the lists' entries is a row; with a list `rows` of tables, each of
-    these with every combination. Paths are relative to the table's folder.
+    In YAML and TOML every combination of the lists' entries is a row; with a list `rows` of tables, each
+    table is combined with every combination. Paths are relative to the table's folder.
 
     Raises
     ------
     UsageError
-        If there are no rows, a key is none of `KEYS`, or a row lacks arm or trajectory.
+        If there are no rows, a key is not one of `KEYS`, or a row lacks arm or trajectory.
     ArmError
         If the file cannot be read.
     """
@@ -63,7 +63,7 @@ def rows_in(path: Path) -> list[Row]:
 
 
 def checked(rows: Sequence[Row], where: str) -> list[Row]:
-    """Refuse rows that state what is no option, or neither arm nor trajectory, and no rows at all."""
+    """Refuse rows with an unknown option or without arm or trajectory, and an empty table."""
     for number, row in enumerate(rows, start=1):
         place = f"{where}, row {number}"
         for key in row:
@@ -73,12 +73,12 @@ def checked(rows: Sequence[Row], where: str) -> list[Row]:
                 raise UsageError(what, where=place, expected=", ".join(KEYS), next_step=step)
         for key in ("arm", "trajectory"):
             if key not in row:
-                raise UsageError(f"the row states no {key}", where=place, expected="arm and trajectory")
+                raise UsageError(f"the row has no {key}", where=place, expected="arm and trajectory")
         for key in ("limits", "drive_inertia"):
             if str(row.get(key, "")).endswith((".toml", ".yaml", ".yml")):
-                raise UsageError(f"a row takes no file of {key}", where=place, next_step="give the values")
+                raise UsageError(f"{key} of a row cannot be a file", where=place, next_step="give the values")
     if not rows:
-        raise UsageError("there are no rows", where=where, expected="one with arm and trajectory at least")
+        raise UsageError("there are no rows", where=where, expected="at least one, with arm and trajectory")
     return list(rows)
 
 
@@ -88,7 +88,7 @@ def _of_folders(folder: Path) -> Iterator[Row]:
         found = sorted(one for one in robot.iterdir() if one.suffix.lower() in _ROBOTS)
         if len(found) > 1 or (not found and robot.name not in builtin_arms()):
             names = ", ".join(one.name for one in found) or "none"
-            what = "the folder of a robot needs one robot's file, or a built-in arm's name"
+            what = "a robot's folder needs one robot file, or the name of a built-in arm"
             raise UsageError(what, where=Location(robot), found=names)
         arm = str(found[0].relative_to(folder)) if found else robot.name
         yield from ({"arm": arm, "trajectory": str(log.relative_to(folder))} for log in files_in(robot) or ())
@@ -98,7 +98,7 @@ def _combined(document: Any, path: Path) -> Iterator[Row]:
     rows = document.get("rows", [{}]) if isinstance(document, dict) else None
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         expected = "keys with a value or a list of values each, and `rows`, a list of such tables"
-        raise UsageError("this is no table of a batch", where=Location(path), expected=expected)
+        raise UsageError("this is not a table of a batch", where=Location(path), expected=expected)
     lists = {key: x if isinstance(x, list) else [x] for key, x in document.items() if key != "rows"}
     for row in rows:
         free = {key: values for key, values in lists.items() if key not in row}
@@ -106,7 +106,7 @@ def _combined(document: Any, path: Path) -> Iterator[Row]:
 
 
 def picked_of(row: Row) -> dict[str, Any]:
-    """What the row picks out of the arm's file, as `load_arm` takes it."""
+    """Options by which the row chooses the arm from its file, as arguments of `load_arm`."""
     found: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
     several = {key: found[key].split(",") for key in ("lock", "limits") if "=" in found.get(key, "")}
     return found | several
@@ -135,7 +135,7 @@ def settings_of(row: Row) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Input:
-    """A shipped name; or a file, small with its bytes, else by its path and digest, as a folder is."""
+    """A shipped name, a small file with its bytes, or a large file or folder by path and digest."""
 
     name: str
     content: bytes | None = None
@@ -144,7 +144,7 @@ class Input:
 
     @classmethod
     def of(cls, word: str, shipped: Mapping[str, Path], beside: Path) -> Input:
-        """Take what a word of a table names; nothing is looked for here where there is no such file."""
+        """Take the input that a word of the table names; the word alone where there is no such file."""
         path = (beside / word).resolve()
         if word in shipped or not path.exists():
             return cls(word if word in shipped else str(path), digest=word)
@@ -153,12 +153,12 @@ class Input:
         return cls(path.name, content, str(path), digest_of(path))
 
     def at(self, folder: Path) -> str:
-        """Name or path for a reader, in a folder for what came along; UsageError where a file has changed."""
+        """Name or path for a reader; bytes are unpacked into the folder. UsageError if a file has changed."""
         if self.content is not None:
             (folder / self.name).write_bytes(self.content)
             return str(folder / self.name)
         if self.path and (found := digest_of(Path(self.path))) != self.digest:
-            what, step = "the file is another one here", "let all workers see the same files"
+            what, step = "the file differs on this worker", "let all workers see the same files"
             raise UsageError(
                 what, where=self.path, expected=self.digest[:16], found=found[:16], next_step=step
             )

@@ -28,7 +28,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number
 
-# Set points compared one by one in Pinocchio, at most; states drawn without a motion, and their seed.
+# Most set points that are compared one by one in Pinocchio; states drawn without a motion, and their seed.
 _MOST_SET_POINTS, _N_RANDOM, _SEED = 5000, 500, 1987
 
 # Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing sums
@@ -39,8 +39,8 @@ _ROUNDINGS = 4
 class Cost(NamedTuple):
     """Arithmetic of one torque evaluation."""
 
-    executed: OperationCount  # by the code as it stands, products with zero included
-    folded: OperationCount  # constants folded, products with 0 and 1 gone, equal subexpressions shared
+    executed: OperationCount  # by the code as written, products with zero included
+    folded: OperationCount  # constants folded, products with 0 and 1 removed, equal subexpressions shared
 
 
 @cache
@@ -48,7 +48,7 @@ def count_cost(method: Method, arm: RobotArm) -> Cost:
     """Count one method's torque of an arm, whose numbers are constants; the state is not."""
     n = arm.n_joints
     code = partial(method.torque, arm)
-    # Values do not matter to a count, only that they are there.
+    # A count does not depend on the values.
     executed = count_operations(code, *np.full((3, n), 0.5))
     trace = Trace()
     torque = code(*(trace.inputs(name, n) for name in ("q", "qd", "qdd")))
@@ -112,8 +112,8 @@ def comparison(
 ) -> Result:
     """Count and compare every formulation on one arm; a disagreement does not raise.
 
-    Torques are compared along the trajectory or, without one, at random states within the arm's limits. A
-    `TrajectoryError` refuses one of another number of joints, an `ArmError` a D not positive definite.
+    Torques are compared along the trajectory or, without one, at random states within the arm's limits.
+    Raises a `TrajectoryError` if the numbers of joints differ, an `ArmError` if D is not positive definite.
     `progress` is called with 1 after each of `METHODS`.
     """
     with warnings.catch_warnings(record=True) as caught:
@@ -144,7 +144,7 @@ def comparison(
         facts=(
             Fact(
                 "operations_full",
-                "Exact torque that models are counted against",
+                "Exact torque, the reference for models",
                 asdict(exact),
                 text=str(exact),
             ),

@@ -26,8 +26,8 @@ from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
 
-# The polynomials' accelerations go with those given where they are at most so many times as large, and where
-# they are below so many rad/s^2 (m/s^2).
+# The polynomials' accelerations agree with the given ones if they are at most this many times as large, or
+# below this many rad/s^2 (m/s^2).
 _LARGER, _SMALL = 3.0, 1e-2
 
 
@@ -38,33 +38,33 @@ class ControlStudy:
     Parameters
     ----------
     model
-        What the simplified controllers know.
+        The model that the simplified controllers use.
     arm
         The arm that moves: the model's own, or one that carries a payload.
     motion, settings
-        What was asked for.
+        The inputs.
     diagonal
-        Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,): M of controllers that know no D.
+        Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,): M of controllers without D.
     limits
-        Torque limits that held, N m (N), infinite where there are none, shape (n,).
+        Torque limits applied, N m (N), infinite where there are none, shape (n,).
     loops
-        What came of each.
+        Result of each loop.
     expected
-        By controller and speed, the tracking error, rad (m), shape (n,), that the torque it lacks along the
-        motion causes at most, to first order.
+        By controller and speed, the largest tracking error, rad (m), shape (n,), that the torque it lacks
+        along the motion causes, to first order.
     certified
-        By speed, what is proven of the simplified model; empty where nothing is.
+        By speed, the proven bounds for the simplified model; empty where nothing is proven.
     feedback
-        What computed torque with the simplified model leaves of the feedback along the motion.
+        Share of the feedback that computed torque with the simplified model leaves along the motion.
     torque_for_tolerance
-        Torque errors that leave a model with fixed gains within the tolerance, to first order, N m (N),
-        shape (n,).
+        Torque errors with which a model with fixed gains keeps the tolerance, to first order, N m (N), shape
+        (n,).
     fixed_excess
-        How many times what they should be fixed gains are in some direction of the motion.
+        Largest ratio of fixed gains to the intended ones, in any direction along the motion.
     at_rest
-        By what PD knows, the error it rests with at worst, rad (m), shape (n,).
+        Largest error at rest of each PD controller, by what it knows, rad (m), shape (n,).
     warnings
-        What is suspicious about the input, in sentences.
+        Warnings about the input.
     provenance
         Versions, time, command.
     """
@@ -90,11 +90,11 @@ class ControlStudy:
 
     @cached_property
     def tolerance(self) -> FloatArray:
-        """Tracking error that counts as good, rad (m), shape (n,)."""
+        """Acceptable tracking error, rad (m), shape (n,)."""
         return self.settings.tolerance.of(self.arm)
 
     def loop(self, controller: Controller, rate: float, speed: float) -> TrackedLoop:
-        """Find one of them."""
+        """Find one loop."""
         return next(x for x in self.loops if (x.controller, x.rate, x.speed) == (controller, rate, speed))
 
     @property
@@ -105,7 +105,7 @@ class ControlStudy:
 
     @cached_property
     def fastest_within_limits(self) -> float:
-        """How many times as fast the arm's limits of velocity and acceleration allow."""
+        """Largest multiple of the planned speed within the arm's velocity and acceleration limits."""
         with np.errstate(divide="ignore", invalid="ignore"):
             velocity = self.arm.limits("velocity_limit") / np.abs(self.motion.qd).max(axis=0)
             acceleration = self.arm.limits("acceleration_limit") / np.abs(self.motion.qdd).max(axis=0)
@@ -119,7 +119,7 @@ class ControlStudy:
     def tracks_up_to(self, controller: Controller, rate: float) -> float | None:
         """Speed up to which every joint stays within the tolerance.
 
-        Errors between two speeds are taken to grow with a power of the speed. Infinite where the tolerance
+        Errors between two speeds are assumed to grow with a power of the speed. Infinite where the tolerance
         holds at every speed tried, None where it holds at none.
         """
         speeds, shares = sorted(self.settings.speeds), self.shares(controller, rate)
@@ -145,7 +145,7 @@ def control(
     warned: Iterable[str] = (),
     progress: Callable[[int], None] = lambda percent: None,
 ) -> ControlStudy:
-    """Track a motion on the exact arm by controllers that know nothing, gravity, all but h, the model, all.
+    """Simulate tracking on the exact arm: no model, gravity only, all but h, simplified and exact model.
 
     Parameters
     ----------
@@ -156,12 +156,11 @@ def control(
     settings
         Gains, rates, speeds, limits and tolerance.
     arm
-        The arm that moves, such as the model's own carrying a payload that no controller knows of; the
-        model's own by default.
+        The arm that moves, such as the model's with a payload unknown to controllers; by default the model's.
     command, warned
         What the user typed, and warnings given while the input was read.
     progress
-        Called with the hundredths of all steps that are done since it was called last.
+        Called with the hundredths of all steps done since the last call.
 
     Returns
     -------
@@ -171,11 +170,11 @@ def control(
     Raises
     ------
     TrajectoryError
-        If the motion is of another number of joints, or has gaps.
+        If the motion has another number of joints than the arm, or gaps.
     ModelError
-        If the arm is of another number of joints than the model.
+        If the arm has another number of joints than the model.
     ArmError
-        If D is not positive definite along the motion, or friction shall act and the arm describes none.
+        If D is not positive definite along the motion, or friction is asked for and the arm describes none.
     UsageError
         If the motion takes too many steps.
 
@@ -224,12 +223,12 @@ def control(
 
 
 def names_of(arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> list[str]:
-    """Name arm, motion and settings: what a study was asked for."""
+    """Names of arm, motion and settings, which identify a study."""
     return [arm.name, motion.name, str(settings)]
 
 
 def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> World:
-    """What the loops share; an arm that cannot be simulated is refused."""
+    """Inputs that all loops share; refuses an arm that cannot be simulated."""
     if settings.friction and not arm.drives:
         where, hint = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
         what, wanted = f"{where} describes no friction", "drives with their friction"
@@ -253,18 +252,18 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
 
 
 def followable(motion: Trajectory) -> Trajectory:
-    """Take a trajectory to be followed; derivatives that contradict its positions are derived anew."""
+    """Prepare a trajectory for tracking; derivatives that contradict its positions are recomputed."""
     if motion.gaps:
         at = motion.gaps[0]
         raise TrajectoryError(
-            "a motion with gaps cannot be followed",
+            "a motion with gaps cannot be tracked",
             where=f"trajectory {motion.name}, between {motion.time[at - 1]:g} and {motion.time[at]:g} s",
-            expected="one motion without a break",
+            expected="one motion without gaps",
             found=f"{len(motion.gaps)} gap{'s' * (len(motion.gaps) > 1)}",
             next_step="give one of its parts as a trajectory of its own",
         )
     if motion.n_set_points < 2:
-        what, where = "there is no motion to follow", f"trajectory {motion.name}"
+        what, where = "there is no motion to track", f"trajectory {motion.name}"
         raise TrajectoryError(what, where=where, expected="two set points or more", found="1 set point")
     between = Reference.of(motion)
     middles = between.time[:-1] + np.diff(between.time) * np.array([[0.25], [0.5], [0.75]])
@@ -275,7 +274,7 @@ def followable(motion: Trajectory) -> Trajectory:
     qd, qdd, _ = completed(motion.time, motion.q, None, None)
     joint = int(largest.argmax())
     warnings.warn(
-        f"velocities and accelerations of {motion.name} disagree with its positions: these need up to "
+        f"velocities and accelerations of {motion.name} disagree with its positions, which need up to "
         f"{largest[joint]:.3g} rad/s^2 (m/s^2) of joint {joint + 1}, the motion states "
         f"{np.abs(motion.qdd[:, joint]).max():.3g}; a quintic spline through the positions is followed",
         GdAnalyzeWarning,

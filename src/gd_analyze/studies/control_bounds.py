@@ -1,14 +1,14 @@
-"""What tracking error a controller's torque error can cause.
+"""Bounds on the tracking error that a controller's torque error can cause.
 
 With u = M (K_d e' + K_p e) + b on the arm D qdd + h + c = u follows
 
     e'' + K_d e' + K_p e = M^-1 (D qdd + h + c + M e'' - b).
 
-Of computed torque b is M qdd_d + ..., so that the bracket is minus the model's torque error at the states
-and accelerations that the arm really takes. What the right side is at most, times `Gains`'s integral, bounds
-the error. `expected` takes D qdd_d + h + c - b at the motion's own states. That is right to first order, and
-for a constant M where the error changes slowly beside the loop. `certified` takes what is proven of the
-torque error within margins around the motion that the error cannot leave.
+With computed torque b is M qdd_d + ..., so that the bracket is minus the model's torque error at the actual
+states and accelerations of the arm. The largest right side, times the integral of `Gains`, bounds the error.
+`expected` evaluates D qdd_d + h + c - b at the motion's own states: correct to first order, and for a
+constant M if the error changes slowly compared with the loop. `certified` uses the proven torque error within
+margins around the motion that the error cannot leave.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Gains, Reference, World
 from gd_analyze.studies.control_loop import Dynamics
 
-# Margins beyond which a bound says nothing, rad (m) and per s and s^2; positions that a certificate looks at.
+# Margins beyond which a bound is useless, rad (m) and per s and s^2; positions of a certificate.
 _FARTHEST, _EFFORT = 10.0, 25_000
 # How often margins are widened, and by how much more than needed.
 _ROUNDS, _WIDER = 6, 1.25
@@ -37,30 +37,30 @@ _MUCH = 0.5  # of inertia, of feedback
 
 @dataclass(frozen=True, eq=False)
 class CertifiedTracking:
-    """Bound of a continuous loop begun on the motion, within its torque limits: torque proven, D sampled."""
+    """Bound for a continuous loop that starts on the motion, within its torque limits; D is sampled."""
 
-    torque_error: FloatArray  # of the model at any state within the margins, at most, N m (N), (n,)
-    error: FloatArray  # of tracking, at most, rad (m), (n,)
+    torque_error: FloatArray  # bound for the model at any state within the margins, N m (N), (n,)
+    error: FloatArray  # bound on the tracking error, rad (m), (n,)
 
 
 @dataclass(frozen=True)
 class FeedbackLeft:
-    """What computed torque with a simplified model leaves of the feedback where that is least."""
+    """Smallest share of the feedback that computed torque with a simplified model leaves."""
 
-    share: float  # of the feedback asked for; of 0 or less an error in some direction stays, or grows
-    joints: tuple[int, ...]  # those that move in that direction or lack half of their inertia, from 1
+    share: float  # of the intended feedback; at 0 or less an error in some direction stays or grows
+    joints: tuple[int, ...]  # joints that move in that direction or lack half of their inertia, from 1
 
     @property
     def is_enough(self) -> bool:
-        """Whether at least half of it is left."""
+        """Whether at least half of the feedback is left."""
         return self.share >= _MUCH
 
 
 def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
-    """Find what computed torque with a model leaves of the feedback along the motion.
+    """Find the share of the feedback that computed torque with a model leaves along the motion.
 
-    Its feedback accelerates the arm by D^-1 M (K_d e' + K_p e), M being the model's D: in the direction of an
-    eigenvector of D^-1 M with as much as the eigenvalue of what it should be.
+    Feedback accelerates the arm by D^-1 M (K_d e' + K_p e), where M is the model's D. Along an eigenvector of
+    D^-1 M the eigenvalue is the ratio to the intended acceleration.
     """
     q, _, _ = reference.sampled()
     exact, own = (_inertia(program, q) for program in (model.form.program, model.program))
@@ -75,10 +75,10 @@ def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
 
 
 def fixed_excess(world: World) -> float:
-    """How many times what the gains ask for fixed gains are where they are most along the motion.
+    """Largest ratio of fixed gains to the intended ones along the motion.
 
-    They accelerate the arm by D^-1 M (K_d e' + K_p e), M being the constants: at most by the largest
-    eigenvalue of D^-1 M times what was asked for.
+    They accelerate the arm by D^-1 M (K_d e' + K_p e), where M is the constants: by at most the largest
+    eigenvalue of D^-1 M times the intended acceleration.
     """
     q, _, _ = world.reference.sampled()
     excess = np.linalg.solve(_inertia(world.plant.program, q), np.diag(world.diagonal))
@@ -92,7 +92,7 @@ def mean_diagonal(exact: Program, reference: Reference) -> FloatArray:
 
 
 def expected(world: World, controller: Controller, speed: float) -> FloatArray:
-    """Largest tracking error by the torque a controller lacks, rad (m), (n,); infinite if D is singular."""
+    """Largest tracking error from the torque a controller lacks, rad (m), (n,); infinite if D is singular."""
     q, qd, qdd = world.reference.sampled(speed)
     bank = Bank([controller] * q.shape[1], world)
     needed = _torque(world.plant.program, q, qd, qdd) + world.resistance(qd.T).T
@@ -111,10 +111,10 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
 def torque_for(
     exact: Program, reference: Reference, gains: Gains, tolerance: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """Torque errors, as D's diagonal, that leave fixed gains within a tracking error, N m (N), (n,).
+    """Torque errors, in D's proportions, that keep fixed gains within a tracking error, N m (N), (n,).
 
-    To first order: by the largest acceleration that errors of any signs cause along the motion at once. These
-    make the proportions of the joints' errors, for which `tolerance` gives what is allowed, rad (m), (n,).
+    To first order, from the largest acceleration that simultaneous errors of any signs cause along the
+    motion. `tolerance` returns the allowed errors, rad (m), (n,), for errors in these proportions.
     """
     q, _, _ = reference.sampled()
     diagonal = mean_diagonal(exact, reference)
@@ -124,7 +124,7 @@ def torque_for(
 
 
 def at_rest(world: World, controller: Controller) -> FloatArray:
-    """Largest error of PD at rest, rad (m), (n,): gravity not made up for, over the stiffness K_p M."""
+    """Largest error of PD at rest, rad (m), (n,): uncompensated gravity over the stiffness K_p M."""
     q, _, _ = world.reference.sampled()
     still = np.zeros_like(q)
     needed = _torque(world.plant.program, q, still, still)
@@ -137,10 +137,10 @@ def at_rest(world: World, controller: Controller) -> FloatArray:
 def certified(
     model: SimplifiedModel, world: World, motion: Trajectory, speed: float
 ) -> CertifiedTracking | None:
-    """Bound the error of computed torque with the model; None where no margins close, or M is not definite.
+    """Bound the error of computed torque with the model; None if no margins hold it, or M is not definite.
 
-    Margins begin with those between the set points and are widened until they hold the error that they
-    allow. M is looked at where the tube's pieces begin, in their middle and where they end.
+    Margins start from those between the set points and are widened until they hold the error that they allow.
+    M is evaluated at the beginning, middle and end of the tube's pieces.
     """
     n, time, qd, qdd = model.arm.n_joints, motion.time / speed, motion.qd * speed, motion.qdd * speed**2
     run = replace(motion, time=time, qd=qd, qdd=qdd, recording=None, motions=())

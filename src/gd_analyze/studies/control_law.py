@@ -1,4 +1,4 @@
-"""Control laws: settings, gains, tolerance, the motion wanted, and the torque that every controller asks for.
+"""Control laws: settings, gains, tolerance, the desired motion, and the torque of every controller.
 
 All laws are u = M (K_d e' + K_p e) + b, with the error e = q_d - q of positions:
 
@@ -7,8 +7,7 @@ All laws are u = M (K_d e' + K_p e) + b, with the error e = q_d - q of positions
 - the same with fixed gains: M is a constant for each joint;
 - PD with gravity compensation: M is that constant, and b the model's c.
 
-The constant is the mean of D's diagonal along the motion. It replaces D where a controller of computed torque
-knows none.
+The constant is the mean of D's diagonal along the motion. It replaces D in computed torque without D.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ CONTINUOUS = math.inf
 """The rate of a loop without a sample period."""
 
 _MOST = 8  # rates, and speeds
-_INSTANTS = 500  # at which a whole motion is looked at
+_INSTANTS = 500  # at which a whole motion is sampled
 _UNITS = {
     "deg": ("revolute", math.pi / 180),
     "mrad": ("revolute", 1e-3),
@@ -49,9 +48,9 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of every joint's error, and the error that they allow.
+    """Gains of every joint's error, and the resulting bound on the error.
 
-    The error obeys e'' + 2 zeta w e' + w^2 e = a, with a the acceleration that the controller did not
+    The error obeys e'' + 2 zeta w e' + w^2 e = a, where a is the acceleration that the controller did not
     expect. Its impulse response is g(t) = exp(-zeta w t) sin(w_d t) / w_d with w_d = w sqrt(1 - zeta^2), so
     that from rest abs(e) <= sup abs(a) * integral of abs(g), and some a reaches it.
     """
@@ -71,9 +70,9 @@ class Gains:
 
     @property
     def error_per_acceleration(self) -> float:
-        """Integral of abs(g) over all time, s^2: the most error per unexpected acceleration.
+        """Integral of abs(g) over all time, s^2: the largest error per unexpected acceleration.
 
-        1 / w^2 where g has one sign (zeta >= 1); else half waves make a geometric series of that.
+        1 / w^2 where g has one sign (zeta >= 1); otherwise half waves add a geometric series.
         """
         if self.damping >= 1.0:
             return 1.0 / self.stiffness
@@ -82,9 +81,9 @@ class Gains:
 
     @property
     def velocity_per_acceleration(self) -> float:
-        """Integral of abs(dg/dt), s: the most velocity error per unexpected acceleration.
+        """Integral of abs(dg/dt), s: the largest velocity error per unexpected acceleration.
 
-        It is how far g goes up and down: twice its peak, and twice those of all half waves that follow.
+        The total variation of g: twice its peak, plus twice the peaks of all half waves that follow.
         """
         w, zeta = self.bandwidth, self.damping
         if zeta == 1.0:
@@ -99,14 +98,20 @@ class Gains:
 
     @property
     def margins(self) -> FloatArray:
-        """Most error of position, velocity and acceleration per unexpected acceleration: s^2, s and 1."""
+        """Largest error of position, velocity and acceleration per unexpected acceleration: s^2, s and 1."""
         error, velocity = self.error_per_acceleration, self.velocity_per_acceleration
         return np.array([error, velocity, 1.0 + self.damper * velocity + self.stiffness * error])
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest tracking error that counts as good, of revolute joints, rad, and prismatic ones, m."""
+    """Acceptable tracking error: of revolute joints, rad, and of prismatic joints, m.
+
+    Raises
+    ------
+    UsageError
+        If an error is not positive.
+    """
 
     revolute: float = math.radians(0.1)
     prismatic: float = 1e-3
@@ -114,10 +119,7 @@ class Tolerance:
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
-                what, wanted = (
-                    "the tolerance is out of range",
-                    f"an angle or length above 0, up to {LARGEST:g}",
-                )
+                what, wanted = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
                 raise UsageError(what, where="tolerance", expected=wanted, found=f"{value:g}")
 
     @classmethod
@@ -169,27 +171,27 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class ControlSettings:
-    """How arms are controlled.
+    """Settings of a control study.
 
     Parameters
     ----------
     bandwidth, damping
         Natural frequency of every joint's error, rad/s, and its damping ratio.
     rates
-        Of the control loop, Hz; torque is held over a period. `CONTINUOUS` holds nothing.
+        Loop rates, Hz; torque is held over a period. `CONTINUOUS` is a loop without sampling.
     speeds
-        How many times as fast as planned the motion is run.
+        Speeds of the motion, as multiples of the planned one.
     limits
-        Torque limits of the arm's drives are scaled by this; None leaves torque unlimited.
+        Torque limits as a multiple of the drives' limits; None leaves torque unlimited.
     friction
-        Whether the drives' friction acts on the arm; no controller knows of it.
+        Whether the drives' friction acts on the arm; no controller knows it.
     tolerance
-        Tracking error that counts as good.
+        Acceptable tracking error.
 
     Raises
     ------
     UsageError
-        If a number does not fit.
+        If a number is out of range, or the lowest rate is unstable for the bandwidth.
     """
 
     bandwidth: float = 20.0
@@ -215,7 +217,7 @@ class ControlSettings:
                     raise UsageError(what, where=name, expected=wanted.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
-                what, wanted = f"these are no {name} to be compared", f"1 to {_MOST} different ones"
+                what, wanted = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
                 found = ", ".join(f"{value:g}" for value in values) or "none"
                 raise UsageError(what, where=name, expected=wanted, found=found)
         if min(self.rates) < self.bandwidth:
@@ -229,7 +231,7 @@ class ControlSettings:
 
     @property
     def usual_rate(self) -> float:
-        """The fastest loop rate that has a period, or none where no rate has one."""
+        """The highest finite loop rate, or `CONTINUOUS` if there is none."""
         return max((rate for rate in self.rates if rate != CONTINUOUS), default=CONTINUOUS)
 
     @property
@@ -244,7 +246,7 @@ class ControlSettings:
 
 
 class Controller(NamedTuple):
-    """A law, what it knows of the arm, and its name: computed torque by what it knows."""
+    """A control law, what it knows of the arm, and its name in tables."""
 
     law: Literal["computed_torque", "fixed_gains", "pd"]
     knows: Literal["nothing", "gravity", "without_h", "simplified", "exact"]
@@ -252,7 +254,7 @@ class Controller(NamedTuple):
 
     @property
     def knows_inertia(self) -> bool:
-        """Whether its torque for the wanted acceleration is a model's."""
+        """Whether its torque for the desired acceleration comes from a model."""
         return self.law != "pd" and self.knows in ("without_h", "simplified", "exact")
 
     @property
@@ -286,7 +288,7 @@ class Reference:
 
     @classmethod
     def of(cls, motion: Trajectory) -> Reference:
-        """Lay it through a trajectory that can be followed, see `control.followable`."""
+        """Fit the polynomials to a trajectory that can be tracked, see `control.followable`."""
         between = Between.of(motion, np.zeros((2, motion.n_joints)), slice(None))
         return cls(motion.time - motion.time[0], between.coefficients[:, :, 0, 0])
 
@@ -296,7 +298,7 @@ class Reference:
         return float(self.time[-1])
 
     def at(self, time: FloatArray, speed: FloatArray | float = 1.0) -> tuple[FloatArray, ...]:
-        """Give q, qd and qdd, joints first, shape (n, ...), at instants s of the motion run at some speed."""
+        """Return q, qd and qdd, shape (n, ...), at instants, s, of the motion run at a speed."""
         planned = np.clip(time * speed, 0.0, self.duration)
         k = np.clip(np.searchsorted(self.time, planned, side="right") - 1, 0, len(self.coefficients) - 1)
         width = np.diff(self.time)[k]
@@ -307,21 +309,21 @@ class Reference:
 
     @property
     def instants(self) -> FloatArray:
-        """Evenly spaced ones, s, of the motion as planned."""
+        """Evenly spaced instants, s, of the motion as planned."""
         return np.linspace(0.0, self.duration, _INSTANTS)
 
     def sampled(self, speed: float = 1.0) -> tuple[FloatArray, ...]:
-        """Give q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""
+        """Return q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""
         every = np.unique(np.concatenate([self.instants, self.time]))
         return self.at(every / speed, speed)
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """What all loops share: the arm that moves, what controllers know of it, gains, motion and limits."""
+    """Inputs that all loops share: the arm that moves, the controllers' models, gains, motion and limits."""
 
     plant: ExactForm
-    exact: Program  # torque that controllers take for the arm's: without a payload
+    exact: Program  # exact torque as controllers know it, without a payload
     simplified: Program
     diagonal: FloatArray  # mean of D's along the motion, kg m^2 (kg), (n,)
     gains: Gains
@@ -336,14 +338,14 @@ class World:
 
 
 class Bank:
-    """Several controllers, m, at work at the same time."""
+    """Several controllers, m, evaluated at the same time."""
 
     def __init__(self, controllers: Sequence[Controller], world: World) -> None:
         def where(holds: Callable[[Controller], bool]) -> FloatArray:
             return np.array([float(holds(controller)) for controller in controllers])
 
         self._gains, self._diagonal = world.gains, world.diagonal[:, None]
-        # The constants multiply the wanted acceleration of some, and feedback where no model's D does.
+        # Without a model's D, the constants multiply feedback and, for some laws, the desired acceleration.
         self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
         self._multiplies = where(lambda c: c.multiplies)
         inertia = where(lambda c: c.knows_inertia)
@@ -360,7 +362,7 @@ class Bank:
                 self._models.append((chosen, batch, inputs))
 
     def torque(self, q: FloatArray, qd: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
-        """Torque asked for, N m (N), shape (n, m), at states and wanted q, qd and qdd, all of that shape."""
+        """Commanded torque, N m (N), shape (n, m), at states and desired q, qd and qdd, all of that shape."""
         q_d, qd_d, qdd_d = wanted
         feedback = self._gains.damper * (qd_d - qd) + self._gains.stiffness * (q_d - q)
         torque = self._diagonal * (self._forward * qdd_d + (1.0 - self._multiplies) * feedback)

@@ -1,7 +1,7 @@
-"""Many closed loops at once: every controller, rate and speed is a column, and all take their steps together.
+"""Many closed loops at once: each controller, rate and speed is a column, and all step together.
 
 Torque is held over a loop period, which is cut into steps of classical Runge-Kutta (fourth order) no longer
-than `_LONGEST_STEP`; a loop without a period asks its controller at every stage. The work of the torque and
+than `_LONGEST_STEP`; a continuous loop evaluates its controller at every stage. The work of the torque and
 the energy that friction dissipates are integrated along with the motion.
 """
 
@@ -20,18 +20,18 @@ from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, World
 
-# s: some hundredth of what a loop of a bandwidth of 5 Hz takes to settle.
+# s: about a hundredth of the settling time of a loop with a bandwidth of 5 Hz.
 _LONGEST_STEP = 2e-3
-# Steps one after the other, some minutes; what a history keeps; for how many steps wanted states are made.
+# Largest number of steps, some minutes; samples of a history; steps per block of desired states.
 _MOST_STEPS, _KEPT, _AHEAD = 300_000, 6_000, 128
-# Tracking error at which a loop counts as lost: a turn, or so many metres.
+# Tracking error at which a loop counts as lost: a turn, or this many metres.
 _LOST = 2.0 * math.pi
 
 
 class Dynamics:
     """D and h + c of m states from a program of the torque D qdd + h + c of n joints.
 
-    Torque without acceleration is h + c, and what one of each joint adds is a column of D.
+    Torque without acceleration is h + c; unit acceleration of a joint adds a column of D.
     """
 
     def __init__(self, program: Program, n_joints: int, count: int) -> None:
@@ -43,7 +43,7 @@ class Dynamics:
             row[i + 1] = 1.0
 
     def at(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give D, shape (m, n, n), and h + c, shape (n, m), at states (n, m)."""
+        """Return D, shape (m, n, n), and h + c, shape (n, m), at states (n, m)."""
         for rows, values in ((self._q, q), (self._qd, qd)):
             for i, row in rows:
                 row[:] = values[i]
@@ -53,7 +53,7 @@ class Dynamics:
 
 
 class Loop(NamedTuple):
-    """One closed loop: a controller, its rate, Hz, and how many times as fast as planned the motion is."""
+    """One closed loop: a controller, its rate, Hz, and the speed as a multiple of the planned one."""
 
     controller: Controller
     rate: float
@@ -62,7 +62,7 @@ class Loop(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TrackedLoop:
-    """How one loop tracked the motion; n joints, SI units."""
+    """Result of one loop; n joints, SI units."""
 
     controller: Controller
     rate: float  # Hz
@@ -71,11 +71,11 @@ class TrackedLoop:
     rms_error: FloatArray
     peak_torque: FloatArray  # N m (N), (n,)
     rms_torque: FloatArray
-    saturated: FloatArray  # share of the time with the torque asked for beyond its limit, (n,)
+    saturated: FloatArray  # share of the time with the commanded torque beyond its limit, (n,)
     lost_at: float | None  # when the error passed a turn (6.28 m), s
     work: float  # of the torque, J
     dissipated: float  # by friction, J
-    energy_residual: float  # energy gained less work plus dissipation, J: zero but for the integrator
+    energy_residual: float  # energy gained less work plus dissipation, J: zero up to integration errors
     end: FloatArray  # q and qd at the end, (2, n)
     time: FloatArray  # of the history, s, (K,)
     error: FloatArray  # signed, nan where lost, (K, n)
@@ -90,11 +90,11 @@ def follow(
 ) -> tuple[TrackedLoop, ...]:
     """Simulate loops that begin on the motion, at its velocity.
 
-    `progress` is called with the hundredths of all steps that are done since it was called last. A
-    `UsageError` refuses a loop of too many steps.
+    `progress` is called with the hundredths of all steps done since the last call. A loop of too many steps
+    raises a `UsageError`.
     """
     timings = [_timing(loop, world.reference.duration) for loop in loops]
-    # Those that still go on come before the others.
+    # Loops that run longer come first.
     order = sorted(range(len(loops)), key=lambda k: -timings[k][2])
     run = _Run(world, [loops[k] for k in order], [timings[k] for k in order])
     begin, reported, most = 0, 0, int(run.count.max())
@@ -110,7 +110,7 @@ def follow(
 
 
 def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
-    """Steps per period, the length of one, s, and how many there are.
+    """Steps per period, length of a step, s, and number of steps.
 
     The last period ends with the motion or, where the rate does not fit it, less than a period before.
     """
@@ -145,7 +145,7 @@ def accelerations(inertia: FloatArray, torque: FloatArray) -> FloatArray:
 
 
 class _Run:
-    """All m loops on their way, those with most steps first; the first ones go on when others have ended."""
+    """All m running loops, those with most steps first; the first ones continue when others have ended."""
 
     def __init__(
         self, world: World, loops: Sequence[Loop], timings: Sequence[tuple[int, float, int]]
@@ -168,15 +168,15 @@ class _Run:
         self.history = np.zeros((kept, self.n, m), dtype=np.float32)
 
     def keep(self, m: int) -> None:
-        """Go on with the first m loops alone."""
+        """Continue with the first m loops only."""
         self.m = m
         self.bank = Bank([loop.controller for loop in self.loops[:m]], self.world)
         self.dynamics = Dynamics(self.world.plant.program, self.n, m)
         self.any_continuous = bool(self.continuous[:m].any())
 
     def advance(self, begin: int, end: int) -> None:
-        """Go from one step to another."""
-        # Wanted states at the steps' ends and in their middles.
+        """Run from one step to another."""
+        # Desired states at the ends and middles of the steps.
         times = np.arange(2 * begin, 2 * end + 1)[:, None] * (0.5 * self.length[: self.m])
         ahead = self.world.reference.at(times, self.speed[: self.m])
         with np.errstate(all="ignore"):  # a loop that is lost may overflow
@@ -185,7 +185,7 @@ class _Run:
                 self._take(k, [tuple(x[:, at + half] for x in ahead) for half in range(3)])
 
     def _take(self, k: int, wanted: Sequence[tuple[FloatArray, ...]]) -> None:
-        """Take step k; `wanted` at its begin, middle and end."""
+        """Take step k, with the desired states at its beginning, middle and end."""
         m, n, h = self.m, self.n, self.length[: self.m]
         state, held, lost_at = self.state[:, :m], self.held[:, :m], self.lost_at[:m]
         asks = k % self.per[:m] == 0
@@ -217,7 +217,7 @@ class _Run:
         return self.bank.torque(state[: self.n], state[self.n : 2 * self.n], wanted)
 
     def _now(self, held: FloatArray, state: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
-        """Torque at a stage within a step: that of a continuous loop follows the state."""
+        """Torque at a stage within a step; in a continuous loop it follows the state."""
         if not self.any_continuous:
             return held
         torque = np.clip(self._asked(state, wanted), -self.limits, self.limits)
@@ -233,7 +233,7 @@ class _Run:
         return np.concatenate([qd, solved.T, energies])
 
     def tracked(self, j: int) -> TrackedLoop:
-        """What came of one loop."""
+        """Result of one loop."""
         lost, count, end = np.isfinite(self.lost_at[j]), int(self.count[j]), self.state[:, j]
         kept, form = count // self.stride + 1, self.world.plant
         work, dissipated = end[-2:].tolist()

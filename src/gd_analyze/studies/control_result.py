@@ -43,8 +43,8 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
     laws.PD_ALONE: ("series-5", (4.0, 1.6)),
 }
-# Expected errors beyond this, rad (m), are of a D that is nearly singular; errors below this share of the
-# largest would leave no room in the figure for the others.
+# Expected errors beyond this, rad (m), come from a nearly singular D; errors below this share of the largest
+# are cut off in the figure.
 _FARTHEST, _DECADES = 1.0, 5
 
 
@@ -71,7 +71,7 @@ def control_result(study: ControlStudy) -> Result:
         Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
         Drawing("speeds", "Largest tracking error over the speed of the motion", speed_figure(study)),
     )
-    named = "Controllers of computed torque are named by what they know of the arm."
+    named = "Computed-torque controllers are named by their model of the arm."
     torques = (_torque_table(study), _bounds_table(study), _rest_table(study))
     scale = "" if settings.limits in (None, 1.0) else f", times {settings.limits:g}"
     limited = np.isfinite(study.limits).any()
@@ -103,7 +103,7 @@ def _usual(study: ControlStudy, controller: Controller) -> TrackedLoop:
 
 
 def _judged(study: ControlStudy) -> Controller:
-    """The law by which the simplified model is judged: one that is good enough, or the better."""
+    """The law that judges the simplified model: one that is good enough, or else the better one."""
 
     def worst(controller: Controller) -> float:
         return float((_usual(study, controller).peak_error / study.tolerance).max())
@@ -168,7 +168,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
         speed = study.tracks_up_to(controller, settings.usual_rate)
         text = "none" if speed is None else f"{number(speed)}×" if speed < math.inf else f"≥ {fastest:g}×"
         yield Fact("", f"Speed within tolerance, {name}", speed, text=text)
-    label = "Tracking error by the model error"
+    label = "Tracking error from model error"
     first_order = study.expected[judged, settings.usual_speed]
     if found := _certified(study, judged):
         text = f"at most {_worst_text(study, found.error, bound=True)}"
@@ -181,7 +181,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     if not study.feedback.is_enough:
         note = f"of joints {', '.join(map(str, study.feedback.joints))}"
         share = max(study.feedback.share, 0.0)
-        yield Fact("", "Feedback left by the model's D, least", share, shown="percent", note=note)
+        yield Fact("", "Least feedback left by the model's D", share, shown="percent", note=note)
     if study.too_slow_for_fixed_gains:
         rates = ", ".join(f"{rate:g}" for rate in study.too_slow_for_fixed_gains)
         note = f"gains up to {number(study.fixed_excess)} times too high in some direction"
@@ -193,14 +193,14 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
             saturated[loop.speed] = max(share, saturated.get(loop.speed, 0.0))
     if saturated:
         text = ", ".join(f"{100 * share:.2g} % at {speed:g}×" for speed, share in saturated.items())
-        yield Fact("", "Time at the torque limit, longest", text, shown="text")
+        yield Fact("", "Longest time at the torque limit", text, shown="text")
     limit = study.fastest_within_limits
     if fastest > limit * (1 + 1e-9):
         yield Fact("", "Speed within the arm's limits", limit, text=f"{math.floor(1e3 * limit) / 1e3:g}×")
 
 
 def _certified(study: ControlStudy, controller: Controller) -> CertifiedTracking | None:
-    """What is proven of computed torque with the simplified model; nothing is of other controllers."""
+    """Proven bound of computed torque with the simplified model; other controllers have none."""
     return study.certified.get(study.settings.usual_speed) if controller == SIMPLIFIED else None
 
 
@@ -274,7 +274,7 @@ def _by_controller(key: str, title: str, columns: Sequence[Column]) -> Table:
 def _errors(
     study: ControlStudy, label: str, errors: Sequence[float] | FloatArray, joints: Sequence[int]
 ) -> Column:
-    """Errors, rad (m), in the unit of the joint (from 0) of each row; nothing of loops that were lost."""
+    """Errors, rad (m), in the unit of each row's joint (from 0); empty for lost loops."""
     shown = [1e3 * error if math.isfinite(error) else None for error in errors]
     return Column("", label, shown, [_unit(study, joint) for joint in joints])
 
@@ -308,7 +308,7 @@ def _torque_table(study: ControlStudy) -> Table:
 
 
 def _bounds_table(study: ControlStudy) -> Table:
-    """Error by the model's torque error: bounds, and what is simulated."""
+    """Error from the model's torque error: bounds and simulation."""
     speed, controller, joints = study.settings.usual_speed, _judged(study), range(study.arm.n_joints)
     loops = [study.loop(controller, rate, speed) for rate in study.settings.rates]
     found = _certified(study, controller)
@@ -326,10 +326,10 @@ def _bounds_table(study: ControlStudy) -> Table:
         Column("", "torque allowed", study.torque_for_tolerance, units),
     )
     law = " with fixed gains" * (controller == FIXED_GAINS)
-    title = f"Tracking error caused by the simplified model's torque error{law}, at most, and simulated"
+    title = f"Tracking error from the simplified model's torque error{law}: bound and simulation"
     bound = "Bound: torque error proven, D sampled along the motion; continuous, within the torque limits. "
     note = (
-        f"Expected: to first order. {bound if proven else ''}For the tolerance: `gd-analyze simplify "
+        f"Expected: to first order. {bound if proven else ''}To keep the tolerance: `gd-analyze simplify "
         f'--budget "{budget_for_tolerance(study)}"`, to first order, with fixed gains.'
     )
     return Table("bounds", title, columns, note)

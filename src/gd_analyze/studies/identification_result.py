@@ -1,8 +1,8 @@
-"""What logs support, as a Result: residuals, parameters, friction, and the operations of a model as exact."""
+"""An identification as a Result: residuals, parameters, friction, and the operations that logs support."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from gd_analyze.figures.figure import (
     time_axis,
     value_axis,
 )
-from gd_analyze.identification.identification import Identification, IdentifiedParameter, Residuals
+from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
 from gd_analyze.simplification.budget import Budget
@@ -29,11 +29,11 @@ from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import named_joints, number, percent, with_error
 
-# The budget that is as large as what the log leaves unknown.
+# The budget that equals the uncertainty left by the log.
 SUPPORTED = "uncertainty"
-# States of a log at which that model is looked for; base parameters named as those that changed most.
+# States of a log used to search that model; number of base parameters listed as changed most.
 _STATES, _MOST_CHANGED = 300, 5
-# Readings a row apart of which this many steps are missing belong to two stretches.
+# Neighbouring rows more than this many steps apart belong to different stretches.
 _GAP = 3.0
 _MODELS = {
     "file": "file as given",
@@ -43,11 +43,11 @@ _MODELS = {
 
 
 class Supported(NamedTuple):
-    """The simplified model whose torque error is the identified arm's own uncertainty, along the log."""
+    """The simplified model with a torque error up to the identified arm's uncertainty, along the log."""
 
     operations: int
     operations_exact: int
-    share: FloatArray  # that uncertainty over each joint's peak torque, (n,)
+    share: FloatArray  # uncertainty over each joint's peak torque, (n,)
 
 
 def supported(found: Identification, motion: Trajectory) -> Supported:
@@ -56,9 +56,9 @@ def supported(found: Identification, motion: Trajectory) -> Supported:
     Parameters
     ----------
     found
-        What logs told.
+        The identification.
     motion
-        One of them; of a long one some set points stand for all.
+        One of its logs; a long one is represented by some of its set points.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def identification_result(
     loaded = f", with a payload {', '.join(found.loaded)}" if found.loaded else ""
     facts = [
         Fact("", "Base parameters told", f"{len(told)} of {len(found.parameters)}", shown="text"),
-        Fact("condition", "Condition number of what is told", found.estimate.condition),
+        Fact("condition", "Condition number", found.estimate.condition),
         Fact("physical", "Physically consistent", found.physical, shown="flag"),
         *(Fact(key, "", list(getattr(found, key))) for key in ("logs", "held_out", "loaded")),
     ]
@@ -114,7 +114,7 @@ def identification_result(
                     ),
                     Drawing(
                         "residuals",
-                        "What each model leaves of the measured torque.",
+                        "Measured torque minus that of each model.",
                         residual_figure(found),
                         _SHADED,
                     ),
@@ -141,8 +141,8 @@ def _headline(found: Identification, answer: Supported | None) -> str:
     worst = int(np.nanargmax(shares))
     each = found.residuals[worst]
     text = (
-        f"The identified model leaves at most {percent(shares[worst])} of the torque held out "
-        f"(joint {worst + 1}, RMS), where the file leaves {percent(each.share('file'))}, "
+        f"The identified model predicts held-out torque to {percent(shares[worst])} RMS or better "
+        f"(joint {worst + 1}); there the file errs by {percent(each.share('file'))}, "
         f"with friction {percent(each.share('friction'))}."
     )
     return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
@@ -154,11 +154,11 @@ def _notices(found: Identification) -> Iterator[str]:
     untold = [one.symbol for one in found.parameters if not one.told]
     if untold:
         yield (
-            f"Not told by the logs, and nearest to the file: {', '.join(untold)}. "
-            "`gd-analyze plan ROBOT --exciting` makes a motion that tells more."
+            f"Not told by the logs, kept near the file's values: {', '.join(untold)}. "
+            "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
         )
     if not found.given.mass.any():
-        yield "The file states no masses: its column is of uniform rods without friction."
+        yield "The file states no masses: column `file` is for uniform rods without friction."
     ratio = {
         i + 1: each.rms("identified") / each.rms("friction")
         for i, each in enumerate(found.residuals)
@@ -168,19 +168,19 @@ def _notices(found: Identification) -> Iterator[str]:
     if worse:
         yield (
             f"At {named_joints(worse, found.given.n_joints)} the file with friction predicts better: "
-            "the logs tell less there than it seems."
+            "the logs tell less there than the standard errors suggest."
         )
     elif ratio and min(ratio.values()) > 1.0 / _CLEARLY:
-        yield "The file with friction predicts as well at every joint: keep its links."
+        yield "The file with friction predicts as well at every joint: keep the file's links."
     rough = [i + 1 for i, share in enumerate(found.estimate.correlated) if share > _CORRELATED]
     if rough:
         yield (
-            f"What is left at {named_joints(rough, found.given.n_joints)} resembles itself over more than "
-            f"{_CORRELATED:.0f} rows: it is no noise but something that the model lacks."
+            f"Residuals of {named_joints(rough, found.given.n_joints)} are correlated over more "
+            f"than {_CORRELATED:.0f} rows: not noise, but an effect that the model lacks."
         )
 
 
-# Rows that count as one, from which on residuals are no noise; ratio of two RMS that clearly differ.
+# Correlation length, in rows, above which residuals are not noise; ratio of two RMS that clearly differ.
 _CORRELATED, _CLEARLY = 5.0, 1.1
 
 
@@ -213,8 +213,8 @@ def _residual_table(found: Identification) -> Table:
         Column("noise", "", found.estimate.noise),
         Column("correlated_rows", "", found.estimate.correlated),
     ]
-    note = "RMS of the torque and of what each model leaves of it."
-    return Table("joints", "Torque held out, by joint", tuple(columns), note)
+    note = "RMS of the measured torque, and of each model's residual."
+    return Table("joints", "Held-out torque, by joint", tuple(columns), note)
 
 
 def _friction_table(found: Identification) -> Table:
@@ -238,12 +238,8 @@ def _friction_table(found: Identification) -> Table:
         unit = f"{turning} ({sliding})" if slides else turning
         columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
         columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
-    note = "With standard errors; –: not told. Only part of a drive's inertia can be told from the links'."
+    note = "With standard errors; –: not told. A drive's inertia is only partly separable from the links'."
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
-
-
-def _with_errors(parameters: Sequence[IdentifiedParameter]) -> list[str]:
-    return [f"{with_error(one.value, one.error, 1)} {one.unit}" for one in parameters]
 
 
 def _changed_table(found: Identification) -> Table:
@@ -277,20 +273,20 @@ def _parameter_table(found: Identification) -> Table:
         Column("told", "told", [one.told for one in rows], shown="flag"),
     )
     note = (
-        "As `gd-analyze equations ROBOT --parameters` defines them. The error of what is not told is what is "
-        "plausible."
+        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that is not told the error "
+        "is its plausible size."
     )
     return Table("parameters", "Base parameters", columns, note)
 
 
 def torque_figure(found: Identification) -> Figure:
-    """Measured torque of every joint with those of the file and of the identified model."""
+    """Measured torque of every joint, with the torques of the file and of the identified model."""
     looks = {"measured": ("combined", 2.2), "file": ("series-1", 0.7), "identified": ("accent", 0.9)}
     return _figure(found, "Torque", looks, {"measured": "measured", **_MODELS})
 
 
 def residual_figure(found: Identification) -> Figure:
-    """What the file, with friction, and the identified model leave of every joint's measured torque."""
+    """Residual of every joint: measured torque minus that of the file, with friction, and identified."""
     looks = {"file": ("series-1", 0.7), "friction": ("series-2", 0.7), "identified": ("accent", 0.9)}
     return _figure(found, "Measured less model", looks, _MODELS, residual=True)
 

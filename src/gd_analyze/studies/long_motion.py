@@ -1,4 +1,4 @@
-"""A long motion block by block: set points that stand for all of it, and models held against all of them."""
+"""A long motion block by block: set points that represent it, and models checked at every set point."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly
 
-# Evenly spaced set points that a search looks at besides extremes, and parts of the motion in each of which
-# the extremes of torques and of the motion are shown.
+# Evenly spaced set points of a search besides the extremes; parts of the motion whose extremes are shown.
 _SEARCHED, _PARTS = 400, 12
-# Set points that tables and figures show at least, some times as many as a figure has columns of pixels.
+# Least set points in tables and figures, several for each column of pixels in a figure.
 _SHOWN = 1500
-# Rounds in which set points at which a model breaks its budget join those that a search looks at.
+# Rounds that add set points at which a model exceeds its budget to those of the search.
 _ROUNDS = 20
 
 _KINDS = ("q", "qd", "qdd")
@@ -38,24 +37,24 @@ Points = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class LongMotion:
-    """A motion of more set points than are kept, and some that stand for it.
+    """A motion of more set points than are kept, and the set points that represent it.
 
-    Positions, velocities, accelerations, torques, elements of D, h and c, their parts and the torque that
-    each of these makes are at the extremes of the whole motion at some of the set points `searched`.
+    The set points `searched` include the extremes over the whole motion of positions, velocities,
+    accelerations, torques, elements of D, h and c, their parts, and the torque of each.
     """
 
     arm: RobotArm
     drives: bool
     motion: Trajectory
     extremes: Extremes  # of the elements, at all set points
-    searched: Points  # set points that searches look at
+    searched: Points  # set points used by searches
     shown: Points  # these and others for tables and figures
 
     @classmethod
     def of(
         cls, arm: RobotArm, motion: Trajectory, drives: bool | None, progress: Callable[[int], None]
     ) -> LongMotion:
-        """Decompose the motion once, and note where extremes are."""
+        """Decompose the motion once, and note its extremes."""
         drives, extremes = arm.counts_drives(drives), Extremes(arm.n_joints, elements(arm.n_joints))
         values, places = [], []
         for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
@@ -85,10 +84,10 @@ class LongMotion:
     def settled(
         self, exact: ExactDynamics, search: Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
     ) -> tuple[ExactDynamics, SimplifiedModel, Held, Points]:
-        """Search until both models found keep their budgets at every set point.
+        """Search until both models keep their budgets at every set point.
 
-        Gives the dynamics at the states looked at last, the models with their errors at all set points, and
-        where these are largest. A GdAnalyzeError where that takes too many rounds.
+        Returns the dynamics at the states of the last search, the models with their errors at all set points,
+        and the places of the largest errors. Raises a GdAnalyzeError after too many rounds.
         """
         for _ in range(_ROUNDS):
             elements, held = search(exact)
@@ -106,8 +105,8 @@ class LongMotion:
     ) -> tuple[list[SimplifiedModel], Points, NDArray[np.bool_]]:
         """State the errors of models at all set points, given a program of the exact torques.
 
-        Also at which set point the error of each at each joint is largest, shape (models, n), and whether it
-        is more than allowed. All models are one program, so that they share steps.
+        Also returns the set point of each model's largest error at each joint, shape (models, n), and whether
+        it exceeds the allowed one. All models form one program, so that they share steps.
         """
         n, count = self.arm.n_joints, self.motion.n_set_points
         trace = Trace()
@@ -144,7 +143,7 @@ class LongMotion:
         return found, worst, largest > allowed
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
-        """State the errors of models for growing budgets; one that breaks its own is that before it."""
+        """State the errors of models for growing budgets; one that exceeds its own becomes the one before."""
         found, _, broken = self.stated(exact, models, exact.form.program)
         kept: list[SimplifiedModel] = []
         for model, breaks in zip(found, np.any(broken, axis=1).tolist(), strict=True):
@@ -159,7 +158,7 @@ class LongMotion:
 
 
 def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:
-    """Set points of the least and the largest values, shape (blocks, 2, rows), of groups of blocks."""
+    """Set points of the smallest and largest values, shape (blocks, 2, rows), by groups of blocks."""
     found = []
     for group in groups:
         for side, pick in enumerate((np.argmin, np.argmax)):

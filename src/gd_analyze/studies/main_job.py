@@ -59,18 +59,18 @@ if TYPE_CHECKING:
 
 # Levels whose curves take tenths of a second.
 _QUICK_CURVES = (ELEMENT, TERM, ENERGY)
-# Multiples of the budget that the report's curve shows, and states drawn to try a model beyond its own.
+# Multiples of the budget in the report's curve; states drawn to test a model beyond its own.
 _FACTORS = (0.5, 1.0, 2.0, 5.0)
 _DRAWN = 1000
-# Set points whose decomposition is stored by default, 150 MB for six joints: to evaluate one again takes less
-# time than to write it.
+# Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
+# less time than writing it.
 MOST_STORED = 2**17
 # Arms drawn from the stated uncertainties: probabilities near 95 % are known to within 0.5 %.
 _SAMPLES = 2000
-# Of certificates: close to the truth in a box as small as a trajectory's, and around a motion.
+# Efforts of certificates: tight in a box as small as a trajectory's, and around a motion.
 _Efforts: TypeAlias = tuple[int, int] | None
 _EFFORTS = 5_000, 100_000
-# The same of a model that is not chosen by its terms: a few seconds.
+# The same for a model not chosen by its terms: a few seconds.
 _LITTLE = 500, 2_000
 
 
@@ -81,16 +81,15 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error, or its text such as "1% or 10% friction"; 1 % of each joint's peak torque by
-        default.
+        Allowed torque error, or its text such as "1% or 10% friction"; by default 1 % of peak torque.
     level, refit, operations
-        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; by default the level
-        that takes the fewest operations of those that are promising for the arm.
+        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; the default level is the one
+        with the fewest operations among those promising for the arm.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
-        `simplify_held`. At level "element" and of a number of operations it holds at the set points.
+        `simplify_held`. At level "element" and with `operations` it holds at the set points.
     drives
-        Include drive inertia as a separate contribution; by default where the arm describes drives.
+        Include drive inertia as a separate contribution; by default if the arm describes drives.
     margin
         How far from the motion the budget holds and errors are bounded, or its text such as
         "1deg,1mm,qd=2%,qdd=5%", which is the default.
@@ -99,19 +98,17 @@ class Settings:
     uncertainty
         Standard uncertainties of all links in place of those the arm states, see `robustness`.
     fit_friction
-        Fit friction to measured torques beside the model; it does not become part of the model.
+        Fit friction to measured torques; it does not become part of the model.
     christoffel, by_link, terms
-        What else to keep of the decomposition, see `decompose`; by default h_ijk of up to `MOST_KEPT` set
-        points.
+        Further results of `decompose` to keep; by default h_ijk for up to `MOST_KEPT` set points.
     every_set_point
-        Of more than `MOST_KEPT` set points, of which some stand for all, store D, h, c and torques at every
-        one besides; by default of up to `MOST_STORED`.
+        Above `MOST_KEPT` set points tables hold a selection; also store D, h, c and torques at every set
+        point. By default up to `MOST_STORED`.
 
     Raises
     ------
     UsageError
-        If there is no such level, budget or margin are not understood, the budget is of the norm, or
-        dominance is not between 0 and 1.
+        If an option is not understood or not between its limits, or the budget is of the norm.
     """
 
     budget: Budget | str | None = None
@@ -137,27 +134,27 @@ class Settings:
         object.__setattr__(self, "budget", budget)
         object.__setattr__(self, "margin", Margin.of(self.margin))
         level = None if self.level is None else level_named(self.level)
-        SearchOptions(level, self.refit, self.operations)  # refuses what no search takes
+        SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
         object.__setattr__(self, "level", level)
         if not 0.0 < self.dominance < 1.0:
             found, expected = f"{self.dominance:g}", "a share between 0 and 1"
-            raise UsageError("this is no share", where="dominance", expected=expected, found=found)
+            raise UsageError("this is not a share", where="dominance", expected=expected, found=found)
 
     @property
     def asked(self) -> Budget:
-        """The budget as a value."""
+        """The parsed budget."""
         return Budget.of(self.budget)
 
     @property
     def described(self) -> dict[str, Any]:
-        """All of it as JSON values."""
+        """All settings as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
         level = None if self.level is None else level_named(self.level).name
         return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
 
 
 class Progress(Protocol):
-    """Whom to tell how far the work is."""
+    """Receiver of progress."""
 
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
@@ -182,7 +179,7 @@ def analyze(
     overwrite: bool = False,
     **options: Any,
 ) -> Findings:
-    """Do the main job: find everything, and write it down where a folder is named.
+    """Run the main job: find everything, and write it to a folder if one is named.
 
     Parameters
     ----------
@@ -190,13 +187,13 @@ def analyze(
         What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
         stands for all trajectories in it.
     out
-        Folder for the results; nothing is written without one.
+        Folder for the results; without it nothing is written.
     settings, options
-        How, see `Settings`: an object, or its fields one by one, such as ``budget="0.5%"``.
+        A `Settings` object, or its fields one by one, such as ``budget="0.5%"``.
     formats
-        Which files to write, of "h5", "json", "csv", "html" and "pdf".
+        Files to write, of "h5", "json", "csv", "html" and "pdf".
     overwrite
-        Replace a run of another arm, motion or other options that the folder holds.
+        Replace a run in the folder of another arm or motion, or with other options.
 
     Returns
     -------
@@ -206,11 +203,11 @@ def analyze(
     Raises
     ------
     UsageError
-        If there is no such option or format, or settings and options are both given.
+        If an option or format is unknown, or settings and options are both given.
     OutputError
-        If the folder cannot be written to, or holds another run; nothing is computed or written then.
+        If the folder cannot be written to or holds another run; nothing is computed or written.
     StorageError
-        If the machine fails while the files are written, e.g. a full disk; those of before stay.
+        If the machine fails while the files are written, e.g. a full disk; earlier files remain.
     GdAnalyzeError
         As for `find`.
 
@@ -227,7 +224,7 @@ def analyze(
         what, hint = f"there is no option {name!r}", f"did you mean {near[0]!r}?" if near else None
         raise UsageError(what, where=name, expected=", ".join(names), next_step=hint)
     if settings is not None and options:
-        raise UsageError("settings are given twice", where="settings", expected="an object, or its fields")
+        raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
     how = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, how)
@@ -259,7 +256,7 @@ def find(
         What to analyse, along one motion or several; or a shipped name, or the path of a file. A folder
         stands for all trajectories in it.
     settings
-        How; see `Settings` for what is done by default.
+        Settings of the main job, see `Settings` for the defaults.
     command, warned
         What the user typed, and warnings given while the input was read; those given here are added.
     progress
@@ -273,7 +270,7 @@ def find(
     Raises
     ------
     GdAnalyzeError
-        If the input does not fit together, friction shall be fitted where no torque was measured, or a result
+        If inputs do not fit together, friction is to be fitted without measured torques, or a result
         disagrees with Pinocchio.
     """
     arm, how = arm_of(arm), settings or Settings()
@@ -344,16 +341,16 @@ def find(
     for item in caught:
         if issubclass(item.category, GdAnalyzeWarning):
             said.insert(0 if item.category is TorqueLimitWarning else len(said), str(item.message))
-        else:  # what other libraries say is passed on
+        else:  # warnings of other libraries are passed on
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
     model, near = held.model, held.near or exact
-    # Where a number of operations was asked for, the model keeps to another budget.
+    # With a limit on operations, the model keeps another budget.
     asked = how.asked.scaled(float((model.accuracy.allowed / exact.allowed(how.asked)).max()))
     path = budget_path(near, asked, measured(near, model))
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
-    # The curve of a recursion takes seconds: it is drawn where it is that of the model.
+    # The curve of a recursion takes seconds: it is drawn only if the model is one.
     kinds = [kind for kind in kinds_for(exact.form) if kind[0] in (*_QUICK_CURVES, model.level)]
     points = trade_off(
         near, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through, stated_at=exact
@@ -371,7 +368,7 @@ def find(
         trajectory = trajectory.at(np.union1d(long.shown, worst))
         dataset = decompose(arm, trajectory, **kept)
         dataset.attrs |= source
-    # Of a pool so long set points are taken evenly; peaks are those of all.
+    # From a long pool, set points are taken evenly; peaks are over all.
     taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT)) if long is None else dataset
     tables = {
         "trajectory": motion_tables.trajectory_table(arm, trajectory),
@@ -417,14 +414,14 @@ def find(
 
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:
-    """Where the results come from; what they depend on, and what of the motion they state, marks the run."""
+    """Origin of the results; the inputs and what the results state of the motion mark the run."""
     asked = [arm.name, trajectory.name, how.described, *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
 def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
-    """Efforts of the certificates in a box and along a motion; None for a model of too many terms for any."""
+    """Efforts of the certificates in a box and along a motion; None if the model has too many terms."""
     if not many:
         return _EFFORTS
     with suppress(TooLongError):
@@ -436,7 +433,7 @@ def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
 def _beyond(
     exact: ExactDynamics, model: SimplifiedModel, ranking: TermRanking, efforts: _Efforts
 ) -> xr.Dataset:
-    """Try a model at states that it was not fitted on."""
+    """Test a model at states it was not fitted on."""
     arm, states = exact.arm, exact.states
     certificate = errors = None
     if efforts is not None:
@@ -450,25 +447,25 @@ def _beyond(
 
 
 def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube, bool]:
-    """Enclose a motion; where that cannot be, a tube of no known states, and False."""
+    """Enclose a motion in a tube; if that fails, return a tube without known states, and False."""
     try:
         return Tube.along(arm, motion, margin), True
     except TrajectoryError as error:
-        # What is said of the set points themselves is as true as before.
+        # Statements about the set points themselves remain true.
         unknown = np.full((1, 3, arm.n_joints), np.nan)
         margins, note = margin.along(arm, motion), f"Not certified: {error.what} ({error.details['where']})."
         return Tube(unknown, unknown, motion.time[:1], motion.time[-1:], margins, motion.name, 0, note), False
 
 
 def _why_unproven(model: SimplifiedModel) -> str:
-    why = "the exact torque is given, so that there is no error but round-off to bound"
+    why = "the model is the exact torque, with no error but round-off to bound"
     if model.saves:
-        why = f"{model.arm.name} has more equations than are written out here; `gd-analyze certify` does it"
+        why = f"{model.arm.name} has too many equations to be written out here; `gd-analyze certify` does it"
     return f"Not certified: {why}."
 
 
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
-    """Folder the results go to when none is named; options off their defaults are in its name."""
+    """Default folder of the results; its name contains the options that are not defaults."""
     words, usual = [arm.name, trajectory.name], Settings().described
     for key, value in settings.described.items():
         if value != usual[key]:

@@ -20,28 +20,28 @@ def each(
     scheduler: str | None = None,
     at_once: int | Literal["auto"] = "auto",
 ) -> Iterator[tuple[int, T]]:
-    """Number and result of every task, in the order in which they end.
+    """Yield number and result of every task, in the order of completion.
 
-    Tasks are drawn when they are needed, a few more than there are workers. What a task raises is raised
-    here. Sending, queues and tasks of workers that die are the engines': Dask runs these again elsewhere.
+    Tasks are drawn as needed, a few more than there are workers. Exceptions of tasks are raised here. The
+    engines handle transport, queues and dead workers: Dask runs lost tasks again elsewhere.
 
     Parameters
     ----------
     work
         Called with each task's values; a function of a module, as it is sent to other processes.
     jobs
-        Processes of this machine.
+        Number of processes on this machine.
     scheduler
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of these.
     at_once
-        Tasks that are sent together.
+        Number of tasks sent together.
 
     Raises
     ------
     UsageError
         If Dask is not installed, or no scheduler answers there.
     StorageError
-        If a worker of this machine died, or one task killed several of a cluster.
+        If a worker of this machine died, or one task killed several workers of a cluster.
     """
     numbered = enumerate(tasks)
     if scheduler is None and jobs == 1:
@@ -50,7 +50,7 @@ def each(
     from joblib import Parallel, delayed, parallel_config
 
     with ExitStack() as held:
-        # Workers whose parent was killed end when they have been idle for so long.
+        # Workers whose parent was killed end after this idle time.
         engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE}
         if scheduler is not None:
             engine, jobs = {"backend": "dask", "client": held.enter_context(_client(scheduler))}, -1
@@ -63,7 +63,7 @@ def each(
         except Exception as error:
             if type(error).__name__ not in ("TerminatedWorkerError", "KilledWorker"):
                 raise
-            step = "run it again: it goes on where it stopped; fewer --jobs take less memory"
+            step = "run it again to continue where it stopped; fewer --jobs take less memory"
             raise StorageError("a worker died", found=str(error).splitlines()[0], next_step=step) from None
 
 

@@ -1,4 +1,4 @@
-"""Files of a run, written as a whole or not at all: those of the main job, and those of a study."""
+"""Files of a run, of the main job or of a study, written all together or not at all."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class StudyFolder:
         self.paths = {format_: folder / files[format_] for format_ in formats}
 
     def write(self, result: Result, dataset: xr.Dataset | None = None) -> None:
-        """Write all files when the last is made, the dataset as HDF5, and remove those of another run."""
+        """Write all files once the last is made, the dataset as HDF5, and remove those of another run."""
         made = {format_: _WRITERS[format_](result) for format_ in self.paths if format_ in _WRITERS}
         with replacing_together([*self.paths.values()]) as temporaries:
             for format_, temporary in zip(self.paths, temporaries, strict=True):
@@ -60,10 +60,10 @@ class StudyFolder:
 def write_findings(
     findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
 ) -> None:
-    """Write the chosen files, all together when the last is made, and remove `strangers`, of another run.
+    """Write the chosen files together, once the last is made, and remove `strangers`, files of another run.
 
-    The PDF is typeset beside the others, as that leaves the interpreter free. The first to be put in place is
-    that which the others can be made from.
+    The PDF is typeset in parallel, as that leaves the interpreter free. The file from which the others can be
+    rebuilt is put in place first.
     """
     is_long = findings.trajectory.whole is not None
     if is_long:
@@ -74,7 +74,7 @@ def write_findings(
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
         typeset = prepare_pdf(findings, report) if "pdf" in places else None
-        # Of a long motion memory is scarcer than time.
+        # For a long motion memory is scarcer than time.
         pdf = None if typeset is None or is_long else beside.submit(typeset)
         if "html" in places:
             places["html"].write_bytes(render_html(findings, report).encode())

@@ -35,18 +35,18 @@ from gd_analyze.text import LARGEST, UNSIGNED
 if TYPE_CHECKING:
     import xarray as xr
 
-# Points of a range without a number of its own; points of all ranges up to which operations are counted.
+# Default number of points of a range; most points of all ranges for which operations are counted.
 USUAL_POINTS, MOST_COUNTED = 21, 1000
-# Points at most: some hundred MB.
+# Largest number of points: some hundred MB.
 _MOST_POINTS = 1_000_000
 _RANGE = re.compile(rf"([^=\s]+)=([-+]?{UNSIGNED})\.\.([-+]?{UNSIGNED})(?::(\d+))?")
 QUICK, NONE, CHEAPEST = "quick", "none", "cheapest"
-# A torque beyond any, N m: what a budget allows there is a share of it.
+# A torque beyond any, N m, at which a budget's shares outweigh its amounts.
 _VAST = 1e30
 
 
 class Range(NamedTuple):
-    """A parameter, the ends between which it varies, and at how many values; 0 where that is not said."""
+    """A parameter, the ends of its range, and its number of values; 0 if not given."""
 
     parameter: Parameter
     low: float
@@ -59,7 +59,7 @@ class Range(NamedTuple):
         match, where = _RANGE.fullmatch(text.strip()), f"--vary {text.strip()}"
         if match is None:
             expected = "NAME=LOW..HIGH[:COUNT], such as link3.mass=1..5:9 or speed=0.1..2"
-            raise UsageError("this is no range", where="--vary", expected=expected, found=repr(text))
+            raise UsageError("this is not a range", where="--vary", expected=expected, found=repr(text))
         name, low, high, count = match.groups()
         found = cls(varied.parameter(name), float(low), float(high), int(count or 0))
         for is_wrong, expected in (
@@ -69,7 +69,7 @@ class Range(NamedTuple):
             (count is not None and not 2 <= found.values <= _MOST_POINTS, "two values to a million"),
         ):
             if is_wrong:
-                raise UsageError("nothing can vary so", where=where, expected=expected)
+                raise UsageError("the range is not valid", where=where, expected=expected)
         return found
 
 
@@ -89,10 +89,10 @@ def sweep(
     stage: Callable[[str, int | None], object] = lambda label, total: None,
     progress: Callable[[int], None] = lambda done: None,
 ) -> xr.Dataset:
-    """Vary numbers of an arm, or the speed of its motion, and find what that does to torque and verdicts.
+    """Vary numbers of an arm, or the speed of its motion, and find the effect on torque and verdicts.
 
-    What is not varied is held, see `VariedArm`. Masses, centres of mass, inertias and speed are one product
-    of matrices; every other geometry is evaluated by itself.
+    Everything else is held, see `VariedArm`. Variations of masses, centres of mass, inertias and speed are
+    evaluated by one product of matrices, each other geometry by itself.
 
     Parameters
     ----------
@@ -100,22 +100,22 @@ def sweep(
         The arm and its motion, in the joint variables; or a shipped name, or the path of a file.
     vary
         Ranges "link3.mass=1..5:9", named as in arm files: joint2.a (or joint2.a_mm), link3.com.x,
-        link3.inertia.xx, drive1.inertia, gravity.z; speed multiplies the velocity of the motion. Of several
-        every combination is tried. Without a number of values there are 21.
+        link3.inertia.xx, drive1.inertia, gravity.z; speed multiplies the velocity of the motion. Several
+        ranges are combined to a grid. Without a number of values a range has 21.
     samples, seed
-        Draw so many arms in place of the grid, each number from a uniform distribution over its range.
+        Draw this many arms in place of the grid, each number uniformly over its range, and the draw's seed.
     budget, threshold, drives
         As for `simplify`, `rank` and `decompose`.
     precision
         Share of each range to which the changes of verdicts between points of the grid are bisected.
     operations
-        "quick": those of the terms left at level term, within some 20 % of what a search finds, in 0.1 s;
-        the name of a level, or "cheapest": those of the model that `simplify` finds, in seconds; "none". By
-        default quick up to 1000 points of a grid.
+        "quick": estimated from the terms left at level term, within some 20 % of a search, 0.1 s per point;
+        the name of a level, or "cheapest": of the model that `simplify` finds, seconds per point; "none". By
+        default quick for grids of up to 1000 points.
     jobs
-        Processes that evaluate geometries and count operations.
+        Number of processes that evaluate geometries and count operations.
     stage, progress
-        Called with what begins and its number of points, and with the points done since the last call.
+        Called with the name of a stage and its number of points, and with points done since the last call.
 
     Returns
     -------
@@ -125,14 +125,14 @@ def sweep(
         contribution) and `operations`, nan where none were counted. Along `change` every change of a verdict
         between two points of the grid: `change_element`, `change_parameter`, `change_from`, `change_to`,
         `change_at` (values of all parameters, the middle of the bracket) and `change_seen` (the value of the
-        grid's next point). Two changes between the same two points may cancel, and are not seen then.
+        grid's next point). Two changes between the same two points may cancel and remain unseen.
 
     Raises
     ------
     UsageError
         If a range or a parameter is not understood, or there are too many points.
     ArmError
-        If a value makes no arm, or one that cannot be.
+        If a value makes the arm invalid or physically inconsistent.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def sweep(
     if not 1 <= math.prod(counts) <= _MOST_POINTS:
         expected, found = f"1 to {_MOST_POINTS}", str(math.prod(counts))
         raise UsageError(
-            "so many points are too many, or none", where="--vary", expected=expected, found=found
+            "the number of points is out of range", where="--vary", expected=expected, found=found
         )
     shape = tuple(counts)
     if samples is None:
@@ -181,7 +181,7 @@ def sweep(
     element, axis, before, after, at, seen = zip(*changes, strict=True) if changes else [()] * 6
 
     def over(values: Array, *names: str) -> tuple[tuple[str, ...], Array]:
-        """Values (..., S) over the points; what comes before is last, in order."""
+        """Values (..., S) over the points; the leading dimensions come last, in order."""
         return (*dims, *names), np.moveaxis(values, -1, 0).reshape(*shape, *values.shape[:-1])
 
     return xr.Dataset(
@@ -222,14 +222,14 @@ def sweep(
     )
 
 
-# A verdict that changes along one parameter, others on the grid: its element and the parameter, what it was
-# and is, the values of all parameters there, and the parameter's at the grid's next point.
+# A verdict that changes along one parameter: element, parameter, old and new verdict, values of all
+# parameters at the change, and the parameter's value at the next grid point.
 _Change = tuple[int, int, int, int, tuple[float, ...], float]
 
 
 @dataclass(frozen=True, eq=False)
 class _Sweep:
-    """What is varied, of what, and how it is judged."""
+    """Arm, motion, varied parameters and criteria of a sweep."""
 
     varied: VariedArm
     parameters: tuple[Parameter, ...]
@@ -240,7 +240,7 @@ class _Sweep:
 
     @cached_property
     def _geometric(self) -> list[int]:
-        """Which of the parameters are neither inertial nor the speed."""
+        """Indices of the parameters that are neither inertial nor the speed."""
         return [k for k, p in enumerate(self.parameters) if not p.is_inertial and p.key != SPEED]
 
     def at(
@@ -280,7 +280,7 @@ class _Sweep:
         return verdicts, found.torque, np.where(parts > noise, parts, 0.0)
 
     def _allowed(self, arm: RobotArm, peak: FloatArray) -> FloatArray:
-        """Allowed error, (n, S): the larger of a share of the peaks and of what does not depend on them."""
+        """Allowed error, (n, S): the larger of shares of the peaks and amounts independent of them."""
         none, vast = np.zeros(arm.n_joints), np.full(arm.n_joints, _VAST)
         least, share = (self.budget.allowed(ReferenceTorques(arm, x))[:, None] for x in (none, vast))
         floor = np.maximum(ROUND_OFF_SHARE * peak.max(axis=0), np.finfo(float).tiny)
@@ -309,7 +309,7 @@ class _Sweep:
                 base[:, axis] = (at + end) / 2
                 columns = (x.tolist() for x in (element, before, told, base, high))
                 found += [(e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)]
-                # Another verdict lies between the two.
+                # There is a third verdict between the two.
                 more = told != after
                 low, before = end[more], told[more]
                 element, base, high, after = element[more], base[more], high[more], after[more]
@@ -343,9 +343,9 @@ class _Sweep:
 
 
 def _usable(budget: Budget | str | None) -> Budget:
-    """A budget whose amounts follow from every arm's torque."""
+    """A budget that can be evaluated from each arm's torque alone."""
     budget = Budget.of(budget).require_per_joint("verdicts on elements")
     if "uncertainty" in budget.wholes:
-        what, expected = "a sweep has no uncertainties", "shares of peak, limit or friction, or N m"
+        what, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
         raise UsageError(what, where=budget.option, expected=expected, found=str(budget))
     return budget

@@ -19,7 +19,7 @@ from gd_analyze.text import number, pretty
 if TYPE_CHECKING:
     import xarray as xr
 
-# Changes that people see, of one parameter and of several.
+# Changes shown to people, for one parameter and for several.
 _TOP, _FEW = 40, 12
 _WHITE = "White: neither, negligible, or within budget."
 
@@ -50,13 +50,12 @@ def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]
              note="quick count" if quick else attrs["operations_by"]),
     ]  # fmt: skip
     if not drawn:
-        close = [
-            f"{number(x)} {unit}".rstrip() for x, unit in zip(found.precision.values, units, strict=True)
-        ]
-        facts.insert(-1, Fact("precision", "Changes within", found.precision.values, text=", ".join(close)))
+        within = found.precision.values
+        close = ", ".join(f"{number(x)} {unit}".rstrip() for x, unit in zip(within, units, strict=True))
+        facts.insert(-1, Fact("precision", "Changes located within", within, text=close))
     notices = []
     if quick and not counted.size:
-        notices.append("The arm has too many terms for a quick count; --operations recursive simplifies.")
+        notices.append("The arm has too many terms for a quick count; give --operations recursive.")
     which = ", ".join(filter(None, [f"swept along {attrs['trajectory']}", drives_text(arm, attrs["drives"])]))
     return Result(
         title=arm.title or arm.name,
@@ -74,7 +73,7 @@ def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]
 
 
 def _headline(found: xr.Dataset, units: list[str]) -> str:
-    """Where verdicts change, or how many of them differ among draws."""
+    """Where verdicts change, or which of them differ among draws."""
     if "sample" in found.dims or found.sizes["parameter"] > 1:
         some = changing(found)
         more = f" and {len(some) - _FEW} more" if len(some) > _FEW else ""

@@ -1,8 +1,8 @@
 """The founding text's two-link arm with symbols for numbers, through the formulations' own code.
 
 The array code runs on SymPy expressions as it runs on numbers. Its own constants (0.5, 1, 2) are floats, but
-all of them, and all their products and sums, are exact in binary, so they turn back into rationals without
-loss; the rods' m l^2 / 12, which is not, enters afterwards.
+they, their products and their sums are exact in binary, so they convert to rationals without loss; the rods'
+m l^2 / 12, which is not exact, is inserted afterwards.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class ClosedForms(NamedTuple):
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
-    """Run one formulation on the founding text's two rods, masses, length and angles left as symbols."""
+    """Run one formulation on the founding text's two rods, with masses, length and angles as symbols."""
     formulation = known_method(method)
     sp, s = _sympy(), _symbols()
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
@@ -55,7 +55,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
 
 
 def text_closed_forms() -> ClosedForms:
-    """What [FGL87] sections 3.2.6, 3.3.7 and 3.4.2 derive by hand."""
+    """Closed forms derived by hand in [FGL87] sections 3.2.6, 3.3.7 and 3.4.2."""
     sp, symbols = _sympy(), _symbols()
     d12 = "m2*l**2/3 + m2*l**2*cos(theta2)/2"
     second = "m2*g*l*cos(theta1 + theta2)/2"
@@ -73,7 +73,7 @@ def text_closed_forms() -> ClosedForms:
 
 
 def symbolic_result(robot: str) -> Result:
-    """D, h and c of the two-link arm by every formulation, and whether they are the founding text's."""
+    """D, h and c of the two-link arm by every formulation, compared with the founding text."""
     if robot != "two_link":
         what = "only the founding text's two-link arm has closed forms here"
         raise UsageError(what, where="--symbolic", expected="two_link", found=robot)
@@ -101,7 +101,7 @@ def same(one: ClosedForms, other: ClosedForms) -> bool:
 
 @dataclass(frozen=True)
 class _Angle:
-    """Of revolute joints the formulations take cosine and sine only, and those of sums."""
+    """An angle: the formulations take only cosine and sine of angles and of their sums."""
 
     symbol: Any
 
@@ -118,14 +118,14 @@ class _Angle:
 
 
 class _SymbolicArm:
-    """Fields, and the identity by which kinematics are cached."""
+    """An arm of plain fields, hashable by identity so that its kinematics are cached."""
 
     def __init__(self, **fields: Any) -> None:
         self.__dict__.update(fields)
 
 
 def _symbolic_arm(s: dict[str, Any]) -> Any:
-    """What the formulations read of a `RobotArm`, whose own checks want numbers."""
+    """The attributes of a `RobotArm` that formulations read; `RobotArm` itself requires numbers."""
     length = s["l"]
     com = np.array([-0.5 * length, 0.0, 0.0], dtype=object)
     frame = SimpleNamespace(rotation=np.eye(3), translation=np.array([length, 0.0, 0.0], dtype=object))

@@ -1,4 +1,4 @@
-"""A budget in tracking error: the torque errors it allows, a model within them, and how that model tracks."""
+"""A budget in tracking error: the allowed torque errors, a model within them, and how it tracks."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ _WORDS = re.compile(
     re.IGNORECASE,
 )
 _LENGTH = re.compile(rf"({UNSIGNED})\s*(mm|m)")
-# Loop rate, Hz, and periods per radian of the bandwidth at least.
+# Loop rate, Hz, and least number of periods per radian of the bandwidth.
 _RATE, _PERIODS = 500.0, 25.0
-# Searches at most, and what the next aims at where a model tracks worse than asked for.
+# Most searches, and the share that the next one aims at if a model tracks worse than asked for.
 _SEARCHES, _AIM = 4, 0.9
 
 
@@ -58,7 +58,7 @@ class TrackingBudget:
     tip
         Tolerance of the end effector's position, m, in place of the joints'; None for the joints'.
     text
-        As it was given.
+        The budget as given.
     """
 
     settings: ControlSettings
@@ -69,7 +69,7 @@ class TrackingBudget:
     def parse(cls, text: str, arm: RobotArm | None = None) -> Self | None:
         """Read "tracking 0.1deg", "tracking 1mm at the end effector at 30 rad/s damping 0.7".
 
-        None where the first word is another; the bandwidth is 20 rad/s and the damping ratio 1 by default.
+        None if the first word is another. Defaults: bandwidth 20 rad/s, damping ratio 1.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class TrackingBudget:
         return cls(settings, tip, " ".join(text.split()))
 
     def torques(self, form: ExactForm, motion: Trajectory) -> FloatArray:
-        """Torque errors that it allows, N m (N), shape (n,), see `control_bounds.torque_for`."""
+        """Allowed torque errors, N m (N), shape (n,), see `control_bounds.torque_for`."""
         reference = Reference.of(followable(motion))
 
         def errors(proportions: FloatArray) -> FloatArray:
@@ -114,7 +114,7 @@ class TrackingBudget:
         return bounds.torque_for(form.program, reference, self.settings.gains, errors)
 
     def share(self, study: ControlStudy, controller: Controller) -> float:
-        """Largest tracking error of a loop over what is allowed, simulated at the loop rate."""
+        """Largest tracking error over the allowed one, simulated at the loop rate."""
         loop = study.loop(controller, self.settings.usual_rate, 1.0)
         if self.tip is None or loop.lost_at is not None:
             return float((loop.peak_error / study.tolerance).max())
@@ -123,18 +123,18 @@ class TrackingBudget:
         return float(np.linalg.norm(apart, axis=0).max() / self.tip)
 
     def bound(self, study: ControlStudy) -> float | None:
-        """What is proven of it, of the continuous loop with the model's own D; None where nothing is."""
+        """Proven bound on this share for the continuous loop with the model's D; None if there is none."""
         certified = study.certified.get(1.0)
         if certified is None:
             return None
         if self.tip is None:
             return float((certified.error / study.tolerance).max())
         q, _, _ = Reference.of(followable(study.motion)).sampled()
-        # To first order in the error: it is a thousandth of a radian where the tolerance is a millimetre.
+        # First order is enough: a tolerance of a millimetre is about a thousandth of a radian.
         return float(np.einsum("ik,i->k", tip_columns(study.arm, q), certified.error).max() / self.tip)
 
     def amount(self, share: float, arm: RobotArm) -> str:
-        """Write a share of what is allowed."""
+        """Write a share of the allowed error."""
         if self.tip is not None:
             return f"{number(1e3 * share * self.tip)} mm"
         joints = self.settings.tolerance
@@ -151,11 +151,11 @@ class Tracked(NamedTuple):
     searches: int
 
     def beside(self, result: Result) -> Result:
-        """Add what was asked for, simulated and bounded to the facts of the model."""
+        """Add the requested, simulated and bounded tracking error to the facts of the model."""
         share, bound = self.budget.share(self.study, self.controller), self.budget.bound(self.study)
         found, arm = self.budget.amount(share, self.study.arm), self.study.arm
         simulated = f"{found}, {self.controller.title}, {self.budget.settings.usual_rate:g} Hz"
-        proven = "none: no margins around the motion hold the error"
+        proven = "none: no margins around the motion enclose the error"
         if bound is not None:
             proven = f"at most {self.budget.amount(rounded_up(bound), arm)}, continuous loop, D sampled"
         facts = (
@@ -172,7 +172,7 @@ class Tracked(NamedTuple):
 def tracking_budget(
     arm: RobotArm | str | Path, trajectory: Trajectory | str, text: str, *, drives: bool | None = None
 ) -> Budget:
-    """Torque errors that a tracking error along a motion allows, to first order.
+    """Convert an allowed tracking error along a motion to allowed torque errors, to first order.
 
     Parameters
     ----------
@@ -182,13 +182,13 @@ def tracking_budget(
         "0.1deg" of every joint (prismatic ones: "1mm"), or "1mm at the end effector"; then "at 20 rad/s", the
         loop's bandwidth, and "damping 1".
     drives
-        Whether the drives' inertia counts; by default where there is any.
+        Include the drives' inertia; by default if the arm describes drives.
 
     Returns
     -------
     Budget
-        N m (N) of every joint, in proportion to the mean of D's diagonal: errors of any signs within it leave
-        fixed gains within the tracking error.
+        N m (N) for every joint, in proportion to the mean of D's diagonal. With torque errors of any sign
+        within it, fixed gains keep the tracking error.
 
     Raises
     ------
@@ -213,17 +213,17 @@ def tracking_budget(
 def simplify_for_tracking(
     budget: TrackingBudget, form: ExactForm, motion: Trajectory | None, search: Callable[[Budget], Held]
 ) -> Tracked:
-    """Search a model within the torque errors that a tracking error allows, and control the arm with it.
+    """Search a model within the torque errors that a tracking error allows, and simulate control with it.
 
-    Where a model tracks worse than asked for, which first order does not exclude, a tighter budget follows.
+    If the model tracks worse than asked for, which first order does not exclude, a tighter budget follows.
 
     Raises
     ------
     UsageError
-        If there is no motion, or are several, or the exact model tracks worse.
+        If there is not exactly one motion, or the exact model tracks worse than asked for.
     """
     if motion is None or motion.motions:
-        what, wanted = "a tracking error is of one motion", "one trajectory"
+        what, wanted = "a tracking budget needs one motion", "one trajectory"
         raise UsageError(what, where="--budget", expected=wanted, found="several" if motion else "none")
     torques, searches, share = budget.torques(form, motion), 0, np.inf
     while share > 1.0 and searches < _SEARCHES:
@@ -236,7 +236,7 @@ def simplify_for_tracking(
         if share > 1.0 and least >= _AIM:
             rate = budget.settings.usual_rate
             raise UsageError(
-                "no torque model tracks as well as this: the exact one does not",
+                "no model can track this well: the exact one does not",
                 where="--budget",
                 expected=f"{number(least / _AIM)} times as much or more, or a loop of more bandwidth",
                 found=f"{budget.text!r}, at {rate:g} Hz",
@@ -252,7 +252,7 @@ def tip_position(arm: RobotArm, q: FloatArray) -> FloatArray:
 
 
 def tip_columns(arm: RobotArm, q: FloatArray) -> FloatArray:
-    """How far each joint moves the end effector, m per rad (m), shape (n, K): the Jacobian's columns."""
+    """Length of the Jacobian's columns: motion of the end effector per joint, m per rad (m), shape (n, K)."""
     kinematics = solve_kinematics(arm, q)
     turning, sliding = joint_motions(arm, kinematics)
     from_joint = tip_position(arm, q) - kinematics.joint_origins

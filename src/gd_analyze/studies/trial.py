@@ -1,4 +1,4 @@
-"""A simplified model elsewhere than it was fitted on: its errors, with a payload too, and its losses."""
+"""A simplified model at other states than it was fitted on: errors, payload effect, and losses."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from gd_analyze.simplification.evaluation import (
 )
 from gd_analyze.simplification.model import SimplifiedModel
 
-# Smallest share of peak torque that people see a loss of.
+# Smallest loss shown to people, as a share of peak torque.
 _WORTH_A_LINE = 1e-4
 
 
 def tried(
     model: SimplifiedModel, given: Trajectory | States, body: Link | None = None
 ) -> tuple[Evaluation, Result]:
-    """Evaluate a model along a motion or at states, its arm carrying a payload if there is one.
+    """Evaluate a model along a motion or at states, with a payload on its arm if there is one.
 
-    The result has the error per joint beside what the model promises and, along a motion without a payload,
-    where the error comes from what is dropped, the largest losses.
+    The result compares each joint's error with the model's promise. Along a motion without a payload it also
+    lists the largest losses, if dropped parts cause the error.
     """
     along, fitted_on, arm = isinstance(given, Trajectory), model.accuracy.fitted_on, model.arm
     if isinstance(given, Trajectory):
@@ -86,7 +86,7 @@ def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effe
     arm, errors, promised = found.dynamics.arm, found.errors, accuracy.errors
     norm, nothing = accuracy.asked.norm is not None, [None] * arm.n_joints
     units = [joint.effort_unit for joint in arm.joints]
-    # Where the promise was not measured again it is the file's word.
+    # A promise that was not measured again is taken from the file.
     heading = "unloaded" if bare else "promised" if accuracy.measured else "stated"
     beside = bare.errors if bare else promised
     columns = [
@@ -120,7 +120,7 @@ def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effe
 
 
 def _lost(accuracy: Accuracy, found: Evaluation, lost: Sequence[Loss]) -> list[Table]:
-    """What was left out, for people only where the error is beyond the promised one."""
+    """Dropped parts; people see them only if the error exceeds the promise."""
     arm = found.dynamics.arm
     allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(arm.n_joints, np.nan)
     keys = ("part", "torque_peak", "torque_joint", "torque_share")
@@ -137,4 +137,4 @@ def _lost(accuracy: Accuracy, found: Evaluation, lost: Sequence[Loss]) -> list[T
         Column("", "joint", [loss.torque_joint for loss in lost], shown="count"),
         Column("", "of allowed", shares, shown="times"),
     )
-    return [Table("", "Left out, by torque alone here", columns, top=5), *tables]
+    return [Table("", "Omissions by torque of each alone", columns, top=5), *tables]

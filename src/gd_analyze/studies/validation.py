@@ -32,24 +32,24 @@ _Stated: TypeAlias = Literal["promise", "stated"]
 
 @dataclass(frozen=True)
 class BoxExit:
-    """One limit of a box that set points of one joint lie beyond; SI and radians."""
+    """A limit of a box exceeded by set points of one joint; SI and radians."""
 
-    farthest: Violation  # of the set point farthest beyond it
-    set_points: int  # that lie beyond it
-    first: float  # instant of the first of them, s
-    begin: float  # first set point of the longest stretch without one inside or a gap, s
-    end: float  # its last one
+    farthest: Violation  # at the set point farthest beyond it
+    set_points: int  # number beyond it
+    first: float  # instant of the first one, s
+    begin: float  # start of the longest uninterrupted stretch beyond it, s
+    end: float  # end of that stretch, s
 
 
 def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[BoxExit, ...], Array]:
-    """Find where a motion lies outside a box, by joint and limit, and whether each set point does, (N,).
+    """Find where a motion leaves a box, by joint and limit, and which set points lie outside, (N,).
 
-    Less than a rounded digit beyond a limit is no exit, as for the limits of the arm.
+    A value beyond a limit by less than a rounded digit is no exit, as for the limits of the arm.
     """
     found, time, outside = [], trajectory.time, np.zeros(trajectory.n_set_points, dtype=bool)
     for i, joint in enumerate(arm.joints):
         q, qd, qdd = trajectory.q[:, i], trajectory.qd[:, i], trajectory.qdd[:, i]
-        # Values, the limit, on which side of it outside is, and what the joint's unit is divided by.
+        # Values, limit, sign of the outside, and the power of time in the joint's unit.
         sides: tuple[tuple[Quantity, FloatArray, float, int, str], ...] = (
             ("position", q, float(box.lower[i]), -1, ""),
             ("position", q, float(box.upper[i]), 1, ""),
@@ -75,7 +75,7 @@ def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[tuple[Bo
 
 
 class BesideMeasured(NamedTuple):
-    """Measured torques compared with both models; friction is fitted beside each by itself."""
+    """Measured torques compared with both models, with friction fitted separately for each."""
 
     exact: TorqueComparison
     simplified: TorqueComparison
@@ -87,11 +87,11 @@ class ValidatedMotion:
 
     trajectory: Trajectory
     evaluation: Evaluation  # torque and error along it
-    accuracy: Accuracy  # what the model promises, along this motion if it was fitted on several
+    accuracy: Accuracy  # the model's promise, for this motion if it was fitted on several
     most: FloatArray | None  # error above which a joint fails, (n,); None without a verdict
-    counted: FloatArray  # largest error of the set points that the verdict is about, (n,)
-    exits: tuple[BoxExit, ...]  # where it leaves the box
-    outside: Array  # whether each set point does, (N,)
+    counted: FloatArray  # largest error at the set points judged, (n,)
+    exits: tuple[BoxExit, ...]  # where the motion leaves the box
+    outside: Array  # whether each set point lies outside, (N,)
     measured: BesideMeasured | None  # None where no torques were recorded
 
     def __repr__(self) -> str:
@@ -100,7 +100,7 @@ class ValidatedMotion:
 
     @property
     def name(self) -> str:
-        """The motion's."""
+        """Name of the motion."""
         return self.trajectory.name
 
     @property
@@ -110,7 +110,7 @@ class ValidatedMotion:
 
     @property
     def keeps_promise(self) -> NDArray[np.bool_]:
-        """Whether each joint keeps what the model promises, shape (n,); all or none a promise of the norm."""
+        """Whether each joint keeps the model's promise, shape (n,); the same for all if it is of the norm."""
         asked, evaluation = self.accuracy.asked.norm, self.evaluation
         if asked is None:
             return np.asarray(evaluation.within(self.accuracy.allowed))
@@ -118,7 +118,7 @@ class ValidatedMotion:
 
     @cached_property
     def at(self) -> FloatArray:
-        """Instant of each joint's largest error, s, shape (n,); nan where it has none beyond round-off."""
+        """Instant of each joint's largest error, s, shape (n,); nan if no error exceeds round-off."""
         error = np.abs(self.evaluation.torque - self.evaluation.dynamics.torque)
         instants = self.trajectory.time[error.argmax(axis=0)]
         return np.where(self.evaluation.errors.largest > 0.0, instants, np.nan)
@@ -138,16 +138,16 @@ class ValidatedMotion:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """A model along every motion it was tried on.
+    """Verdict on a model along every motion it was validated on.
 
     Parameters
     ----------
     model, box
-        The model, and the states that bounds on it are about.
+        The model, and the box of states for which it is bounded.
     fail_over
         Error above which a joint fails: a budget, "promise", "stated", or None without a verdict.
     motions
-        Its errors along each.
+        The model's errors along each motion.
     """
 
     model: SimplifiedModel
@@ -167,9 +167,9 @@ class Validation:
 
     @property
     def worst(self) -> tuple[ValidatedMotion, int]:
-        """Motion and joint (from 0) of the error that is largest beside its limit.
+        """Motion and joint (from 0) of the largest error relative to its limit.
 
-        Without a verdict, beside the joint's peak torque along the motion.
+        Without a verdict, relative to the joint's peak torque along the motion.
         """
 
         def size(one: ValidatedMotion) -> FloatArray:
@@ -209,48 +209,45 @@ def validate(
 ) -> Validation:
     """Compare a model with the exact dynamics of its arm along motions, and with measured torques.
 
-    `gd_analyze.evaluate` gives torques and errors at any states; this one gives a verdict on each motion by
-    itself.
+    Each motion gets its own verdict; `gd_analyze.evaluate` gives torques and errors at any states.
 
     Parameters
     ----------
     model
         The simplified model.
     motions
-        Motions of its arm: trajectories, shipped names, paths of files or of folders. Torques recorded with
-        one are compared with the exact and the simplified ones.
+        Motions of its arm: trajectories, shipped names, paths of files or folders. Torques recorded in a
+        motion are compared with exact and simplified ones.
     fail_over
-        Error above which a joint fails: a budget per joint, whose shares are of the joint's own torque along
-        the same motion (over all of them at a joint that needs none along it); "promise", what the model
-        promises; "stated", what it states of these very states: the bound of its certificate at set points
-        within, or what it is allowed along a motion that it was fitted on, and no verdict elsewhere; None for
-        no verdict at all.
+        Error above which a joint fails. A budget per joint: its shares are of the joint's torque along the
+        same motion, or over all motions if it needs none there. "promise": the model's own budget. "stated":
+        the bound of its certificate at set points within, or the allowed error along a motion it was fitted
+        on; no verdict elsewhere. None: no verdict.
     box
-        The states to look for those outside of; the arm's own limits by default, for which `certify` and
+        Box outside which set points are reported; by default the arm's limits, for which `certify` and
         `simplify_certified` bound a model.
     arm
-        Another arm whose exact torque counts, such as the same one as it is known today.
+        Another arm whose exact torque is the reference, such as a newer version of the same arm.
     progress
         Called with 1 after every motion.
 
     Returns
     -------
     Validation
-        Errors, verdicts, states outside of the box and comparisons with measured torques, motion by motion.
+        Errors, verdicts, states outside the box and comparisons with measured torques, by motion.
 
     Raises
     ------
     TrajectoryError
-        If there are no motions, or one is of another number of joints.
+        If there are no motions, or one has another number of joints.
     UsageError
-        If `fail_over` is no budget per joint, or a share of what the arm does not state; or the box is of
-        another number of joints.
+        If `fail_over` is not a budget per joint, or needs a number that the arm does not state; or if the box
+        has another number of joints.
 
     Warns
     -----
     GdAnalyzeWarning
-        Of limits of the box that are assumed, as the arm states none, and of a motion that takes more torque
-        than the drives give.
+        If limits of the box are assumed as the arm states none, or a motion exceeds the drives' torque.
     """
     arm = model.arm if arm is None else arm
     asked, box, given = _asked(model, fail_over), box_of(box, arm), motions_of(motions, arm)
@@ -266,7 +263,7 @@ def validate(
         if asked == "stated":
             most, counted = _as_stated(model, accuracy, one, evaluation)
         if isinstance(asked, Budget):
-            # A share of a torque that a joint does not need along this motion would be one of nothing.
+            # A share of torque is undefined for a joint that needs none along this motion.
             exact, needs = evaluation.dynamics, evaluation.errors.peak_torque > 0.0
             over_all = ReferenceTorques(arm, peaks, exact.uncertainty)
             most = np.where(needs, exact.allowed(asked), allowed_by(asked, over_all))
@@ -283,7 +280,7 @@ def validate(
 def _as_stated(
     model: SimplifiedModel, accuracy: Accuracy, motion: Trajectory, evaluation: Evaluation
 ) -> tuple[FloatArray | None, FloatArray]:
-    """What the model states of a motion's set points, (n,) or None, and the largest error of those."""
+    """What the model states for a motion's set points, (n,) or None, and the largest error there."""
     stated, largest = model.accuracy.certificate, evaluation.errors.largest
     if stated is not None and not stated.trajectory_fingerprint:
         box = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration)
@@ -298,7 +295,7 @@ def _as_stated(
 
 
 def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | _Stated | None:
-    """The limit asked for; one that is of no joint alone is refused."""
+    """The limit asked for; refuses one that is not per joint."""
     if fail_over is None:
         return None
     if isinstance(fail_over, str) and fail_over.strip().lower() == "stated":
@@ -306,7 +303,7 @@ def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | _
     if isinstance(fail_over, str) and fail_over.strip().lower() == "promise":
         if model.accuracy.asked.norm is not None:
             raise UsageError(
-                "this model promises no joint an error of its own",
+                "this model's promise is not per joint",
                 where="--fail-over",
                 expected='a budget per joint, such as "1%"',
                 found=f'"promise", and a model with a budget of {model.accuracy.budget}',

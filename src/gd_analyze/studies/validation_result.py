@@ -22,20 +22,20 @@ from gd_analyze.text import joint_name, visible
 
 
 def validation_result(found: Validation, *, fit_friction: bool = False) -> Result:
-    """The verdict, a row per motion, and each motion; also friction fitted to measured torques if told to."""
+    """The verdict, a row per motion, and each motion; also fitted friction if asked for."""
     model, box, failures = found.model, found.box, found.failures
     fitted_on = in_words(model.accuracy.fitted_on) if model.accuracy.fitted_on else "states not named"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     asked = "" if found.fail_over is None else str(found.fail_over)
     verdict = f"{'Passed' if found.passed else 'Failed'}: --fail-over {asked}."
     is_judged = asked and any(one.most is not None for one in found.motions)
-    why = "the model states nothing of these states" if asked else "--report-only"
+    why = "the model states nothing for these states" if asked else "--report-only"
     one, joint = found.worst
     name = joint_name(joint + 1, model.arm.joints[joint].name)
     tried = len(found.motions) * model.arm.n_joints
     return Result(
         title=model.arm.title or model.arm.name,
-        subtitle=", ".join(filter(None, [drives_text(model.arm, model.drives), "model validated"])),
+        subtitle=", ".join(filter(None, ["model validated", drives_text(model.arm, model.drives)])),
         headline=verdict if is_judged else f"Not judged: {why}.",
         facts=(
             Fact("arm", "", model.arm.name),
@@ -159,7 +159,7 @@ def _exits_table(one: ValidatedMotion, found: Validation) -> Table:
 
 
 def _measured(one: ValidatedMotion, measured: BesideMeasured, fit_friction: bool) -> list[Part]:
-    """Exact and simplified torque side by side, each against what was measured."""
+    """Exact and simplified torque side by side, each compared with the measured torque."""
     exact, simplified = measured
     units = [joint.effort_unit for joint in exact.arm.joints]
     columns = [*joint_columns(exact.arm.joints), Column("", "measured peak", exact.peak_measured, units)]
@@ -170,7 +170,7 @@ def _measured(one: ValidatedMotion, measured: BesideMeasured, fit_friction: bool
     # To nine digits: the difference may be nothing but round-off.
     more = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
     columns.append(Column("", "more", more, shown="percent"))
-    note = "RMS to exact, to simplified: of measured minus model. More: simplified over exact."
+    note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
     tables = [
         Table("", "Measured torque", tuple(columns), note),
         measured_table(measured_torque_table(exact, one.trajectory), exact.arm),
@@ -182,9 +182,9 @@ def _measured(one: ValidatedMotion, measured: BesideMeasured, fit_friction: bool
 
 
 def junit_xml(validation: Validation) -> str:
-    """Write a suite per motion and in it a case per joint; a joint that fails is a failure with its error.
+    """Write a suite per motion with a case per joint; a failed joint is a failure with its error.
 
-    Names may be anybody's: what XML cannot hold or what acts on a terminal is written out, the rest escaped.
+    In names, characters that XML cannot hold or that act on a terminal are spelt out; others are escaped.
     """
     model = validation.model
     root = ElementTree.Element("testsuites", {"name": "gd-analyze validate"} | _counts(validation.motions))

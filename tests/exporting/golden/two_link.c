@@ -1,10 +1,10 @@
-/* See two_link.h for what this is, and how exact. */
+/* See two_link.h for its content and errors. */
 #include "two_link.h"
 
 #include <math.h>
 
 #if defined(__FAST_MATH__) && !defined(GD_ANALYZE_ALLOW_FAST_MATH)
-#error "-ffast-math hides numbers that are none and breaks the reduction of angles: leave it out, or define GD_ANALYZE_ALLOW_FAST_MATH"
+#error "-ffast-math hides nan and breaks the reduction of angles: omit it, or define GD_ANALYZE_ALLOW_FAST_MATH"
 #endif
 
 const double two_link_sampled_error[2] = {
@@ -57,7 +57,7 @@ static inline void polynomials(double x, double *sine, double *cosine)
     *cosine = of_cosine * (even * c + odd * s);
 }
 
-/* sines and cosines of some angles of one state, those of too large angles by the library */
+/* sines and cosines of some angles of one state, those of larger angles by the library */
 static inline void sines_cosines_of_block(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
     const double largest = 1000000.0;
@@ -83,7 +83,7 @@ static inline void sines_cosines_of_block(const double *restrict x, double *rest
     }
 }
 
-/* sines and cosines of one angle of some states, those of too large angles by the library */
+/* sines and cosines of one angle of some states, those of larger angles by the library */
 static inline void sines_cosines_of_lanes(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
     const double largest = 1000000.0;

@@ -4,7 +4,7 @@
  * Level energy: 5 of 5 energy terms; budget 1 N m.
  * torque: generalized torque tau = D(q) qdd + h(q, qd) + c(q);
  *   22 (12 mult + 10 add), 4 sin and cos.
- * inertia: inertia matrix D(q), its rows one after another;
+ * inertia: mass matrix D(q), row by row;
  *   4 (1 mult + 3 add), 1 sin and cos.
  * coriolis_centrifugal: Coriolis and centrifugal torque h(q, qd);
  *   11 (7 mult + 4 add), 1 sin and cos.
@@ -18,7 +18,7 @@
  * SHA-256 of the model file:
  *   HASH
  *
- * Joints in their order, with their names where these differ:
+ * Joints in order, with their original names if these differ:
  *   1: shoulder, revolute: q in rad, tau in N m
  *   2: elbow, revolute: q in rad, tau in N m
  * Links: upper rod, fore rod
@@ -36,7 +36,7 @@
  * Call every function with arrays of as many numbers as it declares. It allocates nothing, has no state and
  * may be called from several threads. An output array may be an input array.
  * two_link_torque_many takes count states at once, in arrays that hold joint 1 of all states, then
- * joint 2: q[joint * count + state]. Compilers vectorise it (gcc -O3 -march=native).
+ * joint 2: q[joint * count + state]. Compilers vectorize it (gcc -O3 -march=native).
  */
 #ifndef GD_ANALYZE_TWO_LINK_H
 #define GD_ANALYZE_TWO_LINK_H
@@ -55,22 +55,22 @@ enum {
 
 /* largest torque error at the states the model was fitted on */
 extern const double two_link_sampled_error[2];
-/* no state within the box has a larger torque error */
+/* bound on the torque error at all states within the box */
 extern const double two_link_error_bound[2];
 /* the box: lowest positions */
 extern const double two_link_lower[2];
 /* the box: highest positions */
 extern const double two_link_upper[2];
-/* the box: largest velocities, either way */
+/* the box: largest velocities in both directions */
 extern const double two_link_velocity[2];
-/* the box: largest accelerations, either way */
+/* the box: largest accelerations in both directions */
 extern const double two_link_acceleration[2];
-/* 1 where a state lies within the box, 0 where it does not or is no number */
+/* 1 if a state lies within the box, 0 if not, or for nan */
 int two_link_is_within(const double q[2], const double qd[2], const double qdd[2]);
 
 /* generalized torque tau = D(q) qdd + h(q, qd) + c(q) */
 void two_link_torque(const double q[2], const double qd[2], const double qdd[2], double tau[2]);
-/* inertia matrix D(q), its rows one after another */
+/* mass matrix D(q), row by row */
 void two_link_inertia(const double q[2], double D[4]);
 /* Coriolis and centrifugal torque h(q, qd) */
 void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double h[2]);

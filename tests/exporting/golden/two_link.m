@@ -6,7 +6,7 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 % Level energy: 5 of 5 energy terms; budget 1 N m.
 % torque: generalized torque tau = D(q) qdd + h(q, qd) + c(q);
 %   22 (12 mult + 10 add), 4 sin and cos.
-% inertia: inertia matrix D(q), its rows one after another;
+% inertia: mass matrix D(q), row by row;
 %   4 (1 mult + 3 add), 1 sin and cos.
 % coriolis_centrifugal: Coriolis and centrifugal torque h(q, qd);
 %   11 (7 mult + 4 add), 1 sin and cos.
@@ -20,7 +20,7 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 % SHA-256 of the model file:
 %   HASH
 %
-% Joints in their order, with their names where these differ:
+% Joints in order, with their original names if these differ:
 %   1: shoulder, revolute: q in rad, tau in N m
 %   2: elbow, revolute: q in rad, tau in N m
 % Links: upper rod, fore rod
@@ -50,11 +50,11 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
     if nargout > 4
         stated = struct( ...
             'sampled_error', [0.0; 0.0], ... % largest torque error at the states the model was fitted on
-            'error_bound', [0.1; 0.433334], ... % no state within the box has a larger torque error
+            'error_bound', [0.1; 0.433334], ... % bound on the torque error at all states within the box
             'lower', [-0.7; -0.7], ... % the box: lowest positions
             'upper', [1.1; 1.1], ... % the box: highest positions
-            'velocity', [2.3; 2.3], ... % the box: largest velocities, either way
-            'acceleration', [3.3; 3.3], ... % the box: largest accelerations, either way
+            'velocity', [2.3; 2.3], ... % the box: largest velocities in both directions
+            'acceleration', [3.3; 3.3], ... % the box: largest accelerations in both directions
             'joints', 2);
     end
 end
@@ -99,7 +99,7 @@ function [tau] = two_link_torque(q, qd, qdd)
 end
 
 function [D] = two_link_inertia(q)
-% inertia matrix D(q), its rows one after another
+% mass matrix D(q), row by row
     q2 = q(2, :);
     cos_q2 = cos(q2);
     t2 = 0.5 .* cos_q2;
