@@ -72,7 +72,7 @@ def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     if given.certificate is None:
         yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {given.unproven}."
         return
-    # Name by name, as a text of many joints would be cut.
+    # Joint by joint: one text for many joints would be cut.
     where = ", ".join(map(foreign, given.certificate.box.where.split(", ")))
     yield f"Proven: no state of the following box ({where}) has an error above the bound."
     headings = ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"]

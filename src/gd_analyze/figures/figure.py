@@ -224,7 +224,7 @@ def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis
 def ticks(low: float, high: float, most: int = 3) -> list[float]:
     """Round values inside a range, 1, 2 or 5 of a decade apart, at most one more than `most`.
 
-    If only one remains, which shows no scale, those of the next smaller step.
+    If that leaves a single one, which shows no scale, the next smaller step is used.
     """
     width = high - low
     # Rounding may put a round value at the end of the range outside it.

@@ -263,7 +263,7 @@ def _text(
 
 
 def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
-    """Draw a legend in as many lines as the width, pt, asks for; also their height, pt."""
+    """Draw a legend in as many lines as the width, pt, requires; also return their height, pt."""
     parts, x, y, size = [], 0.0, 0.0, 7.5
     for key in keys:
         mark, label = 15.0 if key.kind == "area" else 18.0, 0.46 * size * len(key.label)

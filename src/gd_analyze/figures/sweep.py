@@ -104,7 +104,7 @@ def maps_figure(found: xr.Dataset) -> Figure:
     places = np.arange(len(grid)) + 0.5
     at, axis = ticks(grid[0], grid[-1], 4), _axis(found, across)
     names = [tick_label(value) for value in at]
-    # Above the panel the unit would be that of what the map shows.
+    # Above the panel the unit would seem to be that of the map.
     names[-1:] = [f"{names[-1]} {pretty(str(found.unit.values[1]))}".rstrip()]
     y = Axis(0.0, float(len(grid)), tuple(np.interp(at, grid, places).tolist()), names=tuple(names))
     panels = []

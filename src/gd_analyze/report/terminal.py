@@ -15,13 +15,13 @@ WIDTH = 80
 # Length of a shortened name.
 _LEAST_NAME = 12
 _NARROWEST_HEADING = 9
-# Lines of a column's heading, and its cells.
+# Heading lines and cells of a column.
 _Block = tuple[list[str], list[str]]
 _UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b|×)")
 
 
 def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str) -> str:
-    """Write a result as lines of `width` columns; a table that needs more of numbers alone is wider.
+    """Write a result as lines of `width` columns; tables whose numbers need more are wider.
 
     `bold` marks up headings.
     """
@@ -113,7 +113,7 @@ def _table(table: Table, width: int) -> list[str]:
 
 
 def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) -> list[_Block]:
-    """Wrap the widest column of text, where that leaves it room enough."""
+    """Wrap the widest text column if that leaves it enough room."""
     room, widest = max(
         (is_text * max(map(_length, cells)), k)
         for k, (is_text, (_, cells)) in enumerate(zip(are_text, blocks, strict=True))

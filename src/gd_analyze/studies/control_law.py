@@ -152,9 +152,9 @@ class Tolerance:
             kind, moves = ("a length", "turns") if "prismatic" in given else ("an angle", "slides")
             wanted = "0.1deg" if moves == "turns" else "1mm"
             raise UsageError(
-                "no joint has such a tolerance",
+                "the tolerance applies to no joint",
                 where=where,
-                expected=f"{wanted}, say: every joint {moves}",
+                expected=f"such as {wanted}: every joint {moves}",
                 found=f"{kind}: {text.strip()!r}",
             )
         return cls(**given)
