@@ -58,12 +58,12 @@ def trials(name: str, arm: RobotArm, runs: int) -> list[str]:
         start = time.process_time()
         found = gd.identify(arm, log)
         seconds += time.process_time() - start
-        told = np.array([one.told for one in found.parameters])
+        identifiable = np.array([one.identifiable for one in found.parameters])
         values, errors = (
             np.array([getattr(one, key) for one in found.parameters]) for key in ("value", "error")
         )
-        off.append(np.where(told, np.abs(values - true.base) / errors, np.nan))
-        known.append(told.sum())
+        off.append(np.where(identifiable, np.abs(values - true.base) / errors, np.nan))
+        known.append(identifiable.sum())
         _, other = fourier(arm, SECONDS, FRESH_RATE, 10_000 + run)
         coulomb, viscous, offset = found.friction.T
         ours = gd.ExactDynamics.of(found.arm, other, drives=True).torque
@@ -100,7 +100,7 @@ def main() -> None:
         arms["UR10"] = gd.load_arm(given.ur10, limits="all=10")
     heading = [
         "arm",
-        "base parameters told",
+        "base parameters identifiable",
         "within three standard errors",
         "fewest",
         "fresh torque / noise floor, median",

@@ -1,4 +1,4 @@
-"""What logs of known arms tell: the numbers, their errors, what is not told, and what is refused."""
+"""What logs of known arms tell: the numbers, their errors, what is not identifiable, and what is refused."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def values(found: Identification, name: str = "value") -> FloatArray:
     return np.array([getattr(one, name) for one in found.parameters])
 
 
-def told(found: Identification) -> np.ndarray:
-    return np.array([one.told for one in found.parameters])
+def identifiable(found: Identification) -> np.ndarray:
+    return np.array([one.identifiable for one in found.parameters])
 
 
 def test_rows_are_torque_by_what_it_is_linear_in(true, motion):
@@ -88,7 +88,7 @@ def test_columns_of_links_are_pinocchios(puma, motion):
 @pytest.mark.parametrize("physical", [False, True])
 def test_an_exact_log_tells_the_exact_numbers(puma, true, motion, physical):
     exact = gd.identify(puma, true.exact_log(*motion), physical=physical)
-    assert told(exact).all()
+    assert identifiable(exact).all()
     # The semidefinite program weighs by 1e5 at most, and so leaves some 1e-5 of plausible sizes; signs cost
     # nothing here, and round-off grows with the condition number.
     close = 1e-5 if physical else 1e-9
@@ -98,9 +98,9 @@ def test_an_exact_log_tells_the_exact_numbers(puma, true, motion, physical):
 
 
 def test_noise_is_stated_by_standard_errors(puma, true, motion, found):
-    assert told(found).sum() >= 35
+    assert identifiable(found).sum() >= 35
     for which in ("value", "least_squares"):
-        off = ((values(found, which) - true.base) / values(found, "error"))[told(found)]
+        off = ((values(found, which) - true.base) / values(found, "error"))[identifiable(found)]
         # Normal, but for some thirty-six draws of it: 1 with a standard deviation of 0.12, and the bias of
         # noise in positions, which the errors do not hold.
         assert 0.5 < np.sqrt((off**2).mean()) < 1.5
@@ -163,18 +163,18 @@ def test_what_one_moving_joint_does_not_tell_keeps_the_files_values(puma, true, 
         found = gd.identify(puma, true.exact_log(time, states), physical=False)
     assert found.silent == (1, 2, 4, 5, 6)
     # Inertia about the third axis with its drive, and the first moments that gravity acts on.
-    assert 1 <= told(found).sum() <= 6
-    names = {one.symbol for one in found.parameters if one.told}
+    assert 1 <= identifiable(found).sum() <= 6
+    names = {one.symbol for one in found.parameters if one.identifiable}
     assert not {name for name in names if name.endswith(("1", "2"))}
     # Directions of which the log has nothing: exactly the file's values, but for round-off.
     file, plain, sizes = values(found, "file"), values(found, "least_squares"), found.estimate.sizes
     untouched = np.abs(
-        base_matrix(puma)[1] @ (found.estimate.directions[: found.estimate.told, :66] * sizes[:66]).T
+        base_matrix(puma)[1] @ (found.estimate.directions[: found.estimate.identifiable, :66] * sizes[:66]).T
     )
     silent = untouched.max(axis=1) <= 1e-9 * (np.abs(base_matrix(puma)[1]) @ sizes[:66])
     assert silent.sum() >= 10
     np.testing.assert_allclose(plain[silent], file[silent], rtol=1e-6, atol=1e-9)
-    assert not told(found)[silent].any()
+    assert not identifiable(found)[silent].any()
     assert np.isnan(found.friction_error[~moves]).all()
 
 
@@ -209,12 +209,12 @@ def test_an_unknown_payload_is_found(puma, true, motion):
     assert (np.abs(off) < 4.0).all()
     assert found.payload[1][0] < 0.1
     # Known to be bare, the arm's own last link stays what it is.
-    assert np.abs((values(found) - true.base) / values(found, "error"))[told(found)].max() < 4.5
+    assert np.abs((values(found) - true.base) / values(found, "error"))[identifiable(found)].max() < 4.5
 
 
 def test_links_that_a_file_states_nothing_of_begin_as_rods(puma, true, motion):
     found = gd.identify(massless(puma), true.exact_log(*motion))
-    assert told(found).sum() >= 36
+    assert identifiable(found).sum() >= 36
     assert (found.arm.mass > 0.0).all()
     _, fresh = fourier(puma, 6.0, 20.0, 8)
     ours = gd.ExactDynamics.of(found.arm, fresh, drives=True).torque
@@ -382,5 +382,5 @@ def test_readings_that_are_missing_and_gaps(puma, true, motion, found):
     gappy = replace(log, recording=replace(log.recording, torque=torque), gaps=(400,))
     again = gd.identify(puma, gappy)
     # Fewer rows of joint 3: its numbers are less well known, and right all the same.
-    off = ((values(again) - true.base) / values(again, "error"))[told(again)]
+    off = ((values(again) - true.base) / values(again, "error"))[identifiable(again)]
     assert np.abs(off).max() < 4.0

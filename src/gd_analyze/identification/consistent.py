@@ -2,7 +2,7 @@
 
 A body of non-negative density has a positive definite pseudo-inertia [[second moment, m r], [m r^T, m]] (P.
 Wensing, S. Kim, J.-J. Slotine, Linear matrix inequalities for physically consistent inertial parameter
-identification, IEEE Robotics and Automation Letters 3, 2018). Along directions told by the logs, the numbers
+identification, IEEE Robotics and Automation Letters 3, 2018). Along identifiable directions, the numbers
 deviate from the least squares by as few standard errors as possible; along others they stay as close to the
 file as possible, in plausible sizes.
 """
@@ -114,9 +114,9 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
 
 def _objective(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
     """A and b of the objective |A x - b|^2, with x in plausible sizes from the start."""
-    untold = len(estimate.start) - estimate.told
-    weights = np.concatenate([np.minimum(estimate.strength, _SHARPEST), np.ones(untold)])
-    steps = np.concatenate([estimate.steps, np.zeros(untold)])
+    unidentifiable = len(estimate.start) - estimate.identifiable
+    weights = np.concatenate([np.minimum(estimate.strength, _SHARPEST), np.ones(unidentifiable)])
+    steps = np.concatenate([estimate.steps, np.zeros(unidentifiable)])
     return weights[:, None] * estimate.directions, weights * steps
 
 

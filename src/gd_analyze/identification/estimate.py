@@ -1,8 +1,8 @@
 """Weighted least squares for parameters of which a log tells only some directions.
 
 Unknowns are scaled by their plausible sizes, and rows by the standard deviation of their joint's residuals. A
-direction is told if a change of plausible size would show by three standard errors; along all others the
-numbers stay unchanged. The result is the solution nearest to the arm's file.
+direction is identifiable if a change of plausible size would show by three standard errors; along all others
+the numbers stay unchanged. The result is the solution nearest to the arm's file.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Estimate:
     start, sizes
         Numbers to start from, and their plausible sizes, (p,).
     directions
-        Orthonormal directions, in units of these sizes, told ones first, (p, p).
+        Orthonormal directions, in units of these sizes, identifiable ones first, (p, p).
     strength
-        Singular values: one over the standard error along each told direction, (k,).
+        Singular values: one over the standard error along each identifiable direction, (k,).
     steps
         Distance of the solution from the start along these, (k,).
     noise
@@ -62,35 +62,36 @@ class Estimate:
     correlated: FloatArray
 
     @property
-    def told(self) -> int:
-        """Number of told directions."""
+    def identifiable(self) -> int:
+        """Number of identifiable directions."""
         return len(self.strength)
 
     @property
     def condition(self) -> float:
-        """Condition number of the equations along told directions."""
-        return float(self.strength[0] / self.strength[-1]) if self.told else np.nan
+        """Condition number of the equations along identifiable directions."""
+        return float(self.strength[0] / self.strength[-1]) if self.identifiable else np.nan
 
     @property
     def values(self) -> FloatArray:
         """The solution, (p,)."""
-        return self.start + self.sizes * (self.steps @ self.directions[: self.told])
+        return self.start + self.sizes * (self.steps @ self.directions[: self.identifiable])
 
     @property
     def deviations(self) -> FloatArray:
-        """One standard error along each told direction, (k, p): D^T D is the covariance."""
-        return self.sizes * self.directions[: self.told] / self.strength[:, None]
+        """One standard error along each identifiable direction, (k, p): D^T D is the covariance."""
+        return self.sizes * self.directions[: self.identifiable] / self.strength[:, None]
 
     @property
     def open(self) -> FloatArray:
-        """One plausible size along each untold direction, (p - k, p)."""
-        return self.sizes * self.directions[self.told :]
+        """One plausible size along each unidentifiable direction, (p - k, p)."""
+        return self.sizes * self.directions[self.identifiable :]
 
 
 def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArray) -> Estimate:
     """Solve the equations of all joints, each weighted by the noise of its residuals.
 
-    Noise is the residual of all directions together: with told ones only, the definition would be circular.
+    Noise is the residual of all directions together: with identifiable ones only, its definition would be
+    circular.
     """
     p, known = len(start), [i for i, each in enumerate(rows) if len(each.torque)]
     noise, correlated = np.full(len(rows), np.nan), np.ones(len(rows))
@@ -117,9 +118,9 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
             break
     r = weighed()
     left, strength, directions = np.linalg.svd(r[:, :p])
-    told = int((strength > SIGMAS).sum())
-    steps = (left.T @ r[:, p])[:told] / strength[:told]
-    return Estimate(start, sizes, directions, strength[:told], steps, noise, correlated)
+    identifiable = int((strength > SIGMAS).sum())
+    steps = (left.T @ r[:, p])[:identifiable] / strength[:identifiable]
+    return Estimate(start, sizes, directions, strength[:identifiable], steps, noise, correlated)
 
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:

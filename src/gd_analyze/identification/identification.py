@@ -24,7 +24,7 @@ class IdentifiedParameter:
     value: float  # identified: physically consistent, if that was asked for
     error: float  # standard error; plausible size if the log does not tell the parameter
     size: float  # plausible size
-    told: bool  # whether a change of a third of its plausible size would show in the log
+    identifiable: bool  # whether a change of a third of its plausible size would show in the log
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +72,13 @@ class Identification:
         The base parameters, drives included, from base to tip.
     friction, friction_error
         Coulomb and viscous friction and offset of every joint, N m, N m s, N m (N, N s/m, N), and standard
-        errors, nan where not told; (n, 3).
+        errors, nan where not identifiable; (n, 3).
     drive_inertia, drive_error
         Drive inertia at the joints, kg m^2 (kg), and standard errors, (n,); partly inseparable from links.
     residuals
         Residual torques by joint.
     estimate
-        Least squares of all unknowns: noise by joint, condition number, told directions.
+        Least squares of all unknowns: noise by joint, condition number, identifiable directions.
     payload
         Mass, kg, and centre of mass, m, in the frame of the arm's tip, and standard errors of these four,
         (2, 4); None without loaded logs.
@@ -100,8 +100,8 @@ class Identification:
     payload: FloatArray | None = None
 
     def __repr__(self) -> str:
-        told = sum(one.told for one in self.parameters)
-        return f"Identification({self.given.name!r}, {told} of {len(self.parameters)} base parameters told)"
+        count, of = sum(one.identifiable for one in self.parameters), len(self.parameters)
+        return f"Identification({self.given.name!r}, {count} of {of} base parameters identifiable)"
 
     @cached_property
     def silent(self) -> tuple[int, ...]:

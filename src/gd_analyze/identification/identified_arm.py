@@ -37,15 +37,15 @@ def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
 def base_of(
     arm: RobotArm, estimate: Estimate, values: FloatArray, unknowns: Unknowns
 ) -> tuple[IdentifiedParameter, ...]:
-    """Base parameters: of the file, by least squares, identified, with errors, and whether told."""
+    """Base parameters: of the file, by least squares, identified, with errors, and whether identifiable."""
     names, matrix = base_matrix(arm)
     inertial = slice(0, unknowns.of_drives.stop)
     file, plain, found = (matrix @ x[inertial] for x in (estimate.start, estimate.values, values))
     rows = estimate.deviations[:, inertial], estimate.open[:, inertial]
     known, unknown = (np.square(some @ matrix.T).sum(axis=0) for some in rows)
     size = np.sqrt(np.square(matrix * estimate.sizes[inertial]).sum(axis=1))
-    told = SIGMAS * np.sqrt(unknown) <= size
-    errors = np.sqrt(np.where(told, known, known + unknown))
+    identifiable = SIGMAS * np.sqrt(unknown) <= size
+    errors = np.sqrt(np.where(identifiable, known, known + unknown))
     return tuple(
         IdentifiedParameter(
             *name,
@@ -54,7 +54,7 @@ def base_of(
             float(found[k]),
             float(errors[k]),
             float(size[k]),
-            bool(told[k]),
+            bool(identifiable[k]),
         )
         for k, name in enumerate(names)
     )
@@ -140,9 +140,10 @@ def sources_of(
     """State day, logs with fingerprints, standard errors, and parameters that the logs do not tell."""
     kinds = (("", fitted), (", with a payload", loaded), (", held out", apart))
     logs = [f"{log.name}{how} (SHA-256 {log.fingerprint[:16]})" for how, kind in kinds for log in kind]
-    untold = [one.symbol for one in parameters if not one.told]
-    kept = f" The logs do not tell {', '.join(untold)}: nearest to the file's." if untold else ""
-    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in parameters if x.told)
+    others = ", ".join(one.symbol for one in parameters if not one.identifiable)
+    kept = f" Not identifiable, kept near the file's values: {others}." if others else ""
+    known = (one for one in parameters if one.identifiable)
+    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in known)
     day = datetime.date.today().isoformat()
     return f"Identified by gd-analyze on {day} from {'; '.join(logs)}. Standard errors: {errors}.{kept}"
 

@@ -68,9 +68,9 @@ def identify(
     loaded
         Recordings with an unknown payload at the tip, whose mass and centre of mass are identified, too.
     physical
-        Take the physically consistent parameters nearest to the least squares and, along untold directions,
-        to the file, by a semidefinite program; otherwise only keep masses, drive inertias and friction
-        non-negative.
+        Take the physically consistent parameters nearest to the least squares and, along unidentifiable
+        directions, to the file, by a semidefinite program; otherwise only keep masses, drive inertias and
+        friction non-negative.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def identify(
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
     values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
     parameters = base_of(arm, estimate, values, unknowns)
-    if not any(one.told for one in parameters):
+    if not any(one.identifiable for one in parameters):
         raise UsageError(
             "the logs do not determine the links",
             where=f"arm {arm.name}",
@@ -251,8 +251,8 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
 
 def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
     """Warn of first moments, which gravity shows, that are far larger or smaller than the file's."""
-    told = [one for one in parameters if one.told and one.unit == "kg m"]
-    found, file = (float(np.linalg.norm([getattr(one, x) for one in told])) for x in ("value", "file"))
+    some = [one for one in parameters if one.identifiable and one.unit == "kg m"]
+    found, file = (float(np.linalg.norm([getattr(one, x) for one in some])) for x in ("value", "file"))
     if file > 0.0 and not 1.0 / _HEAVY < found / file < _HEAVY:
         what = f"the identified first moments, m r, are {number(found / file)} times the file's"
         message = f"{what}: is the torque in N m, or are these currents (--torque-constant)?"

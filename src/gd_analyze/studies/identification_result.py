@@ -78,11 +78,11 @@ def identification_result(
     found: Identification, answer: Supported | None, provenance: Mapping[str, str]
 ) -> Result:
     """Facts, tables and drawings."""
-    arm, told = found.given, [one for one in found.parameters if one.told]
+    arm, known = found.given, [one for one in found.parameters if one.identifiable]
     held = f"held out: {', '.join(found.held_out) or 'the last third of each'}"
     loaded = f", with a payload {', '.join(found.loaded)}" if found.loaded else ""
     facts = [
-        Fact("", "Base parameters told", f"{len(told)} of {len(found.parameters)}", shown="text"),
+        Fact("", "Base parameters identifiable", f"{len(known)} of {len(found.parameters)}", shown="text"),
         Fact("condition", "Condition number", found.estimate.condition),
         Fact("physical", "Physically consistent", found.physical, shown="flag"),
         *(Fact(key, "", list(getattr(found, key))) for key in ("logs", "held_out", "loaded")),
@@ -150,11 +150,12 @@ def _headline(found: Identification, answer: Supported | None) -> str:
 
 def _notices(found: Identification) -> Iterator[str]:
     if found.silent:
-        yield f"{named_joints(found.silent, found.given.n_joints)} does not move: its friction is not told."
-    untold = [one.symbol for one in found.parameters if not one.told]
-    if untold:
+        still = named_joints(found.silent, found.given.n_joints)
+        yield f"{still} does not move: its friction is not identifiable."
+    others = ", ".join(one.symbol for one in found.parameters if not one.identifiable)
+    if others:
         yield (
-            f"Not told by the logs, kept near the file's values: {', '.join(untold)}. "
+            f"Not identifiable from the logs, kept near the file's values: {others}. "
             "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
         )
     if not found.given.mass.any():
@@ -238,13 +239,15 @@ def _friction_table(found: Identification) -> Table:
         unit = f"{turning} ({sliding})" if slides else turning
         columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
         columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
-    note = "With standard errors; –: not told. A drive's inertia is only partly separable from the links'."
+    note = (
+        "With standard errors; –: not identifiable. Drive inertia is only partly separable from the links'."
+    )
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
 
 
 def _changed_table(found: Identification) -> Table:
-    told = [one for one in found.parameters if one.told]
-    order = sorted(told, key=lambda one: -abs(one.value - one.file) / one.error)[:_MOST_CHANGED]
+    known = [one for one in found.parameters if one.identifiable]
+    order = sorted(known, key=lambda one: -abs(one.value - one.file) / one.error)[:_MOST_CHANGED]
     columns = (
         Column("symbol", "parameter", [one.symbol for one in order], shown="text"),
         Column("", "link", [found.given.links[one.link - 1].name for one in order], shown="name"),
@@ -270,11 +273,11 @@ def _parameter_table(found: Identification) -> Table:
         Column("least_squares", "least squares", [one.least_squares for one in rows]),
         Column("value", "identified", [one.value for one in rows]),
         Column("error", "standard error", [one.error for one in rows]),
-        Column("told", "told", [one.told for one in rows], shown="flag"),
+        Column("identifiable", "identifiable", [one.identifiable for one in rows], shown="flag"),
     )
     note = (
-        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that is not told the error "
-        "is its plausible size."
+        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that is not identifiable "
+        "the error is its plausible size."
     )
     return Table("parameters", "Base parameters", columns, note)
 
