@@ -75,8 +75,8 @@ def rows(files: list[str]) -> Iterator[str]:
 
 def main() -> None:
     """Write the study, line by line, as some take long."""
-    head = (__doc__ or "").splitlines()[0]
-    lines = [f"# {head}", "", *(__doc__ or "").splitlines()[2:4], "", f"On {machine()}.", ""]
+    head = (__doc__ or "").partition("?")[0]
+    lines = [f"# {head}?", "", *(__doc__ or "").splitlines()[2:4], "", f"On {machine()}.", ""]
     lines += ["| arm | motion | exact | main job's search | s | `--effort 10` | s | main job's, more |"]
     lines += ["|---|---|---|---|---|---|---|---|"]
     with without_cache(), warnings.catch_warnings():
@@ -84,7 +84,7 @@ def main() -> None:
         for row in rows(sys.argv[1:]):
             print(row, flush=True)
             lines.append(row)
-    Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n")
+            Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
