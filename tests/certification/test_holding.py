@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification import holding
+from gd_analyze.certification import falsification, holding
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
+from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -148,7 +149,7 @@ def test_within_limits_other_states_keep_the_budget_too(puma):
     assert (off > 1.05 * allowed).any()
     assert held.certificate is None
     assert (held.found <= allowed).all()
-    assert held.tried == holding.TRIED
+    assert held.tried == falsification.TRIED
     assert held.model.accuracy.fitted_on == exact.states.described
 
 
@@ -162,7 +163,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
     with without_cache():
         tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
-    assert tried.tried == holding.TRIED
+    assert tried.tried == falsification.TRIED
     rng = np.random.default_rng(0)
     for motion in taken_apart(motions):
         alone, own = gd.ExactDynamics.of(two_link, motion), gd.Tube.along(two_link, motion)
@@ -180,7 +181,7 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
     with without_cache():
         held = gd.simplify_held(exact, "30%", tube)
-    assert (held.tried, held.where) == (holding.TRIED, tube.where)
+    assert (held.tried, held.where) == (falsification.TRIED, tube.where)
     certificate = gd.certify(held.model, tube)
     assert (held.found <= exact.allowed("30%")).all()
     # An ascent to the ends of small boxes finds nearly all that the proof allows for.
@@ -240,7 +241,7 @@ def test_an_ascent_stays_inside_and_never_descends():
         return np.abs(np.einsum("ksn,kn->s", states, slope))[None]
 
     start = rng.uniform(lower, upper)
-    reached = holding._climbed(share, 0, start, lower, upper)
+    reached = falsification._climbed(share, 0, start, lower, upper)
     assert ((reached >= lower) & (reached <= upper)).all()
     assert (share(reached) >= share(start)).all()
     # A linear error is largest at the ends that one of its two signs points to.
@@ -254,7 +255,7 @@ def test_a_recursion_goes_back_on_its_way_as_far_as_the_budget_asks(two_link, sw
     allowed, level = exact.allowed("1%"), gd.LEVELS["recursive"]
 
     def errors(changes):
-        torque = level.write(exact.form, changes, holding.THOROUGH).run(holding.inputs_of(exact.states))
+        torque = level.write(exact.form, changes, THOROUGH).run(inputs_of(exact.states))
         return np.abs(torque.T - exact.torque).max(axis=0)
 
     way = []

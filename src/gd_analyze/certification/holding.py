@@ -10,25 +10,23 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import CHUNK, FloatArray
+from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
+from gd_analyze.certification.falsification import AT_ONCE, TRIED, worst_found
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.harmonics.expansion import TooLongError
-from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
-from gd_analyze.operations.program import Batch
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.cache import keep, kept
-from gd_analyze.simplification.effort import COUNTING, THOROUGH, inputs_of, named
+from gd_analyze.simplification.effort import COUNTING, THOROUGH, named
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
@@ -54,11 +52,6 @@ _MUCH = 0.85
 _EFFORT = 0.25
 # States drawn at first, beside those given; total for recursions along a tube.
 _DRAWN, _CORNERS = 300, 4000
-# Random states per round, and at a time; most of them added per joint: those that exceed the budget or, for
-# models that are always refitted, reach this share of it.
-TRIED, _AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
-# Steps of an ascent, and its largest move within limits, as a share of every range.
-_STEPS, _NEAR = 3, 0.03
 # A bound above the budget by more than this is not improved, nor any after this many rounds.
 _LOOSE, _CLOSING = 1.5, 8
 
@@ -380,8 +373,8 @@ class _Rounds:
         along = isinstance(self.region, Tube)
         if not self.certified and (model.level.always_refits or not along):
             # For a recursion this is faster than a proof; fewer are enough if the proof succeeds.
-            count = _AT_ONCE if along else TRIED
-            found, states = _tried(model, self.exact, self.region, allowed, seed, count)
+            count = AT_ONCE if along else TRIED
+            found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
                 return Held(model, None, TRIED, found, where), states
         certificate = _proof(model, self.region, self.effort, certified=self.certified)
@@ -391,7 +384,7 @@ class _Rounds:
             if self.certified or (found <= loose * allowed).all():
                 states = np.stack(certificate.worst_states)[:, found > allowed]
                 return Held(model, certificate, 0, found, where), states
-        found, states = _tried(model, self.exact, self.region, allowed, seed, TRIED)
+        found, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
         return Held(model, certificate, TRIED, found, where), states
 
     def _written(self, held: Held, allowed: FloatArray) -> Held:
@@ -413,80 +406,6 @@ def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified
         if (some := usual_effort(model, effort)) is not None:
             return certify(model, region, effort=some, harmonics=harmonics)
     return None
-
-
-def _tried(
-    model: SimplifiedModel,
-    exact: ExactDynamics,
-    region: Box | Tube,
-    allowed: FloatArray,
-    seed: int,
-    count: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
-    rng, n = np.random.default_rng(seed), len(allowed)
-    least = _NEARLY if model.level.always_refits else 1.0
-    # Over a whole box an ascent finds errors so rare that a recursion without them takes 2 to 5 % more
-    # operations, and twice the search time.
-    climbs = isinstance(region, Tube) or not model.level.always_refits
-
-    @cache
-    def batches(count: int) -> tuple[Batch, Batch]:
-        return Batch(model.program, count), Batch(exact.form.program, count)
-
-    def share(states: FloatArray, counts: FloatArray) -> FloatArray:
-        """Errors over allowed ones at states (3, N, n), shape (n, N); counts (M, n) repeat."""
-        inputs = inputs_of(States(*states))
-        found, torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
-        off = found - torque
-        each = np.abs(off) / allowed[:, None]
-        return np.asarray((each.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
-
-    largest, worst = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(count // _AT_ONCE):
-        if (largest > 1.0).any():
-            break  # ascents from the first ones have found enough
-        lower, upper, counts = region.pieces(_AT_ONCE, rng)
-        states = rng.uniform(lower, upper)
-        for i, errors in enumerate(share(states, counts)):
-            top = np.argpartition(-errors, _JOINING)[:_JOINING]
-            reached = states[:, top]
-            low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
-            if isinstance(region, Box):  # slightly farther than states were drawn
-                near = _NEAR * (high - low)
-                low, high = np.maximum(low, reached - near), np.minimum(high, reached + near)
-            here = partial(share, counts=counts[top])
-            reached = _climbed(here, i, reached, low, high) if climbs else reached
-            errors = here(reached)
-            largest = np.maximum(largest, errors.max(axis=1))
-            worst.append(reached[:, errors[i] > least])
-    return largest * allowed, np.concatenate(worst, axis=1)
-
-
-def _climbed(
-    share: Callable[[FloatArray], FloatArray],
-    joint: int,
-    states: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-) -> FloatArray:
-    """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
-    count, n = states.shape[1:]
-    for _ in range(_STEPS):
-        here = share(states)[joint]
-        # By end, kind and number of the variable that moves.
-        moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
-        for end, kind, k in np.ndindex(2, 3, n):
-            moved[end, kind, k, kind, :, k] = (lower, upper)[end][kind, :, k]
-        every = np.moveaxis(moved, 3, 0).reshape(3, -1, n)
-        there = share(every)[joint].reshape(2, 3, n, count).swapaxes(2, 3)
-        ends = np.where(there[1] > there[0], upper, lower)
-        trial = np.where(there.max(axis=0) > here[:, None], ends, states)
-        better = share(trial)[joint] > here
-        if not better.any():
-            break
-        states = np.where(better[:, None], trial, states)
-    return states
 
 
 def _finished(
