@@ -75,7 +75,7 @@ def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
     assert names_in(tmp_path) == ["one", "two"]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="SIGKILL is a matter of POSIX")
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL, which only POSIX has")
 def test_what_a_killed_process_left_goes_after_a_day(tmp_path):
     path = tmp_path / "file.txt"
     path.write_text("old")

@@ -14,7 +14,7 @@ import pytest
 KILLS = int(os.environ.get("GD_ANALYZE_KILLS", "9"))
 
 
-@pytest.mark.skipif(os.name != "posix", reason="SIGKILL and fork are matters of POSIX")
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL and fork, which only POSIX has")
 def test_kills(tmp_path):
     words = [sys.executable, str(Path(__file__).parent / "kills.py"), str(tmp_path), str(KILLS), "1987"]
     alone = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # as the process forks

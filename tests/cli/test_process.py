@@ -20,7 +20,7 @@ from gd_analyze.simplification.effort import kept_programs
 
 SLOW = {"numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio"}
 SLOW |= {"typst", "jinja2", "pydantic", "rich"}
-POSIX = pytest.mark.skipif(sys.platform == "win32", reason="of POSIX: signals, terminals, closed streams")
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals, terminals, streams")
 
 
 @pytest.mark.parametrize("words", ["-h", "plan --help", "simplify --help", "--version"])
@@ -84,7 +84,9 @@ def test_failures_of_the_program_and_the_machine(process, motion, failure, says)
     assert "Traceback" not in result.err
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="/dev/full plays the full disk, and is not there")
+@pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="/dev/full, which stands for a full disk, is missing"
+)
 def test_a_full_disk_behind_standard_output(process):
     with Path("/dev/full").open("w") as full:
         done = process("arms", stdout=full)
@@ -168,7 +170,7 @@ def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
     assert (result.code, result.err) == (0, "")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="on Linux only may a name be no text")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux allows file names that are not text")
 def test_a_name_that_is_no_text_is_refused(here):
     command = [os.fsencode(sys.executable), b"-c", PROGRAM.encode(), b"two_link", b"\xff.csv"]
     done = subprocess.run(command, capture_output=True, check=False)

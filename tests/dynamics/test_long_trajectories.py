@@ -190,7 +190,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the peak is counted in other units")
+@pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss has other units elsewhere")
 def test_the_peak_does_not_grow_with_the_decomposition(tmp_path):
     """Per set point of a six-joint arm there stay 8 bytes each of
     - time, q, qd and qdd: 19 numbers, as made and in the trajectory, and 12 sines and cosines.

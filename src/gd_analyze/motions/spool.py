@@ -34,7 +34,7 @@ class Spool:
         self._parts.append(rows)
         if self._file is None and self._rows * self._width > _MOST:
             # The mapping outlives the open file.
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - open from block to block, for no `with`
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - stays open between blocks, so no `with` fits
         if self._file is not None:
             for part in self._parts:
                 np.ascontiguousarray(part).tofile(self._file)
