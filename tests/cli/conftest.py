@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from program import PROGRAM
 
 import gd_analyze as gd
 from gd_analyze.cli.entry import main
@@ -61,9 +62,6 @@ def run(here: Path, capsys: pytest.CaptureFixture[str]) -> Run:
         return Result(code, captured.out, captured.err)
 
     return call
-
-
-PROGRAM = "from gd_analyze.cli import main\nmain()"
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 
 import pytest
+from program import PROGRAM
 
 import gd_analyze as gd
-from conftest import PROGRAM
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.effort import kept_programs
 
