@@ -1,4 +1,4 @@
-"""The command as a program for another process; a conftest cannot be imported where folders are tested together."""
+"""The command as a program for another process; folders tested together cannot import a conftest."""
 
 from __future__ import annotations
 
