@@ -130,19 +130,64 @@ class _TorqueEntry(Checked):
 
 
 class TermLevel(HarmonicLevel):
-    """Terms of tau' in absolute velocities."""
+    """Explicit D, h and c: a term of D' stands in D'_ij and D'_ji alike, those of h' and c' in one row."""
 
     name: ClassVar[str] = "term"
-    keeps: ClassVar[str] = "torque terms"
+    keeps: ClassVar[str] = "terms"
+    has_symmetric_inertia: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
 
     def terms(self, form: ExactForm) -> Torques:
-        """Every torque term and its weight."""
-        return form.torques
+        """Every term of D', i <= j, of h' and of c', and its coefficient."""
+        return {term: weight for term, weight in form.torques.items() if _is_upper(term)}
 
     def source(self, form: ExactForm, term: TorqueTerm) -> Torques:
-        """The term itself."""
-        return {term: 1.0}
+        """The torque of the term and, for one of D'_ij with i < j, of its equal in D'_ji."""
+        if term.quantity != "inertia" or term.velocities[0].joint == term.row:
+            return {term: 1.0}
+        partner = TorqueTerm(term.velocities[0].joint, (Velocity(2, term.row),), term.monomial)
+        return {term: 1.0, partner: 1.0}
+
+    def costs(self, form: ExactForm, terms: Sequence[TorqueTerm], sine_price: int) -> Costs:
+        """Estimate D, h and c as functions of their own: what they share is counted in each.
+
+        A product of sines and cosines is formed once, velocities multiply the sum of their products, and the
+        first term of a sum is not added. Sines and cosines are counted once, for as many angles as there are
+        joints in them.
+        """
+        users: dict[Any, set[int]] = defaultdict(set)
+        prices: dict[Any, int] = {}
+
+        def need(step: Any, price: int, number: int) -> None:
+            users[step].add(number)
+            prices[step] = price
+
+        for number, term in enumerate(terms):
+            quantity, moving, monomial = term.quantity, term.velocities, term.monomial
+            is_inertia = quantity == "inertia"
+            need(("term", number), 1 + bool(monomial), number)
+            need(("product", quantity, monomial), max(len(monomial) - 1, 0), number)
+            need(("sum", quantity, term.row, moving if is_inertia else ()), -1, number)
+            if quantity == "coriolis_centrifugal":
+                need(("velocities", term.row, moving), len(moving), number)
+            for factor in monomial:
+                for joint in factor.joints if factor.kind != "power" else ():
+                    need(("angle", joint), 2 * sine_price, number)
+        costs: dict[frozenset[int], int] = defaultdict(int)
+        for step, numbers in users.items():
+            costs[frozenset(numbers)] += prices[step]
+        return {numbers: price for numbers, price in costs.items() if price}
+
+    def indispensable(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> set[TorqueTerm]:
+        """One term of every D'_ii: its constant, or else the term with the largest coefficient."""
+        diagonal: dict[int, list[TorqueTerm]] = defaultdict(list)
+        for term in terms:
+            if term.quantity == "inertia" and term.velocities[0].joint == term.row:
+                diagonal[term.row].append(term)
+        return {
+            max(of_joint, key=lambda term: (not term.monomial, abs(form.torques[term])))
+            for of_joint in diagonal.values()
+        }
 
     def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
         """Number terms of one energy coefficient equally; a term of several has its own number."""
@@ -168,9 +213,14 @@ class TermLevel(HarmonicLevel):
         joints = range(form.arm.n_joints)
         pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
         known = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
-        if term.row not in joints or velocities not in known:
+        if term.row not in joints or velocities not in known or not _is_upper(term):
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
+
+
+def _is_upper(term: TorqueTerm) -> bool:
+    """Whether a term is of h', c' or the upper triangle of D'."""
+    return term.quantity != "inertia" or term.row <= term.velocities[0].joint
 
 
 class _EnergyEntry(Checked):

@@ -1,0 +1,132 @@
+"""Torque of very many terms at states: a term acts on one or two joints, so that only these rows are stored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.terms import Monomial, Torques, Velocity
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.torque_program import TorqueVariables
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Effects:
+    """Torque of K terms at N states, by the joints on which each acts.
+
+    Parameters
+    ----------
+    count, n_joints
+        Number of terms K, and of joints n.
+    term, joint
+        Term and joint of each row, shape (E,); terms ascend.
+    torque
+        Torque, N m (N), shape (E, N).
+    """
+
+    count: int
+    n_joints: int
+    term: NDArray[np.intp]
+    joint: NDArray[np.intp]
+    torque: FloatArray
+
+    @cached_property
+    def first(self) -> NDArray[np.intp]:
+        """First row of every term, and the number of rows, shape (K + 1,)."""
+        return np.searchsorted(self.term, np.arange(self.count + 1))
+
+    def rows_of(self, term: int) -> slice:
+        """Rows of one term."""
+        return slice(int(self.first[term]), int(self.first[term + 1]))
+
+    def largest(self, values: FloatArray) -> FloatArray:
+        """Largest of values of the rows, shape (E,), for every term, shape (K,); each term has a row."""
+        return np.maximum.reduceat(values, self.first[:-1]) if self.count else np.empty(0)
+
+    def total(self, terms: Mask) -> FloatArray:
+        """Torque of some terms together, N m, shape (n, N)."""
+        rows, out = terms[self.term], np.zeros((self.n_joints, self.torque.shape[1]))
+        for joint in range(self.n_joints):
+            out[joint] = self.torque[rows & (self.joint == joint)].sum(axis=0)
+        return out
+
+    def over(self, allowed: FloatArray) -> Effects:
+        """The same over the error allowed at every joint, N m, shape (n,)."""
+        shares = self.torque / allowed[self.joint][:, None]
+        return Effects(self.count, self.n_joints, self.term, self.joint, shares)
+
+    def dense(self) -> FloatArray:
+        """Torque of every term at every joint, shape (K, n, N)."""
+        out = np.zeros((self.count, self.n_joints, self.torque.shape[1]))
+        out[self.term, self.joint] = self.torque
+        return out
+
+
+class TermTorques:
+    """Torque terms of K terms, whose values at any states follow from few distinct products.
+
+    Parameters
+    ----------
+    velocities
+        Absolute velocities of the arm, in which the terms are.
+    sources
+        Coefficient and torque terms of each term.
+    """
+
+    def __init__(self, velocities: AbsoluteVelocities, sources: Sequence[tuple[float, Torques]]) -> None:
+        self.velocities, self.count = velocities, len(sources)
+        monomials: dict[Monomial, int] = {}
+        moving: dict[tuple[Velocity, ...], int] = {}
+        rows = []
+        carriers = [velocities.inboard(joint) for joint in range(velocities.n_joints)]
+        for number, (coefficient, torques) in enumerate(sources):
+            for term, weight in torques.items():
+                monomial = monomials.setdefault(term.monomial, len(monomials))
+                product = moving.setdefault(term.velocities, len(moving))
+                for joint, sign in carriers[term.row]:
+                    rows.append((number, joint, monomial, product, sign * coefficient * weight))
+        columns = np.array(rows, dtype=float).reshape(-1, 5)
+        columns = columns[np.lexsort((columns[:, 1], columns[:, 0]))]
+        self._term, self._joint, self._monomial, self._moving = columns[:, :4].astype(np.intp).T
+        self._weight = columns[:, 4]
+        self._monomials, self._products = list(monomials), list(moving)
+
+    def at(self, states: States, terms: NDArray[np.intp] | slice = slice(None)) -> Effects:
+        """Torque of some terms, renumbered in their order, at states; weighted as the states are."""
+        chosen = np.arange(self.count)[terms]
+        place = np.full(self.count, -1)
+        place[chosen] = np.arange(len(chosen))
+        rows = np.flatnonzero(place[self._term] >= 0)
+        rows = rows[np.argsort(place[self._term[rows]], kind="stable")]
+        variables, ones = TorqueVariables(self.velocities, states.last), np.ones(len(states))
+
+        def products(keys: Sequence[tuple[object, ...]], used: NDArray[np.intp]) -> FloatArray:
+            distinct, at = np.unique(used, return_inverse=True)
+            values = [reduce(np.multiply, map(variables, keys[k]), ones) for k in distinct]
+            return np.reshape(values, (len(distinct), len(states)))[at]
+
+        torque = self._weight[rows, None] * products(self._monomials, self._monomial[rows])
+        torque *= products(self._products, self._moving[rows])
+        term, joint = place[self._term[rows]], self._joint[rows]
+        # Several torque terms of one term may act on the same joint.
+        starts = np.flatnonzero(np.diff(term * self.velocities.n_joints + joint, prepend=-1))
+        if len(starts) < len(rows):
+            torque, term, joint = np.add.reduceat(torque, starts), term[starts], joint[starts]
+        if states.weights is not None:
+            torque *= states.weights.T[joint]
+        return Effects(len(chosen), self.velocities.n_joints, term, joint, torque)
+
+    def in_blocks(self, states: States, numbers: int) -> Iterator[tuple[slice, Effects]]:
+        """All terms, block by block of terms, with at most some numbers each."""
+        step = max(1, numbers // (2 * max(len(states), 1)))
+        for start in range(0, self.count, step):
+            block = slice(start, min(start + step, self.count))
+            yield block, self.at(states, block)

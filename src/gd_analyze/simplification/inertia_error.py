@@ -1,0 +1,86 @@
+"""How far a simplified D is from D, and which of its terms to put back so that it can be used as a D.
+
+The measure is gamma, the largest |eigenvalue of D^-1 Ds - I|, with the simplified D as Ds. If gamma is below 1,
+Ds is positive definite where it is symmetric, and feedback through it converges, the faster the smaller gamma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.terms import EnergyTerm
+from gd_analyze.simplification.effects import Mask
+from gd_analyze.simplification.torque_program import TorqueVariables
+
+
+def gammas(inertia: FloatArray, simplified: FloatArray) -> FloatArray:
+    """Largest |eigenvalue of D^-1 Ds - I| at every position, shape (N,).
+
+    Parameters
+    ----------
+    inertia, simplified
+        D, positive definite, and the simplified D, shape (N, n, n).
+    """
+    change = np.linalg.solve(inertia, simplified - inertia)
+    return np.asarray(np.abs(np.linalg.eigvals(change)).max(axis=1, initial=0.0))
+
+
+class InertiaTerms:
+    """Terms of D' at positions: their sum, and which of them it lacks.
+
+    Parameters
+    ----------
+    velocities
+        Absolute velocities, in which the terms are.
+    terms, weights
+        K elements and monomials, i <= j, and their coefficients.
+    q
+        Positions, shape (N, n).
+    """
+
+    def __init__(
+        self, velocities: AbsoluteVelocities, terms: Sequence[EnergyTerm], weights: FloatArray, q: FloatArray
+    ) -> None:
+        variables, ones = TorqueVariables(velocities, (q.T, q.T, q.T)), np.ones(len(q))
+        distinct = {term.monomial: 0 for term in terms}
+        products = {key: reduce(np.multiply, map(variables, key), ones) for key in distinct}
+        self._values = weights[:, None] * np.reshape([products[t.monomial] for t in terms], (-1, len(q)))
+        self._i, self._j = np.array([(term.i, term.j) for term in terms], dtype=np.intp).reshape(-1, 2).T
+        # qd = A p, so that D = A^-T D' A^-1.
+        self._to_absolute = np.linalg.inv(velocities.matrix)
+
+    def inertia(self, selected: Mask) -> FloatArray:
+        """D of some of the terms, shape (N, n, n)."""
+        n, count = len(self._to_absolute), self._values.shape[1]
+        absolute = np.zeros((n, n, count))
+        np.add.at(absolute, (self._i[selected], self._j[selected]), self._values[selected])
+        upper = np.moveaxis(absolute, -1, 0)
+        whole = upper + upper.swapaxes(1, 2) - upper * np.eye(n)
+        return np.asarray(self._to_absolute.T @ whole @ self._to_absolute)
+
+    def lacking(self, inertia: FloatArray, selected: Mask, limit: float) -> int | None:
+        """The dropped term that reduces gamma most where it exceeds a limit; None if it does nowhere."""
+        simplified = self.inertia(selected)
+        root = np.linalg.inv(np.linalg.cholesky(inertia))
+        change: Array = root @ (simplified - inertia) @ root.swapaxes(1, 2)
+        values, vectors = np.linalg.eigh(change)
+        worst = np.abs(values).argmax(axis=1)
+        rows = np.arange(len(worst))
+        excess = np.flatnonzero(np.abs(values[rows, worst]) > limit)
+        if not len(excess):
+            return None
+        direction = np.einsum("nji,nj->ni", root[excess], vectors[excess, :, worst[excess]])
+        moving = direction @ self._to_absolute.T
+        twice = np.where(self._i == self._j, 1.0, 2.0)[:, None]
+        gains = -self._values[:, excess] * twice * moving[:, self._i].T * moving[:, self._j].T
+        needed = values[excess, worst[excess]]
+        # A term helps up to the point where it has made up for what is lacking.
+        helps = np.minimum(gains * np.sign(needed), np.abs(needed)).sum(axis=1)
+        helps[selected] = -np.inf
+        best = int(helps.argmax())
+        return best if helps[best] > 0.0 else None

@@ -1,0 +1,241 @@
+"""Which terms to keep: the cheapest selection whose error stays within the budget at every state.
+
+Terms are dropped one by one, each time the one that raises a high power of the errors least per operation
+saved: the high power stands for the largest error. Then, over and over, a few dropped terms are put back, of
+which those that relieve the largest errors are likelier, and the descent drops others instead; the result is
+taken if it costs no more. All numbers are counted, none timed: the same input gives the same selection.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.simplification.effects import Effects, Mask
+from gd_analyze.simplification.level import Costs
+
+
+@dataclass(frozen=True)
+class SelectionSettings:
+    """Settings of the search for a selection."""
+
+    tries: int = 1500  # most attempts to improve a selection
+    patience: int = 400  # attempts without success after which it ends
+    most_put_back: int = 6  # terms put back in an attempt, at most
+    noise: float = 0.5  # standard deviation of the logarithm of a term's merit in an attempt
+    half_power: int = 4  # half the power of the errors that a descent keeps small
+    at_once: float = 1 / 200  # share of the terms dropped at once while there are many
+    several: int = 10  # cheapest selections by estimate, whose operations are counted
+
+    def scaled(self, effort: float) -> SelectionSettings:
+        """The same with more or fewer attempts."""
+        tries, patience = (max(1, round(effort * number)) for number in (self.tries, self.patience))
+        return SelectionSettings(tries, patience, self.most_put_back, self.noise)
+
+
+USUAL = SelectionSettings()
+# Smallest credit of a term that saves nothing while others share its steps, in operations.
+_LEAST_SAVING = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Terms to choose from.
+
+    Parameters
+    ----------
+    effects
+        Their torques over the allowed error; the sum of all, and `base`, is the exact torque.
+    base
+        Error over the allowed one of terms dropped beforehand, shape (n, N).
+    costs
+        Estimated operations by the set of terms that need them.
+    """
+
+    effects: Effects
+    base: FloatArray
+    costs: Costs
+
+    def __len__(self) -> int:
+        return self.effects.count
+
+    @cached_property
+    def weights(self) -> FloatArray:
+        """Operations of every step, shape (steps,)."""
+        return np.array(list(self.costs.values()), dtype=float)
+
+    @cached_property
+    def users(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Step and term of every pair of a step and a term that needs it."""
+        pairs = [(step, term) for step, terms in enumerate(self.costs) for term in sorted(terms)]
+        step, term = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        return step, term
+
+    @cached_property
+    def steps_of(self) -> list[NDArray[np.intp]]:
+        """Steps that each term needs."""
+        step, term = self.users
+        order = np.argsort(term, kind="stable")
+        return np.split(step[order], np.searchsorted(term[order], np.arange(1, len(self))))
+
+
+class Selection:
+    """Some of the terms, the error of leaving out the others, and how many terms need each step."""
+
+    def __init__(self, choice: Choice, selected: Mask) -> None:
+        self.choice, self.selected = choice, selected.copy()
+        self.error = choice.base + choice.effects.total(~selected)
+        step, term = choice.users
+        self.needed = np.bincount(step[selected[term]], minlength=len(choice.weights))
+
+    def copy(self) -> Selection:
+        """A selection that changes on its own."""
+        other = object.__new__(Selection)
+        other.choice, other.selected = self.choice, self.selected.copy()
+        other.error, other.needed = self.error.copy(), self.needed.copy()
+        return other
+
+    @property
+    def cost(self) -> float:
+        """Estimated operations."""
+        return float(self.choice.weights[self.needed > 0].sum())
+
+    @property
+    def largest(self) -> float:
+        """Largest error over the allowed one."""
+        return float(np.abs(self.error).max(initial=0.0))
+
+    @property
+    def savings(self) -> FloatArray:
+        """Operations that dropping each term alone saves, shape (K,)."""
+        step, term = self.choice.users
+        alone = self.choice.weights[step] * (self.needed[step] == 1)
+        return np.bincount(term, weights=alone, minlength=len(self.choice))
+
+    def drop(self, term: int) -> None:
+        """Leave a term out."""
+        self._change(term, 1)
+
+    def put_back(self, term: int) -> None:
+        """Take a term in again."""
+        self._change(term, -1)
+
+    def _change(self, term: int, sign: int) -> None:
+        effects = self.choice.effects
+        self.selected[term] = sign < 0
+        self.needed[self.choice.steps_of[term]] -= sign
+        for row in range(*effects.rows_of(term).indices(len(effects.term))):
+            self.error[effects.joint[row]] += sign * effects.torque[row]
+
+    def relief(self, half_power: int) -> FloatArray:
+        """First-order decrease of a power of the errors if each term were put back, shape (K,)."""
+        effects = self.choice.effects
+        slope = np.abs(self.error) ** (2 * half_power - 1) * np.sign(self.error)
+        rows = np.einsum("en,en->e", effects.torque, slope[effects.joint])
+        gains = np.bincount(effects.term, weights=rows, minlength=len(self.choice))
+        return np.where(self.selected, 0.0, gains)
+
+
+def descend(
+    selection: Selection,
+    stays: Mask,
+    settings: SelectionSettings = USUAL,
+    *,
+    limit: float = 1.0,
+    random: np.random.Generator | None = None,
+) -> None:
+    """Drop terms while every error stays within `limit` allowed ones; those of `stays` are never dropped.
+
+    With `random` the merit of every term varies at random.
+    """
+    effects, half = selection.choice.effects, settings.half_power
+    open_ = selection.selected & ~stays
+    while open_.any():
+        terms = np.flatnonzero(open_)
+        rows = np.flatnonzero(open_[effects.term])
+        trial = selection.error[effects.joint[rows]]
+        trial += effects.torque[rows]
+        np.multiply(trial, trial, out=trial)
+        first = np.searchsorted(effects.term[rows], terms)
+        fits = np.maximum.reduceat(trial.max(axis=1), first) <= limit**2
+        now = ((selection.error**2) ** half).sum(axis=1)
+        rise = np.add.reduceat((trial**half).sum(axis=1) - now[effects.joint[rows]], first)
+        # A term that does not fit now may fit later, but seldom does: attempts put others back.
+        open_[terms[~fits]] = False
+        terms, rise = terms[fits], rise[fits]
+        if not len(terms):
+            return
+        saving = np.maximum(selection.savings[terms], _LEAST_SAVING)
+        merit = np.where(rise > 0.0, rise / saving, rise * saving)
+        if random is not None:
+            merit *= np.exp(settings.noise * np.sign(merit) * random.standard_normal(len(terms)))
+        count = max(1, int(settings.at_once * len(terms)))
+        for term in terms[np.argsort(merit, kind="stable")[:count]].tolist():
+            if count > 1 and not _fits(selection, term, limit):
+                continue
+            selection.drop(term)
+            open_[term] = False
+
+
+def _fits(selection: Selection, term: int, limit: float) -> bool:
+    """Whether a term can be dropped."""
+    effects = selection.choice.effects
+    rows = effects.rows_of(term)
+    return bool(np.abs(selection.error[effects.joint[rows]] + effects.torque[rows]).max() <= limit)
+
+
+def repair(selection: Selection, settings: SelectionSettings = USUAL, *, limit: float = 1.0) -> None:
+    """Put terms back, each time the one that relieves the largest errors most, until all are within."""
+    while selection.largest > limit:
+        relief = selection.relief(settings.half_power)
+        term = int(relief.argmax())
+        if relief[term] <= 0.0:  # no single term helps: put everything back
+            selection.__init__(selection.choice, np.ones(len(selection.choice), dtype=bool))  # type: ignore[misc]
+            return
+        selection.put_back(term)
+
+
+def improve(
+    selection: Selection, stays: Mask, settings: SelectionSettings = USUAL, *, seed: int = 0
+) -> list[Selection]:
+    """Put some terms back and drop others, again and again; return the cheapest distinct selections.
+
+    The cheapest by estimate comes first.
+    """
+    random = np.random.default_rng(seed)
+    best = {selection.selected.tobytes(): selection}
+    cheapest, waited = selection.cost, 0
+    for _ in range(settings.tries):
+        if waited >= settings.patience:
+            break
+        waited += 1
+        trial = selection.copy()
+        _put_some_back(trial, settings, random)
+        descend(trial, stays, settings, random=random)
+        cost = trial.cost
+        if cost > selection.cost:
+            continue
+        selection = trial
+        best.setdefault(trial.selected.tobytes(), trial)
+        if cost < cheapest:
+            cheapest, waited = cost, 0
+    ordered = sorted(reversed(best.values()), key=lambda one: one.cost)
+    return ordered[: settings.several]
+
+
+def _put_some_back(selection: Selection, settings: SelectionSettings, random: np.random.Generator) -> None:
+    """Put a few dropped terms back at random, likelier those that relieve large errors."""
+    dropped = np.flatnonzero(~selection.selected)
+    if not len(dropped):
+        return
+    count = min(int(random.integers(1, settings.most_put_back + 1)), len(dropped))
+    relief = np.sqrt(np.maximum(selection.relief(settings.half_power)[dropped], 0.0))
+    total = relief.sum()
+    # One in a thousand is any term, so that none is out of reach.
+    odds = 0.999 * relief / total + 0.001 / len(dropped) if total > 0.0 else None
+    for term in random.choice(dropped, size=count, replace=False, p=odds).tolist():
+        selection.put_back(int(term))
