@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from attacks import drawn_motion, drawn_states, errors_at, largest_excess, round_off_in
@@ -15,7 +13,6 @@ from gd_analyze.certification import falsification, holding
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
-from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
@@ -272,12 +269,3 @@ def test_a_recursion_goes_back_on_its_way_as_far_as_the_budget_asks(two_link, sw
     assert back != way
     assert back[0] == way[0]
     assert prune(exact, 50 * allowed, effort=1e-6, way=[last]) == last
-
-
-@pytest.mark.parametrize("of_allowed", [None, 0.5])
-def test_beside_a_model_stands_one_that_holds_near_the_motion_too(two_link, swing, of_allowed):
-    model = simplify_exact(gd.ExactDynamics.of(two_link, swing), "20%", SearchOptions("term"))
-    other = LevelTried("recursive", model.operations.total // 2, "", True, of_allowed)
-    tried = dataclasses.replace(model.accuracy, levels=(LevelTried("term", model.operations.total), other))
-    held = holding.Held(dataclasses.replace(model, accuracy=tried))
-    assert held.beside == (None if of_allowed is None else other)

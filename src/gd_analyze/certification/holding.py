@@ -28,11 +28,10 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.cache import keep, kept
 from gd_analyze.simplification.effort import COUNTING, THOROUGH, named
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplify_exact, unpromising
+from gd_analyze.simplification.simplify import LEVELS_TRIED, simplify_exact, unpromising
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
@@ -46,8 +45,6 @@ _FEW = 0.5
 # For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
 # the first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
-# Largest share of operations with which a refitted model is reported beside one with the arm's coefficients.
-_MUCH = 0.85
 # Share of a usual search in each round.
 _EFFORT = 0.25
 # States drawn at first, beside those given; total for recursions along a tube.
@@ -67,23 +64,6 @@ class Held(NamedTuple):
     found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
     where: str = ""  # name of these states
     near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
-
-    @property
-    def tried_as(self) -> LevelTried:
-        """Entry of the model in a list of levels."""
-        model, found = self.model, self.found
-        share = None if found is None else float((found / model.accuracy.allowed).max())
-        about = model.level.name, model.operations.total, "", model.refitted, share
-        return LevelTried(*about, found is not None and not self.tried)
-
-    @property
-    def beside(self) -> LevelTried | None:
-        """Alternative with the arm's coefficients, or, if much cheaper, a refitted one."""
-        model = self.model
-        most = model.operations_full.total - 1 if model.refitted else _MUCH * model.operations.total
-        levels = (one for one in model.accuracy.levels if one.of_allowed is not None)
-        others = [one for one in levels if one.refitted != model.refitted and (one.operations or 0) <= most]
-        return min(others, key=lambda one: one.operations or 0, default=None)
 
 
 def simplify_held(
@@ -245,11 +225,8 @@ class _Rounds:
                     if not found:
                         raise
                     why = error.what
-            tried.append(LevelTried(level.name, None, why) if why else found[-1].tried_as)
+            tried.append(LevelTried(level.name, None if why else found[-1].model.operations.total, why))
         cheapest = min(found, key=lambda held: _cost(held, how))
-        is_short = exact.arm.n_joints <= FEW_JOINTS and not self.certified
-        if how.thorough and is_short and cheapest.model.saves and not how.refit:
-            tried.append(self.held(replace(how, refit=True), TERM).tried_as)
         accuracy = replace(cheapest.model.accuracy, levels=tuple(tried))
         return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
 

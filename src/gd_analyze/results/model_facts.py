@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import LevelTried, share_of
+from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.budget import NormShare
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import percent
@@ -132,14 +132,6 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
             f"the {full} operations of the exact torque, which is the result."
         )
     return f"{model.operations.total} operations instead of {full}. {error or error_text(model)}."
-
-
-def beside_text(other: LevelTried | None) -> str:
-    """Sentence on an alternative model, to follow a headline; "" if there is none."""
-    if other is None:
-        return ""
-    how = "Refitted" if other.refitted else "With the arm's own coefficients"
-    return f" {how}: {other.text}."
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:

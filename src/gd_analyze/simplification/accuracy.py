@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Allowance, Budget, NormShare, ReferenceTorques
-from gd_analyze.text import amount, named_joints, percent
+from gd_analyze.text import amount, named_joints
 
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
@@ -90,17 +90,6 @@ class LevelTried(NamedTuple):
     level: str
     operations: int | None
     why: str = ""
-    refitted: bool = False
-    of_allowed: float | None = None  # largest error over the allowed one, if tested beyond the states
-    proven: bool = False
-
-    @property
-    def text(self) -> str:
-        """Summary: "78 operations, error 95 % of the allowed one (proven)"."""
-        error = (
-            f", error {percent(self.of_allowed)} of the allowed one" if self.of_allowed is not None else ""
-        )
-        return f"{self.operations} operations{error}{' (proven)' * self.proven}"
 
 
 @dataclass(frozen=True, eq=False)

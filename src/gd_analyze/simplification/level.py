@@ -27,8 +27,8 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, by index, that need them.
 Costs = Mapping[frozenset[int], int]
-# Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only in
-# sign and powers of two share one, so that arithmetic stays shared.
+# Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
+# in sign and powers of two share one, so that arithmetic stays shared.
 Numbers = NDArray[np.int64]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]

@@ -39,7 +39,7 @@ _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 # If terms take less than this share of the exact torque's operations, the recursion is not tried: it took
 # half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are fitted to
 # them, but errs more between them. Nor is it tried for this few joints, whose equations are short.
-_FEW, FEW_JOINTS = 0.65, 4
+_FEW, _FEW_JOINTS = 0.65, 4
 # If a quick count finds that the terms left take more than this multiple of the exact torque's operations,
 # they are not searched: the search and a careful program saved up to two fifths of it.
 _MANY = 1.7
@@ -166,7 +166,7 @@ def unpromising(
     few: float = _FEW,
 ) -> str:
     """Reason why a level cannot take fewer operations than the models found; "" if it may."""
-    full, is_short = exact.form.operations.total, exact.arm.n_joints <= FEW_JOINTS
+    full, is_short = exact.form.operations.total, exact.arm.n_joints <= _FEW_JOINTS
     if level is TERM and (many := too_many_terms(exact.form)):
         return f"the arm has {many}"
     if how.operations is not None:
@@ -181,7 +181,7 @@ def unpromising(
         long = f"the terms left take about {about} operations, the exact torque {full}"
         return long if about > _MANY * full else ""
     if models and is_short:
-        return f"the arm has at most {FEW_JOINTS} joints, and numbers would be fitted to the states"
+        return f"the arm has at most {_FEW_JOINTS} joints, and numbers would be fitted to the states"
     least = min((model.operations.total for model in models), default=full)
     if least < few * full:
         return f"{least} of {full} operations are few already, and it takes long"
