@@ -110,12 +110,9 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, the budget is of the norm, which holds only for a share
-        of states, or the tube is around other motions.
+        If not even the exact model can be certified, or the tube is around other motions.
     """
-    budget = Budget.of(budget).require_per_joint(
-        "a certified model", "omit --certified, and bound the model's errors with `gd-analyze certify`"
-    )
+    budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
     rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
@@ -164,8 +161,7 @@ def simplify_certified(
     Raises
     ------
     UsageError
-        If the budget is below the round-off of the bound, so that not even the exact model can be certified,
-        or is of the norm, which holds only for a share of states.
+        If the budget is below the round-off of the bound, so that not even the exact model can be certified.
     """
     how = SearchOptions(level, refit, effort=effort)
     held = simplify_held(exact, budget, region, how, certified=True, provenance=provenance, progress=progress)

@@ -108,7 +108,7 @@ class Settings:
     Raises
     ------
     UsageError
-        If an option is not understood or not between its limits, or the budget is of the norm.
+        If an option is not understood or not between its limits.
     """
 
     budget: Budget | str | None = None
@@ -127,11 +127,7 @@ class Settings:
     every_set_point: bool | None = None
 
     def __post_init__(self) -> None:
-        budget = Budget.of(self.budget).require_per_joint(
-            "the main job's results, which show every joint beside what it is allowed,",
-            'gd-analyze simplify ROBOT TRAJECTORY --budget "..." takes it',
-        )
-        object.__setattr__(self, "budget", budget)
+        object.__setattr__(self, "budget", Budget.of(self.budget))
         object.__setattr__(self, "margin", Margin.of(self.margin))
         level = None if self.level is None else level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts

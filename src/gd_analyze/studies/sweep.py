@@ -344,7 +344,7 @@ class _Sweep:
 
 def _usable(budget: Budget | str | None) -> Budget:
     """A budget that can be evaluated from each arm's torque alone."""
-    budget = Budget.of(budget).require_per_joint("verdicts on elements")
+    budget = Budget.of(budget)
     if "uncertainty" in budget.wholes:
         what, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
         raise UsageError(what, where=budget.option, expected=expected, found=str(budget))
