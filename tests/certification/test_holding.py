@@ -13,14 +13,11 @@ from gd_analyze.certification import falsification, holding
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
-from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.pruning import prune
-from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.simplify import simplify_exact
 from recordings import swung
 from strategies import arms, arms_with_states, examples
 
@@ -158,8 +155,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
     assert found.model.saves
     assert found.tried == 0
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
-    with without_cache():
-        tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
+    tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
     assert tried.tried == falsification.TRIED
     rng = np.random.default_rng(0)
     for motion in taken_apart(motions):
@@ -176,8 +172,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
 def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):
     exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
-    with without_cache():
-        held = gd.simplify_held(exact, "30%", tube)
+    held = gd.simplify_held(exact, "30%", tube)
     assert (held.tried, held.where) == (falsification.TRIED, tube.where)
     certificate = gd.certify(held.model, tube)
     assert (held.found <= exact.allowed("30%")).all()
@@ -185,48 +180,6 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     assert (held.found >= 0.9 * certificate.worst_found).all()
     shown = [fact.value for fact in simplified_result(held, exact.states, 1.0, 3).facts]
     assert "none: too many equations to write out here; `gd-analyze certify` does it" in shown
-
-
-@pytest.mark.parametrize("level", [TERM, RECURSIVE])
-def test_what_was_found_before_is_tried_again_in_place_of_a_search(
-    two_link, swing, level, monkeypatch, tmp_path
-):
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
-    searches, entries = [], []
-
-    def searched(*given, **named):
-        searches.append(given)
-        return simplify_exact(*given, **named)
-
-    def found(budget="20%"):
-        searches.clear()
-        return gd.simplify_held(exact, budget, tube, SearchOptions(level))
-
-    monkeypatch.setattr(holding, "simplify_exact", searched)
-    monkeypatch.setattr(holding, "keep", lambda name, value: entries.append(value) or keep(name, value))
-    with without_cache():
-        first = found()
-    assert found().model.saves
-    assert searches
-    again = found()
-    assert not searches
-    for held in (first, again):
-        assert held.model.terms == first.model.terms
-        assert held.model.program.steps == first.model.program.steps
-        assert held.model.accuracy.steps == first.model.accuracy.steps
-        np.testing.assert_array_equal(held.certificate.certified, first.certificate.certified)
-        np.testing.assert_array_equal(held.near.states.arrays, first.near.states.arrays)
-        np.testing.assert_array_equal(held.near.states.weights, first.near.states.weights)
-    found("21%")
-    assert searches
-    # What another has written there: no model, no model of this arm, and one that does not hold.
-    turn, terms, *rest = entries[-1]
-    less = [turn, terms[:1], *rest]
-    for entry in (None, 7, [], [turn, 7, *rest], [turn, [{"step": 9999}], *rest], [*less[:-1], [[]]], less):
-        monkeypatch.setattr(holding, "kept", lambda _, entry=entry: entry)
-        assert found().model.terms == first.model.terms
-        assert searches
 
 
 def test_an_ascent_stays_inside_and_never_descends():

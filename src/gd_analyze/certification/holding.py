@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +19,12 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
 from gd_analyze.certification.falsification import AT_ONCE, TRIED, worst_found
 from gd_analyze.certification.tube import Tube
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.operations.angles import priced
-from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.accuracy import LevelTried, SearchStep
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cache import keep, kept
-from gd_analyze.simplification.effort import COUNTING, THOROUGH, named
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
@@ -227,43 +225,16 @@ class _Rounds:
         return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
 
     def held(self, how: SearchOptions, level: Level) -> Held:
-        """Find a model that holds; a cached one is tested again in place of a search."""
-        exact, allowed = self.exact, self.exact.allowed(self.budget)
-        given = [describe_in_full(exact.arm), exact.form.drives, *exact.states.arrays, exact.states.weights]
-        asked = [allowed, *vars(self.region).values(), self.certified, self.effort]
-        name = named(["held", given, asked, level.name, *vars(replace(how, level=None)).values()])
-        held = self._again(kept(name), level, allowed)
-        if held is None:
-            held, entry = self._searched(how, level, allowed)
-            keep(name, entry)
+        """Find a model that holds."""
+        held = self._searched(how, level)
         if level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
-            quick = self.held(replace(how, effort=1.0, thorough=False), level)
+            quick = self._searched(replace(how, effort=1.0, thorough=False), level)
             held = min(held, quick, key=lambda one: _cost(one, how))
         return held
 
-    def _again(self, entry: Any, level: Level, allowed: FloatArray) -> Held | None:
-        """Test a cached model, see `_entry`; None if there is none, or it does not hold."""
-        model = exactly(self.exact, level, allowed, str(self.budget))
-        try:
-            turn, entries, refitted, steps, ended, *added = entry
-            terms = level.from_entries(model.form, entries)
-            near = self.exact.joined_by(*(np.array(values, dtype=float) for values in added))
-            accuracy = replace(model.accuracy, steps=tuple(SearchStep(*step) for step in steps), **ended)
-        except (TypeError, ValueError, GdAnalyzeError):
-            return None
-        program = level.write(model.form, terms, COUNTING)
-        model = replace(model, terms=terms, program=program, refitted=refitted, accuracy=accuracy)
-        trial, _ = self._over_region(replace(model, provenance=self.provenance), allowed, turn)
-        if trial.found is None or not (trial.found <= allowed).all():
-            return None
-        return self._written(trial, allowed)._replace(near=near)
-
-    def _searched(self, how: SearchOptions, level: Level, allowed: FloatArray) -> tuple[Held, Any]:
-        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations.
-
-        Also returns its cache entry; None for the exact model.
-        """
-        n = self.exact.arm.n_joints
+    def _searched(self, how: SearchOptions, level: Level) -> Held:
+        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations."""
+        n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
         refits, along = level.always_refits, isinstance(self.region, Tube)
         is_long = self.exact.form.operations.total > _LONG
         share = np.full(n, _AT_FIRST[along] if refits else 1.0)
@@ -278,7 +249,7 @@ class _Rounds:
         some = self.exact.joined_by(drawn[:, :_DRAWN], weights[:_DRAWN])
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
-        best, entry, left = None, None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
+        best, left = None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
         for turn in range(_FEW_ROUNDS if is_long else _ROUNDS):
             if len(counts):
                 least = np.minimum(share / _AT_WORST, 1.0) if refits else 1.0
@@ -302,7 +273,7 @@ class _Rounds:
                 if best is not None and _cost(trial, how) >= _cost(best, how):
                     left -= 1
                 else:
-                    best, entry = trial, self._entry(turn, model, trial)
+                    best = trial
                 if not (refits and how.thorough and left and trial.model.saves):
                     break
                 share = np.minimum(1.0, share * allowed / np.maximum(found, allowed / _WIDEST))
@@ -320,25 +291,9 @@ class _Rounds:
             else:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
-            return best, entry
+            return best
         everything = exactly(self.exact, level, allowed, str(self.budget))
-        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts)), None
-
-    def _entry(self, turn: int, model: SimplifiedModel, held: Held) -> list[Any]:
-        """Cache entry of a model: its round, its terms, and the states it was fitted on, in plain values."""
-        accuracy, near, first = model.accuracy, held.near, len(self.exact.states)
-        assert near is not None
-        assert near.states.weights is not None
-        added = np.stack(near.states.arrays)[:, first:], near.states.weights[first:]
-        ended = {"solved": accuracy.solved, "cut_short": accuracy.cut_short}
-        return [
-            turn,
-            model.level.to_entries(model.terms),
-            model.refitted,
-            accuracy.steps,
-            ended,
-            *(values.tolist() for values in added),
-        ]
+        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """Proven or found errors of a model, and the states (3, M, n) of the largest ones."""

@@ -44,7 +44,7 @@ from gd_analyze.simplification.accuracy import (
     share_at,
 )
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_programs, named
+from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
 from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import torque_program
@@ -105,19 +105,16 @@ class ExactForm:
     def program(self) -> Program:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
-        def shortest() -> list[Program]:
+        def shortest() -> Program:
             ways = [self.recursion.program]
             if self.arm.n_joints <= _FEW_JOINTS:
                 ways += [torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)]
-            return [rewritten(min(ways, key=lambda way: way.count.total))]
-
-        def are_right(programs: Sequence[Program]) -> bool:
-            return len(programs) == 1 and self._is_given_by(*programs)
+            return rewritten(min(ways, key=lambda way: way.count.total))
 
         key = ["exact", describe_in_full(self.arm), self.drives]
         path = shipped("programs", ".json").get(shipped_name(self))
         values = None if path is None else json.loads(path.read_bytes())
-        return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right, values))[0]
+        return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_given_by, values))
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""

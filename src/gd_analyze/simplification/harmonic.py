@@ -107,7 +107,7 @@ class HarmonicLevel(CandidateLevel):
                 chains.append([terms])
         programs: list[Program] = []
         for chain in chains:
-            written = torque_programs(form.velocities, chain, most)
+            written = [*torque_programs(form.velocities, chain, most)]
             programs += written
             if len(written) < len(chain):
                 break
