@@ -22,14 +22,15 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.operations.angles import priced
-from gd_analyze.simplification.accuracy import LevelTried, SearchStep
+from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.simplify import LEVELS_TRIED, simplify_exact, unpromising
+from gd_analyze.simplification.simplify import simplify_exact
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
@@ -37,9 +38,6 @@ _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
 # excess by which it shrinks; largest share of the worst states found; largest growth of the budget; attempts
 # to improve a model that holds.
 _AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.0, 3
-# If terms take less than this share of the exact torque's operations over a box, the recursion is not tried:
-# it takes seconds, and half to four fifths of the operations.
-_FEW = 0.5
 # For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
 # the first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
@@ -114,7 +112,7 @@ def simplify_held(
     exact = exact.under(budget)
     region = _counting(region, exact)
     rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-    best = rounds.best(how)
+    best = rounds.held(how)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -135,7 +133,7 @@ def simplify_certified(
     budget: Budget | str,
     region: Box | Tube,
     *,
-    level: Level | None = None,
+    level: Level = TERM,
     refit: bool = False,
     effort: float = 1.0,
     provenance: Mapping[str, str] | None = None,
@@ -203,39 +201,18 @@ class _Rounds:
     progress: Callable[[int], None] | None
     stage: Callable[[str], object]
 
-    def best(self, how: SearchOptions) -> Held:
-        """Take the level asked for, or the cheapest of the promising ones."""
-        if how.level is not None:
-            return self.held(how, how.level)
-        exact, found, tried = self.exact, list[Held](), list[LevelTried]()
-        few = _FEW * isinstance(self.region, Box)
-        for level in LEVELS_TRIED:
-            models = [held.model for held in found]
-            why = unpromising(exact, level, self.budget, how, models, few)
-            if not why:
-                try:
-                    found.append(self.held(how, level))
-                except TooLongError as error:  # of a certified one
-                    if not found:
-                        raise
-                    why = error.what
-            tried.append(LevelTried(level.name, None if why else found[-1].model.operations.total, why))
-        cheapest = min(found, key=lambda held: _cost(held, how))
-        accuracy = replace(cheapest.model.accuracy, levels=tuple(tried))
-        return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
-
-    def held(self, how: SearchOptions, level: Level) -> Held:
+    def held(self, how: SearchOptions) -> Held:
         """Find a model that holds."""
-        held = self._searched(how, level)
-        if level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
-            quick = self._searched(replace(how, effort=1.0, thorough=False), level)
+        held = self._searched(how)
+        if how.level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
+            quick = self._searched(replace(how, effort=1.0, thorough=False))
             held = min(held, quick, key=lambda one: _cost(one, how))
         return held
 
-    def _searched(self, how: SearchOptions, level: Level) -> Held:
+    def _searched(self, how: SearchOptions) -> Held:
         """Fit and test until a model holds; if it is always refitted, try once more for fewer operations."""
         n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
-        refits, along = level.always_refits, isinstance(self.region, Tube)
+        refits, along = how.level.always_refits, isinstance(self.region, Tube)
         is_long = self.exact.form.operations.total > _LONG
         share = np.full(n, _AT_FIRST[along] if refits else 1.0)
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
@@ -248,7 +225,7 @@ class _Rounds:
         known = first = self.exact.joined_by(drawn, weights)
         some = self.exact.joined_by(drawn[:, :_DRAWN], weights[:_DRAWN])
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
+        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
         best, left = None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
         for turn in range(_FEW_ROUNDS if is_long else _ROUNDS):
             if len(counts):
@@ -292,7 +269,7 @@ class _Rounds:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
             return best
-        everything = exactly(self.exact, level, allowed, str(self.budget))
+        everything = exactly(self.exact, how.level, allowed, str(self.budget))
         return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:

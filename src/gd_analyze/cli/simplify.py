@@ -69,7 +69,7 @@ from gd_analyze.text import SINE_PRICE
 def simplify(
     given: Given,
     budget: str,
-    level: str | None,
+    level: str,
     refit: bool,
     operations: int | None,
     effort: float,
@@ -121,8 +121,7 @@ def simplify(
         from gd_analyze.simplification.verdicts import model_by_verdicts
         from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
-        own = None if level is None else gd.LEVELS[level]
-        how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
+        how = SearchOptions(gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price)
         around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
         asked = gd.Budget() if tracking else gd.Budget.parse(budget)
@@ -162,7 +161,7 @@ def simplify(
 
 @click.command(short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
-@options.level(("term", "energy"), "term")
+@options.level(("term", "energy"))
 @options.number("--top", 20, "Number of terms to print; --json gives all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:

@@ -136,24 +136,12 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
         Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
         *_for_json(drives=model.drives, refitted=model.refitted),
         *operation_facts(model),
-        Fact("", "Operations by level", "", text=_by_level(findings)),
         *_for_json(
             search=[step._asdict() for step in accuracy.steps],
         ),
         Fact("", quick, "quick; `gd-analyze simplify` searches longer"),
         *norm_facts(accuracy.norms, findings.arm),
     )
-
-
-def _by_level(findings: Findings) -> str:
-    """Operations of every level within the budget, with those of its refitted model in brackets."""
-    asked = findings.tables["trade_off"].sel(factor=1.0)
-    counts: dict[str, str] = {}
-    for level, refit, count in zip(
-        asked.level.values, asked.refit.values, asked.operations.values, strict=True
-    ):
-        counts[level] = f"{counts[level]} (refitted {count})" if refit else f"{level} {count}"
-    return ", ".join(counts.values())
 
 
 def more_facts(findings: Findings) -> tuple[Fact, ...]:

@@ -71,10 +71,6 @@ def simplified_result(
         note="Effort used up before the end." if accuracy.cut_short else "",
     )
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
-    tried = {
-        one.level: f"not tried: {one.why}" if one.why else f"{one.operations} operations"
-        for one in accuracy.levels
-    }
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, answer),
@@ -86,8 +82,6 @@ def simplified_result(
             Fact("budget", "Budget", accuracy.budget),
             Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
             *operation_facts(model),
-            *(Fact("", f"Level {level}", found) for level, found in tried.items()),
-            Fact("levels", "", [one._asdict() for one in accuracy.levels]),
             Fact("solved", "", accuracy.solved),
             Fact("cut_short", "", accuracy.cut_short),
             *proven,

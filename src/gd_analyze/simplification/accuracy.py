@@ -126,14 +126,6 @@ class SearchStep(NamedTuple):
     operations: int
 
 
-class LevelTried(NamedTuple):
-    """Operations of a level's model in a search for the cheapest; None if not tried, with the reason."""
-
-    level: str
-    operations: int | None
-    why: str = ""
-
-
 @dataclass(frozen=True, eq=False)
 class Proven:
     """A bound on the torque error in a box, or in a tube around a motion."""
@@ -165,7 +157,6 @@ class Accuracy:
     uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, if stated
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
     norms: tuple[NormShare, ...] = ()  # at `USUAL_STATES`
-    levels: tuple[LevelTried, ...] = ()  # if the level of fewest operations was searched
     certificate: Proven | None = None  # what is proven, if anything
 
     def along(self, fingerprint: str) -> Accuracy:

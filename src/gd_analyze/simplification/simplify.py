@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,18 +12,14 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
-from gd_analyze.operations.angles import priced
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
+from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress, dropped, quick_count
 from gd_analyze.text import SINE_PRICE
 
@@ -34,15 +30,6 @@ if TYPE_CHECKING:
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
-# If terms take less than this share of the exact torque's operations, the recursion is not tried: it took
-# half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are fitted to
-# them, but errs more between them. Nor is it tried for this few joints, whose equations are short.
-_FEW, _FEW_JOINTS = 0.65, 4
-# If a quick count finds that the terms left take more than this multiple of the exact torque's operations,
-# they are not searched: the search and a careful program saved up to two fifths of it.
-_MANY = 1.7
-# Levels that are tried; the others give a mechanical system, or the founding text's conclusions.
-LEVELS_TRIED = (TERM, RECURSIVE)
 _USUAL = SearchOptions()
 
 
@@ -51,7 +38,7 @@ def simplify(
     states: States | GivenMotions | xr.Dataset,
     budget: Budget | str | None = None,
     *,
-    level: str | Level | None = None,
+    level: str | Level = TERM,
     refit: bool = False,
     operations: int | None = None,
     drives: bool | None = None,
@@ -71,10 +58,9 @@ def simplify(
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
         default 1 % of each joint's peak torque over the states.
     level
-        By default the level with the fewest operations. "term" drops single torque terms; "recursive"
-        simplifies steps of the Newton-Euler recursion, for arms with many terms; "energy" drops terms of the
-        energies, so that the model stays a mechanical system; "element" drops effects of D_ij and h_i, and
-        c_i, the founding text's method.
+        "term" drops single torque terms; "energy" drops terms of the energies, so that the model stays a
+        mechanical system; "element" drops effects of D_ij and h_i, and c_i, the founding text's method;
+        "recursive" simplifies steps of the Newton-Euler recursion, for arms with many terms.
     refit
         Change kept coefficients to compensate for dropped ones.
     operations
@@ -111,8 +97,7 @@ def simplify(
     >>> bool((model.accuracy.errors.largest_share <= 0.01).all())
     True
     """
-    own = None if level is None else level_named(level)
-    how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
+    how = SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price)
     return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
@@ -132,68 +117,21 @@ def simplify_exact(
     """
     budget = Budget.of(budget)
     exact = exact.under(budget)
-    models: list[SimplifiedModel] = []
-    tried: list[LevelTried] = []
-    for level in LEVELS_TRIED if how.level is None else (how.level,):
-        why = unpromising(exact, level, budget, how, models) if how.level is None else ""
-        if not why:
-            stage(f"searching at level {level}")
-            try:
-                models.append(_at_level(exact, budget, level, how, progress))
-            except TooManyTermsError as error:
-                if how.level is not None:
-                    raise
-                why = error.what
-        tried.append(LevelTried(level.name, None if why else models[-1].operations.total, why))
-    if how.operations is None:
-        best = min(models, key=lambda model: priced(model.program, how.sine_price))
-    else:
-        best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
-    accuracy = replace(best.accuracy, levels=tuple(tried) if how.level is None else ())
-    return replace(best, accuracy=accuracy, provenance=dict(provenance or {}))
-
-
-def unpromising(
-    exact: ExactDynamics,
-    level: Level,
-    budget: Budget,
-    how: SearchOptions,
-    models: Sequence[SimplifiedModel],
-    few: float = _FEW,
-) -> str:
-    """Reason why a level cannot take fewer operations than the models found; "" if it may."""
-    full, is_short = exact.form.operations.total, exact.arm.n_joints <= _FEW_JOINTS
-    if level is TERM and (many := too_many_terms(exact.form)):
-        return f"the arm has {many}"
-    if how.operations is not None:
-        return ""
-    if level is TERM:
-        if is_short:
-            return ""
-        try:
-            about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
-        except TooManyTermsError as error:
-            return error.what
-        long = f"the terms left take about {about} operations, the exact torque {full}"
-        return long if about > _MANY * full else ""
-    if models and is_short:
-        return f"the arm has at most {_FEW_JOINTS} joints, and numbers would be fitted to the states"
-    least = min((model.operations.total for model in models), default=full)
-    if least < few * full:
-        return f"{least} of {full} operations are few already, and it takes long"
-    return ""
+    stage(f"searching at level {how.level}")
+    model = _at_level(exact, budget, how, progress)
+    return replace(model, provenance=dict(provenance or {}))
 
 
 def _at_level(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress
 ) -> SimplifiedModel:
     """Simplify at a level within a budget, or scale the budget until the model has few enough operations.
 
     A quick count estimates the factor; full searches then refine it.
     """
-    operations = how.operations
+    operations, level = how.operations, how.level
     if operations is None:
-        return _within(exact, budget, level, how, progress)
+        return _within(exact, budget, how, progress)
     allowed = exact.allowed(budget)
     if operations >= exact.form.operations.total:
         return exactly(exact, level, allowed, str(budget))
@@ -208,13 +146,13 @@ def _at_level(
     while many / few > close:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, how, progress)
+    best = _within(exact, budget.scaled(many), how, progress)
     while best.operations.total > operations:
         many *= _WIDER
-        best = _within(exact, budget.scaled(many), level, how, progress)
+        best = _within(exact, budget.scaled(many), how, progress)
     step = 0.8
     for _ in range(attempts):
-        trial = _within(exact, budget.scaled(many * step), level, how)
+        trial = _within(exact, budget.scaled(many * step), how)
         if trial.operations.total <= operations:
             best, many = trial, many * step
         else:
@@ -223,10 +161,11 @@ def _at_level(
 
 
 def _within(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress = None
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
-    allowed, how = exact.allowed(budget), replace(how, way=[] if how.way is None else how.way)
+    allowed, level = exact.allowed(budget), how.level
+    how = replace(how, way=[] if how.way is None else how.way)
     # Very many states are represented by some; those that exceed the budget are added, each time with a
     # slightly larger weight, so that it ends.
     known, margin = exact.thinned(), 1.0
