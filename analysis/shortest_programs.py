@@ -51,7 +51,7 @@ def main() -> None:
             form = ExactForm(arm, drives)
             program = shortest(driven(program, form) if drives else program, shipped_name(form))
             write_text(
-                data_folder("programs") / f"{shipped_name(form)}.json", json.dumps([written(program)]) + "\n"
+                data_folder("programs") / f"{shipped_name(form)}.json", json.dumps(written(program)) + "\n"
             )
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from gd_analyze.operations import sharing
 from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.effort import kept_programs
+from gd_analyze.simplification.effort import kept_program
+from gd_analyze.simplification.torque_program import shortest_program
 
 # Of 400 and 500.
 _TRIES = 10
@@ -25,6 +26,12 @@ def few_tries() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch, without_cache():
         for name in ("TRIES", "REARRANGEMENTS"):
             patch.setattr(sharing, name, _TRIES)
-        kept_programs.cache_clear()
+        forget()
         yield
-    kept_programs.cache_clear()
+    forget()
+
+
+def forget() -> None:
+    """Let every program be written again."""
+    kept_program.cache_clear()
+    shortest_program.cache_clear()

@@ -249,8 +249,8 @@ def html_of(
 # Levels of simplification, here so that the command line offers them without loading NumPy; the levels are
 # those of `simplification/levels.py`, in this order.
 LEVEL_NAMES = {
+    "term": "torque terms one by one",
     "element": "parts of D and h as a whole, the founding text's method",
-    "term": "torque terms one by one, the fewest operations for arms of few terms",
-    "recursive": "the Newton-Euler recursion with simplified steps, for arms of many terms",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
+    "recursive": "the Newton-Euler recursion with simplified steps, for arms of many terms",
 }

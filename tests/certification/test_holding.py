@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from attacks import drawn_motion, drawn_states, errors_at, largest_excess, round_off_in
@@ -15,15 +13,11 @@ from gd_analyze.certification import falsification, holding
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
-from gd_analyze.simplification.accuracy import LevelTried
-from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.pruning import prune
-from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.simplification.simplify import simplify_exact
 from recordings import swung
 from strategies import arms, arms_with_states, examples
 
@@ -100,18 +94,15 @@ def test_a_budget_below_what_a_bound_can_resolve_is_refused(two_link, swing):
 
 
 def test_what_is_returned_and_stated_is_the_model_certified(two_link):
-    """Program, operations by level and the search's last step; other levels had no proof."""
+    """Program, operations and the search's last step."""
     exact, box = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 300)), gd.Box.of(two_link)
     model, certificate = gd.simplify_certified(exact, "40%", box)
     assert gd.certify(model, box).certified.tolist() == certificate.certified.tolist()
     assert certificate.within(model.accuracy.allowed).all()
-    counts = {one.level: one.operations for one in model.accuracy.levels}
-    assert counts.pop(model.level.name) == model.operations.total
-    assert set(counts.values()) <= {None}
     assert model.accuracy.steps[-1].operations == model.operations.total
 
 
-def test_along_a_motion_the_default_is_proven_by_terms_refitted_or_by_recursion(puma, pick_and_place):
+def test_along_a_motion_terms_refitted_and_a_recursion_are_proven(puma, pick_and_place):
     exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
     for how in (SearchOptions("recursive", thorough=False), SearchOptions("term", True, effort=0.01)):
         model, certificate, tried, *_ = gd.simplify_held(exact, "2%", tube, how)
@@ -121,19 +112,6 @@ def test_along_a_motion_the_default_is_proven_by_terms_refitted_or_by_recursion(
         assert model.accuracy.certificate.certified.tolist() == certificate.certified.tolist()
         bounds = np.broadcast_to(exact.allowed("2%"), certificate.along.shape)
         assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
-
-
-@pytest.mark.slow
-def test_along_a_motion_the_recursion_is_tried_too(puma, pick_and_place):
-    """The answer is the level of fewer operations; what the other takes is on record."""
-    exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
-    held = gd.simplify_held(exact, "1%", tube)
-    terms = gd.simplify_held(exact, "1%", tube, SearchOptions("term"))
-    assert held.model.level.name == "recursive"
-    assert held.model.operations.total < terms.model.operations.total
-    tried = {one.level: one.operations for one in held.model.accuracy.levels}
-    assert tried == {"term": terms.model.operations.total, "recursive": held.model.operations.total}
-    assert (held.certificate.certified <= held.model.accuracy.allowed).all()
 
 
 def test_within_limits_other_states_keep_the_budget_too(puma):
@@ -161,8 +139,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
     assert found.model.saves
     assert found.tried == 0
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
-    with without_cache():
-        tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
+    tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
     assert tried.tried == falsification.TRIED
     rng = np.random.default_rng(0)
     for motion in taken_apart(motions):
@@ -179,8 +156,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
 def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):
     exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
     monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
-    with without_cache():
-        held = gd.simplify_held(exact, "30%", tube)
+    held = gd.simplify_held(exact, "30%", tube)
     assert (held.tried, held.where) == (falsification.TRIED, tube.where)
     certificate = gd.certify(held.model, tube)
     assert (held.found <= exact.allowed("30%")).all()
@@ -188,48 +164,6 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     assert (held.found >= 0.9 * certificate.worst_found).all()
     shown = [fact.value for fact in simplified_result(held, exact.states, 1.0, 3).facts]
     assert "none: too many equations to write out here; `gd-analyze certify` does it" in shown
-
-
-@pytest.mark.parametrize("level", [TERM, RECURSIVE])
-def test_what_was_found_before_is_tried_again_in_place_of_a_search(
-    two_link, swing, level, monkeypatch, tmp_path
-):
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
-    searches, entries = [], []
-
-    def searched(*given, **named):
-        searches.append(given)
-        return simplify_exact(*given, **named)
-
-    def found(budget="20%"):
-        searches.clear()
-        return gd.simplify_held(exact, budget, tube, SearchOptions(level))
-
-    monkeypatch.setattr(holding, "simplify_exact", searched)
-    monkeypatch.setattr(holding, "keep", lambda name, value: entries.append(value) or keep(name, value))
-    with without_cache():
-        first = found()
-    assert found().model.saves
-    assert searches
-    again = found()
-    assert not searches
-    for held in (first, again):
-        assert held.model.terms == first.model.terms
-        assert held.model.program.steps == first.model.program.steps
-        assert held.model.accuracy.steps == first.model.accuracy.steps
-        np.testing.assert_array_equal(held.certificate.certified, first.certificate.certified)
-        np.testing.assert_array_equal(held.near.states.arrays, first.near.states.arrays)
-        np.testing.assert_array_equal(held.near.states.weights, first.near.states.weights)
-    found("21%")
-    assert searches
-    # What another has written there: no model, no model of this arm, and one that does not hold.
-    turn, terms, *rest = entries[-1]
-    less = [turn, terms[:1], *rest]
-    for entry in (None, 7, [], [turn, 7, *rest], [turn, [{"step": 9999}], *rest], [*less[:-1], [[]]], less):
-        monkeypatch.setattr(holding, "kept", lambda _, entry=entry: entry)
-        assert found().model.terms == first.model.terms
-        assert searches
 
 
 def test_an_ascent_stays_inside_and_never_descends():
@@ -272,12 +206,3 @@ def test_a_recursion_goes_back_on_its_way_as_far_as_the_budget_asks(two_link, sw
     assert back != way
     assert back[0] == way[0]
     assert prune(exact, 50 * allowed, effort=1e-6, way=[last]) == last
-
-
-@pytest.mark.parametrize("of_allowed", [None, 0.5])
-def test_beside_a_model_stands_one_that_holds_near_the_motion_too(two_link, swing, of_allowed):
-    model = simplify_exact(gd.ExactDynamics.of(two_link, swing), "20%", SearchOptions("term"))
-    other = LevelTried("recursive", model.operations.total // 2, "", True, of_allowed)
-    tried = dataclasses.replace(model.accuracy, levels=(LevelTried("term", model.operations.total), other))
-    held = holding.Held(dataclasses.replace(model, accuracy=tried))
-    assert held.beside == (None if of_allowed is None else other)

@@ -27,7 +27,7 @@ def test_everything_is_written_and_agrees(run, here):
     result = run("puma560 pick-and-place --level term --json")
     assert (result.code, result.err) == (0, "")
     found = result.json
-    folder = Path("reports/puma560-pick-and-place-level-term")
+    folder = Path("reports/puma560-pick-and-place")
     assert {str(folder / name) for name in RESULT_FILES.values()} == set(found["files"])
     assert sorted(path.name for path in folder.iterdir()) == sorted(RESULT_FILES.values())
     assert (folder / "report.pdf").read_bytes().startswith(b"%PDF-")

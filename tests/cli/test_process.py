@@ -16,7 +16,7 @@ from program import PROGRAM
 
 import gd_analyze as gd
 from gd_analyze.simplification.cache import VARIABLE
-from gd_analyze.simplification.effort import kept_programs
+from gd_analyze.simplification.effort import kept_program
 
 SLOW = {"numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio"}
 SLOW |= {"typst", "jinja2", "pydantic", "rich"}
@@ -48,7 +48,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
 @pytest.mark.parametrize("words", ["two_link two-link-swing", "simplify two_link"])
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
     def told(line: str) -> dict:
-        kept_programs.cache_clear()
+        kept_program.cache_clear()
         result = run(f"{line} --json")
         assert result.code == 0, result.err
         return {key: value for key, value in result.json.items() if key not in ("provenance", "seconds")}

@@ -58,15 +58,12 @@ def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
     np.testing.assert_array_equal(found.model.accuracy.allowed, 0.05 * peak)
 
 
-def test_an_arm_of_many_terms_is_simplified_in_its_recursion(two_link, swing, monkeypatch) -> None:
+def test_the_recursion_of_an_arm_of_many_terms_is_simplified(two_link, swing, monkeypatch) -> None:
     monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
-    findings = find(two_link, swing)
+    findings = find(two_link, swing, Settings(level="recursive"))
     model = findings.model
     assert model.level is RECURSIVE
     assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
-    tried = {one.level: one for one in model.accuracy.levels}
-    assert tried["recursive"].operations == model.operations.total <= findings.element_model.operations.total
-    assert tried["term"].operations is None
     assert not findings.tables["terms"].attrs["written_out"]
     assert findings.ranked_terms == {}
     budgets = findings.tables["budgets"]
@@ -82,18 +79,12 @@ def test_the_budget_holds_near_the_motion(puma_findings):
     assert tube.attrs["tried"] == 0
     headline = run_headline(puma_findings)
     assert headline.startswith(f"{model.operations.total} operations instead of 284.")
-    assert "of peak torque near the trajectory (proven). With" in headline
+    assert "of peak torque near the trajectory (proven)." in headline
 
 
 def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
     found = find(puma, pick_and_place, Settings(drives=True, at_set_points=True, level="term"))
     allowed = puma_findings.model.accuracy.allowed
-    beside = run_result(puma_findings).document()["beside"]
-    assert (beside["level"], beside["refitted"], beside["proven"]) == ("term", False, True)
-    assert 0.5 < beside["of_allowed"] <= 1.0
-    assert f"{beside['operations']} operations" in run_headline(puma_findings)
-    assert found.model.operations.total < beside["operations"]
-    assert puma_findings.model.operations.total < 0.85 * beside["operations"]
     assert (found.model.accuracy.errors.largest <= allowed).all()
     assert (found.tables["tube"].tube_certified.values > allowed).any()
     assert default_folder(puma, pick_and_place, Settings(at_set_points=True)).name.endswith("-at-set-points")

@@ -1,4 +1,4 @@
-"""Budgets, of joints and of the norm: how they are read, what they allow, and when one is too small."""
+"""Budgets: how they are read, what they allow, and when one is too small; norms of a model's error."""
 
 from __future__ import annotations
 
@@ -14,28 +14,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box
-from gd_analyze.simplification.budget import (
-    Allowance,
-    Budget,
-    NormMeasure,
-    NormShare,
-    ReferenceTorques,
-    kept_states,
-)
+from gd_analyze.simplification.accuracy import kept_states, norm_shares, share_at
+from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_file import document_of
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import trade_off
 from made_models import signed
 from parallel_axes import scara
-from strategies import examples, random_states, two_link_of
+from strategies import examples
 
 WHOLES = ("peak", "limit", "friction", "uncertainty", "torque")
 PEAK = np.array([10.0, 20.0, 5.0, 1.0, 0.5, 0.0])
@@ -62,20 +53,24 @@ UNDERSTOOD = {
 def test_what_is_understood():
     for text, entries in UNDERSTOOD.items():
         assert [[tuple(one) for one in entry] for entry in Budget.parse(text).entries] == entries
-    assert Budget.parse("0.1% of norm at 99.9% of the states") == Budget((), NormShare(0.001, 0.999))
-    assert Budget.parse(" 2.5% NORM AT ALL STATES ") == Budget((), NormShare(0.025, 1.0))
 
 
 REFUSED = ("", "%", "one", "-1%", "nan", "1e999", "1% 2%", "1 kg", "1%,", "1% or", "1 friction", "10% rust")
-REFUSED_NORMS = ("norm", "0.5 N m norm", "-1% norm", "1% norm at 101%", "1% norm, 2%", "1% norm or 2%")
 
 
-@pytest.mark.parametrize("text", [*REFUSED, "1%,2%,1% or x", *REFUSED_NORMS])
+@pytest.mark.parametrize("text", [*REFUSED, "1%,2%,1% or x"])
 def test_what_is_refused(text):
     with pytest.raises(UsageError, match="budget is not understood") as caught:
         Budget.parse(text)
-    entry = "" if "norm" in text else f", entry {text.count(',') + 1}"
-    assert caught.value.details["where"] == f"--budget{entry}"
+    assert caught.value.details["where"] == f"--budget, entry {text.count(',') + 1}"
+
+
+@pytest.mark.parametrize("text", ["norm", "1% norm", "1% of the norm at 95% of states", "1% NORM, 2%"])
+def test_a_share_of_the_norm_is_not_a_budget(text):
+    with pytest.raises(UsageError, match="not to the norm of all") as caught:
+        Budget.parse(text, "--fail-over")
+    assert caught.value.details["where"] == "--fail-over"
+    assert "norms of its model's error are reported" in caught.value.details["next"]
 
 
 @pytest.mark.parametrize(
@@ -143,71 +138,51 @@ def test_the_flag_of_a_notice_settles_it(of_budget, budget):
     assert (settled.accuracy.allowed >= model.accuracy.allowed * (1 - 1e-12)).all()
 
 
-@given(st.floats(0.0, 10.0), st.floats(1e-6, 1.0))
-def test_a_norm_is_read_again(share, states):
-    again = Budget.parse(str(Budget((), NormShare(share, states)))).norm
-    assert again is not None
-    # Twelve digits are written, and what is read is rounded to fifteen decimals.
-    np.testing.assert_allclose(again, (share, states), rtol=1e-11, atol=1e-15)
-
-
-def test_it_allows_no_joint_more_than_the_norm_of_the_peaks():
-    arm = scara()
-    by = ReferenceTorques(arm, np.array([3.0, 4.0, 7.0, 0.0]))
-    # The third joint slides: it is alone with its newtons.
-    np.testing.assert_allclose(Budget.parse("10% norm").allowed(by), [0.5, 0.5, 0.7, 0.5], rtol=1e-15)
-
-
 def test_how_many_states_a_share_is():
     for share, count, kept in ((0.95, 4000, 3800), (0.999, 4000, 3996), (0.95, 10, 10), (0.5, 3, 2)):
         assert kept_states(share, count) == kept
 
 
 @st.composite
-def measured(draw):
-    """A measure of some joints that turn or slide, and an error."""
+def errors(draw):
+    """Torques, N m or N, of some joints that turn or slide, and errors, (N, n) each; which turn."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     turning = np.array(draw(st.lists(st.booleans(), min_size=1, max_size=5)))
-    shape = len(turning), draw(st.integers(1, 60))
-    torque, error = rng.normal(size=shape), 0.02 * rng.standard_cauchy(size=shape)
-    return NormMeasure(0.01, draw(st.sampled_from([0.5, 0.9, 0.95, 0.999, 1.0])), torque, turning), error
+    shape = draw(st.integers(1, 60)), len(turning)
+    return 0.02 * rng.standard_cauchy(size=shape), rng.normal(size=shape), turning
 
 
-@given(measured())
-def test_as_many_states_keep_the_share_and_no_smaller_one(case):
-    measure, error = case
+@given(errors(), st.sampled_from([0.5, 0.9, 0.95, 0.999, 1.0]))
+def test_as_many_states_keep_the_share_and_no_smaller_one(case, states):
+    error, torque, turning = case
     norms = [
-        np.linalg.norm(error[of], axis=0) / np.linalg.norm(measure.torque[of], axis=0)
-        for of in (measure.revolute, ~measure.revolute)
+        np.linalg.norm(error[:, of], axis=1) / np.linalg.norm(torque[:, of], axis=1)
+        for of in (turning, ~turning)
         if of.any()
     ]
-    by_hand, found = np.max(norms, axis=0), measure.share(error) * measure.allowed
+    by_hand, share = np.max(norms, axis=0), share_at(norm_shares(error, torque, turning), states)
     # A quotient and a product, rounded once each.
-    beyond, at_least = by_hand > found * (1 + 4e-16), by_hand >= found * (1 - 4e-16)
-    assert beyond.sum() <= measure.exempt < at_least.sum()
-    assert measure.exempt <= (1.0 - measure.states) * len(by_hand) + 1e-9
+    beyond, at_least = by_hand > share * (1 + 4e-16), by_hand >= share * (1 - 4e-16)
+    exempt = len(by_hand) - kept_states(states, len(by_hand))
+    assert beyond.sum() <= exempt < at_least.sum()
+    assert exempt <= (1.0 - states) * len(by_hand) + 1e-9
 
 
-@given(measured(), st.floats(1e-3, 1e3))
+@given(errors(), st.floats(1e-3, 1e3))
 def test_the_unit_of_sliding_joints_does_not_count_and_one_norm_of_all_is_no_larger(case, unit):
-    measure, error = case
-    scale = np.where(measure.revolute, 1.0, unit)[:, None]
-    other = NormMeasure(measure.allowed, measure.states, scale * measure.torque, measure.revolute)
-    np.testing.assert_allclose(other.shares(scale * error), measure.shares(error), rtol=1e-14)
-    mixed = np.linalg.norm(scale * error, axis=0) / np.linalg.norm(scale * measure.torque, axis=0)
-    assert (mixed <= measure.shares(error) * (1 + 1e-14)).all()
+    error, torque, turning = case
+    scale = np.where(turning, 1.0, unit)
+    shares = norm_shares(error, torque, turning)
+    # Sums of up to five squares, rounded.
+    np.testing.assert_allclose(norm_shares(scale * error, scale * torque, turning), shares, rtol=1e-14)
+    mixed = np.linalg.norm(scale * error, axis=1) / np.linalg.norm(scale * torque, axis=1)
+    assert (mixed <= shares * (1 + 1e-14)).all()
 
 
 def test_round_off_and_rest_count_as_no_error():
-    torque = np.array([[1.0, 0.0], [0.0, 0.0]])
-    measure = NormMeasure(0.01, 1.0, torque, np.array([True, True]), round_off=1e-12)
-    assert measure.share(np.full((2, 2), 1e-13)) == 0.0
-    assert measure.shares(np.array([[0.0, 1e-3], [0.0, 0.0]])).tolist() == [0.0, math.inf]
-    nothing = NormMeasure(0.0, 1.0, torque, np.array([True, True]))
-    assert (nothing.share(np.zeros((2, 2))), nothing.share(torque)) == (0.0, math.inf)
-
-
-BUDGET = "2% norm at 95% of states"
+    torque, turning = np.array([[1.0, 0.0], [0.0, 0.0]]), np.array([True, True])
+    assert norm_shares(np.full((2, 2), 1e-13), torque, turning, 1e-12).tolist() == [0.0, 0.0]
+    assert norm_shares(np.array([[0.0, 0.0], [1e-3, 0.0]]), torque, turning).tolist() == [0.0, math.inf]
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +195,7 @@ def exact() -> ExactDynamics:
 
 @pytest.fixture(scope="module")
 def model(exact) -> gd.SimplifiedModel:
-    return simplify_exact(exact, BUDGET, SearchOptions(TERM))
+    return simplify_exact(exact, "2%", SearchOptions(TERM))
 
 
 def shares_by_hand(model: gd.SimplifiedModel, exact: ExactDynamics) -> np.ndarray:
@@ -232,88 +207,29 @@ def shares_by_hand(model: gd.SimplifiedModel, exact: ExactDynamics) -> np.ndarra
         return np.fmax.reduce([lost / whole for lost, whole in norms])
 
 
-def assert_kept(model: gd.SimplifiedModel, exact: ExactDynamics, share: float, states: float) -> None:
-    by_hand, count = np.sort(shares_by_hand(model, exact)), len(exact.states)
-    found = {norm.states: norm.share for norm in model.accuracy.norms}
-    # What is below round-off of the largest torque counts as no error, and may be a share of a small one.
-    for part, told in found.items():
-        assert told == pytest.approx(by_hand[kept_states(part, count) - 1], rel=1e-9, abs=1e-9)
-    assert found[states] <= share
-    assert (by_hand > share * (1 + 1e-9)).sum() <= count - kept_states(states, count)
-    assert model.accuracy.asked_norm is not None
-    assert model.accuracy.asked_norm.share == found[states]
-
-
-def test_the_promise_is_what_the_program_does(exact, model):
+def test_the_norms_are_those_of_what_the_program_does(exact, model):
+    by_hand = np.sort(shares_by_hand(model, exact))
     assert model.operations.total < exact.form.operations.total
-    assert_kept(model, exact, 0.02, 0.95)
-    # The states it gives up are used: no budget for all states would leave as few operations.
-    strict = simplify_exact(exact, "2% norm", SearchOptions(TERM))
-    assert_kept(strict, exact, 0.02, 1.0)
-    assert model.operations.total < strict.operations.total
-    assert shares_by_hand(model, exact).max() > 0.02
+    for share, states in model.accuracy.norms:
+        # What is below round-off of the largest torque counts as no error, and may be a share of a small one.
+        assert share == pytest.approx(by_hand[kept_states(states, len(by_hand)) - 1], rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize("level", [ENERGY, pytest.param(RECURSIVE, marks=pytest.mark.slow)])
-def test_every_level_keeps_it(exact, level):
-    found = simplify_exact(exact, BUDGET, SearchOptions(level, effort=0.1))
-    assert found.level is level
-    assert_kept(found, exact, 0.02, 0.95)
-
-
-@examples(4)
-@given(
-    st.floats(0.3, 2.0),
-    st.sampled_from([0.0, 9.81]),
-    st.sampled_from([0.5, 0.9, 0.95, 1.0]),
-    st.floats(1e-3, 0.2),
-    st.integers(0, 2**32 - 1),
-)
-def test_no_more_states_break_it_than_may(length, g, states, share, seed):
-    arm = two_link_of(length, 1.0, 0.4, g)
-    exact = ExactDynamics.of(arm, random_states(2, 60, seed))
-    found = simplify_exact(exact, f"{share:%} norm at {states:%} of states", SearchOptions(TERM))
-    asked = found.accuracy.asked.norm
-    assert asked is not None
-    assert_kept(found, exact, asked.share, states)
-
-
-def test_a_file_tells_it_again(exact, model, tmp_path):
+def test_a_file_tells_the_norms_again(exact, model, tmp_path):
     gd.save_model(model, tmp_path / "model.json")
     again = gd.load_model(tmp_path / "model.json")
     assert again.accuracy.norms == model.accuracy.norms
-    assert again.accuracy.budget == BUDGET
     assert again.accuracy.measured
-    evaluation = gd.evaluate(again, exact.states)
-    assert evaluation.norms == model.accuracy.norms
+    assert gd.evaluate(again, exact.states).norms == model.accuracy.norms
 
 
-@pytest.mark.parametrize(
-    ("share", "says"),
-    [(0.0201, "at most 0.02, the budget"), (0.001, "as measured at 300 states"), (None, "at most")],
-)
-def test_a_file_that_tells_otherwise_is_refused(model, tmp_path, share, says):
+@pytest.mark.parametrize(("factor", "says"), [(0.5, "as measured at 300 states"), (None, "at most")])
+def test_a_file_that_tells_other_norms_is_refused(model, tmp_path, factor, says):
     document = document_of(model).model_dump()
-    document["norms"] = [(part, share if part == 0.95 else own) for part, own in document["norms"]]
+    first, *others = document["norms"]
+    document["norms"] = [(first[0], factor and factor * first[1]), *others]
     (tmp_path / "model.json").write_text(json.dumps(signed(document)))
     with pytest.raises(ModelError, match="the model file states impossible errors") as caught:
         gd.load_model(tmp_path / "model.json")
-    assert "norms at 0.95 of the states" in caught.value.details["where"]
+    assert f"norms at {first[0]} of the states" in caught.value.details["where"]
     assert says in caught.value.details["expected"]
-
-
-def test_what_cannot_be_had_is_refused_by_name(exact, two_link, swing):
-    twice, few = [swing, replace(swing, name="b")], SearchOptions(TERM, operations=20)
-    refusals = {
-        "a certified model": lambda: simplify_certified(exact, BUDGET, gd.Box.of(exact.arm)),
-        "a limit on operations": lambda: simplify_exact(exact, BUDGET, few),
-        "a trade-off": lambda: trade_off(exact, BUDGET),
-        "the main job's results": lambda: gd.Settings(budget=BUDGET),
-        "a model for several": lambda: gd.simplify(two_link, twice, BUDGET),
-    }
-    for what, ask in refusals.items():
-        with pytest.raises(UsageError, match="is not possible with a budget of the norm") as caught:
-            ask()
-        assert caught.value.what.startswith(what)
-        assert caught.value.details["found"] == f'"{BUDGET}", which is for all joints together'
-        assert "next" in caught.value.details

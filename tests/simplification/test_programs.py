@@ -27,7 +27,7 @@ from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_programs
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_program
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import exactly
@@ -76,7 +76,7 @@ def test_a_shipped_program_is_used_where_it_is_right(path, place):
     name, _, drives = path.stem.partition("-")
     arm = load_arm(name)
     program = exact(arm, bool(drives))
-    assert [*written(program)] == json.loads(path.read_text())[0]
+    assert [*written(program)] == json.loads(path.read_text())
     assert not place.exists()
     heavier = dataclasses.replace(arm.links[-1], mass=1.01 * arm.links[-1].mass)
     other = dataclasses.replace(arm, links=(*arm.links[:-1], heavier))
@@ -124,34 +124,22 @@ def test_a_general_arm_of_eight_joints_is_never_written_out():
 def place(tmp_path, monkeypatch) -> Path:
     """An empty folder; nothing is remembered of earlier tests, nor afterwards."""
     monkeypatch.setenv(VARIABLE, str(tmp_path / "cache"))
-    kept_programs.cache_clear()
+    kept_program.cache_clear()
     yield tmp_path / "cache"
-    kept_programs.cache_clear()
+    kept_program.cache_clear()
 
 
 def exact(arm: RobotArm, drives: bool = False) -> Program:
     """As another run would make it."""
-    kept_programs.cache_clear()
+    kept_program.cache_clear()
     return ExactForm(arm, drives).program
 
 
-def thorough(arm: RobotArm) -> Program:
-    kept_programs.cache_clear()
-    form = ExactForm(arm)
-    some = dict(sorted(form.torques.items())[:10])
-    return torque_program(form.velocities, some, THOROUGH)
-
-
-@pytest.fixture(params=[exact, thorough], ids=["exact", "some terms"])
-def made(request, place):
-    return request.param
-
-
-def test_it_is_written_once_and_the_same_with_and_without(two_link, place, made):
-    first = made(two_link)
+def test_it_is_written_once_and_the_same_with_and_without(two_link, place):
+    first = exact(two_link)
     assert len(list(place.iterdir())) == 1
     with without_cache():
-        assert written(made(two_link)) == written(first)
+        assert written(exact(two_link)) == written(first)
 
 
 def test_what_is_kept_is_what_is_given(two_link, place):
@@ -159,12 +147,12 @@ def test_what_is_kept_is_what_is_given(two_link, place):
     exact(two_link)
     (path,) = place.iterdir()
     other = written(ExactForm(two_link).recursion.program)
-    keep(path.name.split(".")[0], [other])
+    keep(path.name.split(".")[0], other)
     assert written(exact(two_link)) == other
 
 
-def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place, made):
-    right = written(made(two_link))
+def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place):
+    right = written(exact(two_link))
     (path,) = place.iterdir()
     before, name = path.read_bytes(), path.name.split(".")[0]
     numbers = [(k, j) for k, step in enumerate(right[0]) for j, x in enumerate(step) if isinstance(x, float)]
@@ -172,13 +160,13 @@ def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place, made):
     k, j = numbers[0]
     steps[k][j] *= 1.0 + 1e-6
     renamed = [["input", "q9"] if step == ["input", "q1"] else step for step in right[0]]
-    for wrong in ([[steps, right[1]]], [[renamed, right[1]]], [right, right], before[:-1], b"[" * 10_000):
+    for wrong in ([steps, right[1]], [renamed, right[1]], [right, right], before[:-1], b"[" * 10_000):
         if isinstance(wrong, bytes):
             path.write_bytes(wrong)
         else:
             keep(name, wrong)
         assert path.read_bytes() != before
-        assert written(made(two_link)) == right
+        assert written(exact(two_link)) == right
         assert path.read_bytes() == before
 
 

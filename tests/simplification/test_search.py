@@ -55,8 +55,6 @@ def candidate_sets(draw: st.DrawFn) -> Candidates:
         effects=rng.normal(size=(count, joints, states)) * rng.choice([0.3, 1.0, 3.0], (count, 1, 1)),
         costs=costs,
         parameter=rng.integers(0, count, count),
-        magnitude=rng.uniform(0.5, 2.0, count),
-        ratio=np.ones(count),
         total=count,
     )
 
@@ -136,7 +134,7 @@ def test_beyond_greedy_and_refit_gain_on_the_puma(puma, pick_and_place):
     model = simplify_exact(exact, Budget(), SearchOptions(TERM, refit=True))
     names, counts = zip(*model.accuracy.steps, strict=True)
     assert names[:2] == ("elimination", "integer program")
-    assert names[-2:] == ("refit", "shared coefficients")
+    assert names[-1] == "refit"
     # Along 31 set points the integer program saves an elimination's fifth, and a refit again: 173, 138, 119.
     assert counts[1] < 0.96 * counts[0]
     assert counts[-1] < 0.9 * counts[1]

@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from few_tries import few_tries
-from gd_analyze.simplification import pruning
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -94,14 +92,3 @@ def test_of_any_arm_and_motion(moved, kind, share):
     exact, budget = ExactDynamics.of(*moved), Budget.parse(f"{100 * share:g}%")
     model = simplify_exact(exact, budget, SearchOptions(*kind, thorough=False))
     require_sound(exact, model, budget_path(exact, budget, model))
-
-
-def test_a_path_of_recursions_is_searched_once(two_link, swing, monkeypatch, tmp_path):
-    exact = ExactDynamics.of(two_link, swing)
-    model = simplify_exact(exact, ONE_PERCENT, SearchOptions(RECURSIVE))
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
-    first = budget_path(exact, ONE_PERCENT, model)
-    monkeypatch.setattr(pruning, "prune", None)
-    for one, again in zip(first, budget_path(exact, ONE_PERCENT, model), strict=True):
-        assert one.terms == again.terms
-        assert one.program.steps == again.program.steps

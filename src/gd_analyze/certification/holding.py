@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,20 +19,18 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
 from gd_analyze.certification.falsification import AT_ONCE, TRIED, worst_found
 from gd_analyze.certification.tube import Tube
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.operations.angles import priced
-from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.accuracy import LevelTried, SearchStep
+from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cache import keep, kept
-from gd_analyze.simplification.effort import COUNTING, THOROUGH, named
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
-from gd_analyze.simplification.simplify import FEW_JOINTS, LEVELS_TRIED, simplify_exact, unpromising
+from gd_analyze.simplification.simplify import simplify_exact
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
@@ -40,14 +38,9 @@ _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
 # excess by which it shrinks; largest share of the worst states found; largest growth of the budget; attempts
 # to improve a model that holds.
 _AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.0, 3
-# If terms take less than this share of the exact torque's operations over a box, the recursion is not tried:
-# it takes seconds, and half to four fifths of the operations.
-_FEW = 0.5
 # For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
 # the first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
-# Largest share of operations with which a refitted model is reported beside one with the arm's coefficients.
-_MUCH = 0.85
 # Share of a usual search in each round.
 _EFFORT = 0.25
 # States drawn at first, beside those given; total for recursions along a tube.
@@ -67,23 +60,6 @@ class Held(NamedTuple):
     found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
     where: str = ""  # name of these states
     near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
-
-    @property
-    def tried_as(self) -> LevelTried:
-        """Entry of the model in a list of levels."""
-        model, found = self.model, self.found
-        share = None if found is None else float((found / model.accuracy.allowed).max())
-        about = model.level.name, model.operations.total, "", model.refitted, share
-        return LevelTried(*about, found is not None and not self.tried)
-
-    @property
-    def beside(self) -> LevelTried | None:
-        """Alternative with the arm's coefficients, or, if much cheaper, a refitted one."""
-        model = self.model
-        most = model.operations_full.total - 1 if model.refitted else _MUCH * model.operations.total
-        levels = (one for one in model.accuracy.levels if one.of_allowed is not None)
-        others = [one for one in levels if one.refitted != model.refitted and (one.operations or 0) <= most]
-        return min(others, key=lambda one: one.operations or 0, default=None)
 
 
 def simplify_held(
@@ -130,16 +106,13 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, the budget is of the norm, which holds only for a share
-        of states, or the tube is around other motions.
+        If not even the exact model can be certified, or the tube is around other motions.
     """
-    budget = Budget.of(budget).require_per_joint(
-        "a certified model", "omit --certified, and bound the model's errors with `gd-analyze certify`"
-    )
+    budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
     rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-    best = rounds.best(how)
+    best = rounds.held(how)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -160,7 +133,7 @@ def simplify_certified(
     budget: Budget | str,
     region: Box | Tube,
     *,
-    level: Level | None = None,
+    level: Level = TERM,
     refit: bool = False,
     effort: float = 1.0,
     provenance: Mapping[str, str] | None = None,
@@ -184,8 +157,7 @@ def simplify_certified(
     Raises
     ------
     UsageError
-        If the budget is below the round-off of the bound, so that not even the exact model can be certified,
-        or is of the norm, which holds only for a share of states.
+        If the budget is below the round-off of the bound, so that not even the exact model can be certified.
     """
     how = SearchOptions(level, refit, effort=effort)
     held = simplify_held(exact, budget, region, how, certified=True, provenance=provenance, progress=progress)
@@ -229,69 +201,18 @@ class _Rounds:
     progress: Callable[[int], None] | None
     stage: Callable[[str], object]
 
-    def best(self, how: SearchOptions) -> Held:
-        """Take the level asked for, or the cheapest of the promising ones."""
-        if how.level is not None:
-            return self.held(how, how.level)
-        exact, found, tried = self.exact, list[Held](), list[LevelTried]()
-        few = _FEW * isinstance(self.region, Box)
-        for level in LEVELS_TRIED:
-            models = [held.model for held in found]
-            why = unpromising(exact, level, self.budget, how, models, few)
-            if not why:
-                try:
-                    found.append(self.held(how, level))
-                except TooLongError as error:  # of a certified one
-                    if not found:
-                        raise
-                    why = error.what
-            tried.append(LevelTried(level.name, None, why) if why else found[-1].tried_as)
-        cheapest = min(found, key=lambda held: _cost(held, how))
-        is_short = exact.arm.n_joints <= FEW_JOINTS and not self.certified
-        if how.thorough and is_short and cheapest.model.saves and not how.refit:
-            tried.append(self.held(replace(how, refit=True), TERM).tried_as)
-        accuracy = replace(cheapest.model.accuracy, levels=tuple(tried))
-        return cheapest._replace(model=replace(cheapest.model, accuracy=accuracy))
-
-    def held(self, how: SearchOptions, level: Level) -> Held:
-        """Find a model that holds; a cached one is tested again in place of a search."""
-        exact, allowed = self.exact, self.exact.allowed(self.budget)
-        given = [describe_in_full(exact.arm), exact.form.drives, *exact.states.arrays, exact.states.weights]
-        asked = [allowed, *vars(self.region).values(), self.certified, self.effort]
-        name = named(["held", given, asked, level.name, *vars(replace(how, level=None)).values()])
-        held = self._again(kept(name), level, allowed)
-        if held is None:
-            held, entry = self._searched(how, level, allowed)
-            keep(name, entry)
-        if level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
-            quick = self.held(replace(how, effort=1.0, thorough=False), level)
+    def held(self, how: SearchOptions) -> Held:
+        """Find a model that holds."""
+        held = self._searched(how)
+        if how.level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
+            quick = self._searched(replace(how, effort=1.0, thorough=False))
             held = min(held, quick, key=lambda one: _cost(one, how))
         return held
 
-    def _again(self, entry: Any, level: Level, allowed: FloatArray) -> Held | None:
-        """Test a cached model, see `_entry`; None if there is none, or it does not hold."""
-        model = exactly(self.exact, level, allowed, str(self.budget))
-        try:
-            turn, entries, refitted, steps, ended, *added = entry
-            terms = level.from_entries(model.form, entries)
-            near = self.exact.joined_by(*(np.array(values, dtype=float) for values in added))
-            accuracy = replace(model.accuracy, steps=tuple(SearchStep(*step) for step in steps), **ended)
-        except (TypeError, ValueError, GdAnalyzeError):
-            return None
-        program = level.write(model.form, terms, COUNTING)
-        model = replace(model, terms=terms, program=program, refitted=refitted, accuracy=accuracy)
-        trial, _ = self._over_region(replace(model, provenance=self.provenance), allowed, turn)
-        if trial.found is None or not (trial.found <= allowed).all():
-            return None
-        return self._written(trial, allowed)._replace(near=near)
-
-    def _searched(self, how: SearchOptions, level: Level, allowed: FloatArray) -> tuple[Held, Any]:
-        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations.
-
-        Also returns its cache entry; None for the exact model.
-        """
-        n = self.exact.arm.n_joints
-        refits, along = level.always_refits, isinstance(self.region, Tube)
+    def _searched(self, how: SearchOptions) -> Held:
+        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations."""
+        n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
+        refits, along = how.level.always_refits, isinstance(self.region, Tube)
         is_long = self.exact.form.operations.total > _LONG
         share = np.full(n, _AT_FIRST[along] if refits else 1.0)
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
@@ -304,8 +225,8 @@ class _Rounds:
         known = first = self.exact.joined_by(drawn, weights)
         some = self.exact.joined_by(drawn[:, :_DRAWN], weights[:_DRAWN])
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(how, level=level, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
-        best, entry, left = None, None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
+        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
+        best, left = None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
         for turn in range(_FEW_ROUNDS if is_long else _ROUNDS):
             if len(counts):
                 least = np.minimum(share / _AT_WORST, 1.0) if refits else 1.0
@@ -329,7 +250,7 @@ class _Rounds:
                 if best is not None and _cost(trial, how) >= _cost(best, how):
                     left -= 1
                 else:
-                    best, entry = trial, self._entry(turn, model, trial)
+                    best = trial
                 if not (refits and how.thorough and left and trial.model.saves):
                     break
                 share = np.minimum(1.0, share * allowed / np.maximum(found, allowed / _WIDEST))
@@ -347,25 +268,9 @@ class _Rounds:
             else:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
-            return best, entry
-        everything = exactly(self.exact, level, allowed, str(self.budget))
-        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts)), None
-
-    def _entry(self, turn: int, model: SimplifiedModel, held: Held) -> list[Any]:
-        """Cache entry of a model: its round, its terms, and the states it was fitted on, in plain values."""
-        accuracy, near, first = model.accuracy, held.near, len(self.exact.states)
-        assert near is not None
-        assert near.states.weights is not None
-        added = np.stack(near.states.arrays)[:, first:], near.states.weights[first:]
-        ended = {"solved": accuracy.solved, "cut_short": accuracy.cut_short}
-        return [
-            turn,
-            model.level.to_entries(model.terms),
-            model.refitted,
-            accuracy.steps,
-            ended,
-            *(values.tolist() for values in added),
-        ]
+            return best
+        everything = exactly(self.exact, how.level, allowed, str(self.budget))
+        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """Proven or found errors of a model, and the states (3, M, n) of the largest ones."""

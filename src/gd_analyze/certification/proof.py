@@ -68,8 +68,6 @@ def proof(
     if not accuracy.measured:
         states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
         notices.append(f"Allowed and sampled errors are stated by the file for {states}, not measured.")
-    if accuracy.asked.norm is not None:
-        notices.append("A budget of the norm holds for a share of the states and cannot be proven for all.")
     within = "the arm's limits" if motion is None else "the motion's margins"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     return Result(
@@ -157,12 +155,7 @@ def _joints(
 ) -> Table:
     """Errors sampled, found and proven by joint; the largest torques found are in N m (N), shape (n,)."""
     accuracy, joints, certified = model.accuracy, model.arm.joints, certificate.certified
-    units, none = [joint.effort_unit for joint in joints], [None] * len(joints)
-    # A budget of the norm is not per joint.
-    is_norm = accuracy.asked.norm is not None
-    allowed, within = (none, none) if is_norm else (accuracy.allowed, certificate.within(accuracy.allowed))
-    headings = ("", "") if is_norm else ("allowed", "of allowed")
-    of_allowed = none if is_norm else share_of(certified, accuracy.allowed)
+    units, allowed = [joint.effort_unit for joint in joints], accuracy.allowed
     of_peak = share_of(certified, accuracy.errors.peak_torque)
     states = [dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)]
     between, note = [], "Found: largest error of a search over the box."
@@ -178,9 +171,9 @@ def _joints(
             Column("worst_found", "" if extremes else "found", certificate.worst_found, units),
             Column("certified", "proven", certified, units, "bound"),
             *between,
-            Column("allowed_error", headings[0], allowed, units),
-            Column("certified_of_allowed", headings[1], of_allowed, shown="bound_percent"),
-            Column("within_allowed", "", within),
+            Column("allowed_error", "allowed", allowed, units),
+            Column("certified_of_allowed", "of allowed", share_of(certified, allowed), shown="bound_percent"),
+            Column("within_allowed", "", certificate.within(allowed)),
             Column("worst_state", "", states),
             Column("largest_torque_found", "", largest),
             Column("certified_share_of_largest_found", "", share_of(certified, largest)),
@@ -206,10 +199,11 @@ def _tube(certificate: Certificate) -> Mapping[str, Any] | None:
 
 def _definite(model: SimplifiedModel, certificate: Certificate, definite: Definiteness | None) -> list[Fact]:
     """The verdicts: joints within the budget, and D."""
-    accuracy, facts = model.accuracy, [Fact("positive_definite", "", None)]
-    if accuracy.asked.norm is None:
-        within = certificate.within(accuracy.allowed)
-        facts.append(Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"))
+    within = certificate.within(model.accuracy.allowed)
+    facts = [
+        Fact("positive_definite", "", None),
+        Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"),
+    ]
     if definite is None:
         return facts
     values = {

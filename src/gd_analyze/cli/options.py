@@ -238,7 +238,6 @@ BUDGET = (
     "Coulomb friction (10% friction) or parameter uncertainty (uncertainty), or N m (0.5); the larger of "
     'several joined by "or" (1% or 10% friction); one for all joints, or one per joint, comma-separated.'
 )
-_CHEAPEST = "cheapest"
 
 
 def budget(words: str = BUDGET) -> Callable[[F], F]:
@@ -246,19 +245,10 @@ def budget(words: str = BUDGET) -> Callable[[F], F]:
     return click.option("--budget", default="1%", metavar="LIST", help=words)
 
 
-def level(names: Sequence[str] = tuple(LEVEL_NAMES), default: str = _CHEAPEST) -> Callable[[F], F]:
-    """--level; None for the cheapest."""
+def level(names: Sequence[str] = tuple(LEVEL_NAMES)) -> Callable[[F], F]:
+    """--level, by default the first of the names."""
     words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]
-    if default == _CHEAPEST:
-        words.insert(0, f"{_CHEAPEST}: the level with fewest operations, among those promising for the arm")
-        names = (_CHEAPEST, *names)
-    return click.option(
-        "--level",
-        type=click.Choice(names),
-        default=default,
-        callback=lambda context, option, chosen: None if chosen == _CHEAPEST else chosen,
-        help=f"{'; '.join(words)}.",
-    )
+    return click.option("--level", type=click.Choice(names), default=names[0], help=f"{'; '.join(words)}.")
 
 
 simplify = together(

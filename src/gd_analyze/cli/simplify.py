@@ -20,9 +20,8 @@ from gd_analyze.text import SINE_PRICE
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @options.budget(
-    f"{BUDGET} Or, for all joints together, a share of the torque's norm (1% norm at 95% of states). Or, "
-    "along a trajectory, the allowed tracking error: `tracking 0.1deg` of every joint, `tracking 1mm at the "
-    "end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
+    f"{BUDGET} Or, along a trajectory, the allowed tracking error: `tracking 0.1deg` of every joint, "
+    "`tracking 1mm at the end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
 )
 @options.level()
 @options.simplify
@@ -70,7 +69,7 @@ from gd_analyze.text import SINE_PRICE
 def simplify(
     given: Given,
     budget: str,
-    level: str | None,
+    level: str,
     refit: bool,
     operations: int | None,
     effort: float,
@@ -88,8 +87,8 @@ def simplify(
 
     The budget holds at every state near the motion, or near each of several, and is proven where the proof
     succeeds; without a trajectory it holds at 200 000 states drawn within the arm's limits. With --operations
-    or a budget of the norm it holds at the set points only. Equations of levels term and energy are in
-    absolute velocities, see docs/simplification.md.
+    it holds at the set points only. Equations of levels term and energy are in absolute velocities, see
+    docs/simplification.md.
 
     \b
     Examples:
@@ -97,7 +96,6 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
-      gd-analyze simplify puma560 --budget "1% norm at 95% of states"
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
@@ -123,8 +121,7 @@ def simplify(
         from gd_analyze.simplification.verdicts import model_by_verdicts
         from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
-        own = None if level is None else gd.LEVELS[level]
-        how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
+        how = SearchOptions(gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price)
         around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
         asked = gd.Budget() if tracking else gd.Budget.parse(budget)
@@ -134,7 +131,7 @@ def simplify(
         exact, motion = given.exact()
         tracking = tracking and TrackingBudget.parse(budget, exact.arm)
         source = provenance(command_line())
-        at_states = at_set_points or operations is not None or asked.norm is not None
+        at_states = at_set_points or operations is not None
 
         def within(allowed: gd.Budget) -> Held:
             told: dict[str, Any] = {"provenance": source, "stage": stage}
@@ -164,7 +161,7 @@ def simplify(
 
 @click.command(short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
-@options.level(("term", "energy"), "term")
+@options.level(("term", "energy"))
 @options.number("--top", 20, "Number of terms to print; --json gives all.")
 @reporting
 def rank(given: Given, level: str, top: int, output: Output) -> None:

@@ -36,10 +36,10 @@ from gd_analyze.text import LEVEL_NAMES
 @options.share("--precision", "0.02%", "Share of each range to which changes of verdicts are bisected.")
 @click.option(
     "--operations",
-    type=click.Choice(["quick", "cheapest", *LEVEL_NAMES, "none"]),
+    type=click.Choice(["quick", *LEVEL_NAMES, "none"]),
     default=None,
     help="Operations of the simplified model at every point. quick: estimated from the terms left at level "
-    "term, to about 20 %, 0.1 s a point; a level or cheapest: of the model, seconds a point.  "
+    "term, to about 20 %, 0.1 s a point; a level: of its model, seconds a point.  "
     "[default: quick on grids of up to 1000 points]",
 )
 @options.drives

@@ -11,8 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import LevelTried, share_of
-from gd_analyze.simplification.budget import NormShare
+from gd_analyze.simplification.accuracy import NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import percent
 
@@ -76,20 +75,19 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = model.saves or bool(errors.largest.any())
     units = [joint.effort_unit for joint in model.arm.joints]
-    is_norm, of = accuracy.asked.norm is not None, accuracy.asked.shares_of.removesuffix(" torque")
+    of = accuracy.asked.shares_of.removesuffix(" torque")
     of = "of allowed" if of.startswith("allowed") else f"of {of}"
-    nothing = [None] * model.arm.n_joints
     known = proven is not None and bool(np.isfinite(proven).all())
     columns = [
         *joint_columns(model.arm.joints),
         Column("peak_torque", "peak torque", errors.peak_torque, units),
-        Column("allowed_error", "allowed" * (not is_norm), nothing if is_norm else accuracy.allowed, units),
+        Column("allowed_error", "allowed", accuracy.allowed, units),
         Column("largest_error", "error" * saves, errors.largest, units),
         Column("", of * saves, accuracy.shares, shown="percent"),
         Column("rms_error", "RMS" * (saves and not known), errors.rms, units),
         Column("largest_share", "", errors.largest_share),
         Column("rms_share", "", errors.rms_share),
-        Column("largest_of_allowed", "", nothing if is_norm else share_of(errors.largest, accuracy.allowed)),
+        Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),
     ]
     if proven is not None and known and saves:
         columns.append(Column("", "proven", proven, units, "bound"))
@@ -116,9 +114,6 @@ def norms_text(norms: Iterable[NormShare]) -> str:
 
 def error_text(model: SimplifiedModel) -> str:
     """Largest error of a model, in the terms of its budget, in a few words."""
-    asked = model.accuracy.asked_norm
-    if asked is not None:
-        return f"Error {norms_text([asked])} of the torque's norm"
     worst = worst_error(model)
     return f"Torque error at most {worst.text} (joint {worst.joint})"
 
@@ -132,14 +127,6 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
             f"the {full} operations of the exact torque, which is the result."
         )
     return f"{model.operations.total} operations instead of {full}. {error or error_text(model)}."
-
-
-def beside_text(other: LevelTried | None) -> str:
-    """Sentence on an alternative model, to follow a headline; "" if there is none."""
-    if other is None:
-        return ""
-    how = "Refitted" if other.refitted else "With the arm's own coefficients"
-    return f" {how}: {other.text}."
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:

@@ -18,7 +18,6 @@ from gd_analyze.result import Fact, Result, Table
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
-    beside_text,
     drives_text,
     headline,
     joint_errors,
@@ -40,14 +39,12 @@ from gd_analyze.results.rows import (
     threshold_text,
 )
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import amount, joined, number, percent, thousands
 
 # Verdicts in the order of the reports, and their names.
 VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
 VERDICTS["neither"] = "zero"
-_BESIDE = ("level", "operations", "refitted", "of_allowed", "proven")
 
 
 def run_result(findings: Findings, top: int = 12) -> Result:
@@ -99,16 +96,7 @@ def run_headline(findings: Findings) -> str:
         error = f"{worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"{worst_error(model, bound).text} near {motion} (proven)"
-    return f"{contradicted}{headline(model, f'Torque error at most {error}')}{beside_text(beside(findings))}"
-
-
-def beside(findings: Findings) -> LevelTried | None:
-    """The other model that keeps the budget near the motion, see `Held.beside`."""
-    about = {name: findings.tables["tube"].attrs[f"beside_{name}"] for name in _BESIDE}
-    level, operations, refitted, of_allowed, is_proven = about.values()
-    if not level:
-        return None
-    return LevelTried(level, int(operations), "", bool(refitted), float(of_allowed), bool(is_proven))
+    return f"{contradicted}{headline(model, f'Torque error at most {error}')}"
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:
@@ -132,7 +120,6 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
         Fact("kept_terms", "Model", len(model.terms), text=kept if model.saves else "everything"),
-        Fact("beside", "", None if (other := beside(findings)) is None else other._asdict()),
     )
 
 
@@ -149,24 +136,12 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
         Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
         *_for_json(drives=model.drives, refitted=model.refitted),
         *operation_facts(model),
-        Fact("", "Operations by level", "", text=_by_level(findings)),
         *_for_json(
             search=[step._asdict() for step in accuracy.steps],
         ),
         Fact("", quick, "quick; `gd-analyze simplify` searches longer"),
         *norm_facts(accuracy.norms, findings.arm),
     )
-
-
-def _by_level(findings: Findings) -> str:
-    """Operations of every level within the budget, with those of its refitted model in brackets."""
-    asked = findings.tables["trade_off"].sel(factor=1.0)
-    counts: dict[str, str] = {}
-    for level, refit, count in zip(
-        asked.level.values, asked.refit.values, asked.operations.values, strict=True
-    ):
-        counts[level] = f"{counts[level]} (refitted {count})" if refit else f"{level} {count}"
-    return ", ".join(counts.values())
 
 
 def more_facts(findings: Findings) -> tuple[Fact, ...]:

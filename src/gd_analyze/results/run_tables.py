@@ -18,7 +18,7 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.motions.margin import Margin
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
-from gd_analyze.simplification.accuracy import ErrorTable, LevelTried
+from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.evaluation import PayloadEffect, TermRanking, losses
@@ -282,7 +282,6 @@ def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -
         certified, found = certificate.certified, certificate.worst_found
     if held.found is not None and held.tried:
         found = np.fmax(found, held.found)
-    other = held.beside or LevelTried("", 0)
     return table(
         "tube",
         {
@@ -299,13 +298,7 @@ def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -
             "segment_from": ("segment", tube.begin, {"units": "s"}),
             "segment_to": ("segment", tube.end, {"units": "s"}),
         },
-        {
-            **{"margin": str(margin), "coarse": tube.coarse, "note": tube.note, "tried": held.tried},
-            "beside_level": other.level,
-            "beside_operations": other.operations or 0,
-            "beside_of_allowed": other.of_allowed or 0.0,
-            **{f"beside_{name}": int(getattr(other, name)) for name in ("refitted", "proven")},
-        },
+        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note, "tried": held.tried},
     )
 
 

@@ -10,7 +10,6 @@ from gd_analyze.formulas.languages import Plain, equations
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
 from gd_analyze.results.model_facts import (
-    beside_text,
     drives_text,
     headline,
     joint_errors,
@@ -72,15 +71,9 @@ def simplified_result(
         note="Effort used up before the end." if accuracy.cut_short else "",
     )
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
-    tried = {
-        f"{one.level}{', refitted' * (one.refitted and one.level != RECURSIVE.name)}": (
-            f"not tried: {one.why}" if one.why else one.text
-        )
-        for one in accuracy.levels
-    }
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
-        headline=f"{headline(model, answer)}{beside_text(held.beside)}",
+        headline=headline(model, answer),
         facts=(
             Fact("arm", "", arm.name),
             Fact("level", "Level", model.level.name, note=kept),
@@ -89,9 +82,6 @@ def simplified_result(
             Fact("budget", "Budget", accuracy.budget),
             Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
             *operation_facts(model),
-            *(Fact("", f"Level {level}", found) for level, found in tried.items()),
-            Fact("beside", "", None if held.beside is None else held.beside._asdict()),
-            Fact("levels", "", [one._asdict() for one in accuracy.levels]),
             Fact("solved", "", accuracy.solved),
             Fact("cut_short", "", accuracy.cut_short),
             *proven,

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isclose
 from typing import NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.budget import Allowance, Budget, NormShare, ReferenceTorques
-from gd_analyze.text import amount, named_joints, percent
+from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from gd_analyze.text import amount, named_joints
 
+# Shares of the states for which PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm.
+USUAL_STATES = (0.95, 0.999)
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
@@ -77,30 +79,51 @@ class AlongMotion:
     uncertainty: FloatArray | None = None
 
 
+class NormShare(NamedTuple):
+    """Norm of the torque error over that of the torque, of all joints together, at a share of the states."""
+
+    share: float  # largest there; infinite for an error without torque
+    states: float = 1.0  # share of the states, those of the smallest errors; 1 for all
+
+
+def norms_by_kind(torque: FloatArray, revolute: Sequence[bool]) -> FloatArray:
+    """Norm of the torque (N, n) of the revolute joints, and of the prismatic ones, shape (1 or 2, N)."""
+    kinds = np.array(revolute)
+    return np.array(
+        [np.linalg.norm(torque[:, kinds == kind], axis=1) for kind in (True, False) if kind in revolute]
+    )
+
+
+def norm_shares(
+    error: FloatArray, torque: FloatArray, revolute: Sequence[bool], round_off: float = 0.0
+) -> FloatArray:
+    """Norm of the error (N, n) over that of the torque at every state (N,), of the worse kind of joint.
+
+    Errors up to `round_off`, N m (N), count as none; an error without torque has an infinite share.
+    """
+    counting = np.where(np.abs(error) <= round_off, 0.0, error)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = norms_by_kind(counting, revolute) / norms_by_kind(torque, revolute)
+    return np.where(np.isnan(shares), 0.0, shares).max(axis=0)
+
+
+def kept_states(share: float, count: int) -> int:
+    """Least number of states that make a share of `count`: 95 % of 4000 are 3800."""
+    # 0.95 and products with it are rounded: a number that is whole up to rounding is whole.
+    return min(math.ceil(round(share * count, 6)), count)
+
+
+def share_at(shares: FloatArray, states: float) -> float:
+    """Smallest share of the norm that this share of the states keeps, from shares (N,)."""
+    last = kept_states(states, len(shares)) - 1
+    return float(np.partition(shares, last)[last])
+
+
 class SearchStep(NamedTuple):
     """One step of a search, and the operations of the model after it."""
 
     name: str
     operations: int
-
-
-class LevelTried(NamedTuple):
-    """Operations of a level's model in a search for the cheapest; None if not tried, with the reason."""
-
-    level: str
-    operations: int | None
-    why: str = ""
-    refitted: bool = False
-    of_allowed: float | None = None  # largest error over the allowed one, if tested beyond the states
-    proven: bool = False
-
-    @property
-    def text(self) -> str:
-        """Summary: "78 operations, error 95 % of the allowed one (proven)"."""
-        error = (
-            f", error {percent(self.of_allowed)} of the allowed one" if self.of_allowed is not None else ""
-        )
-        return f"{self.operations} operations{error}{' (proven)' * self.proven}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +146,7 @@ class Proven:
 class Accuracy:
     """Accuracy that a model states."""
 
-    # (n,), N m; for a budget of the norm, which is not per joint, see `Budget.allowed`.
-    allowed: FloatArray
+    allowed: FloatArray  # (n,), N m
     budget: str  # as written by the user
     errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
     fitted_on: Mapping[str, str | int]  # those states, see `States.described`
@@ -134,9 +156,7 @@ class Accuracy:
     measured: bool = True  # errors were measured here; otherwise a file states them
     uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, if stated
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
-    # At the usual shares of states, and at that of a budget of the norm; infinite for errors without torque.
-    norms: tuple[NormShare, ...] = ()
-    levels: tuple[LevelTried, ...] = ()  # if the level of fewest operations was searched
+    norms: tuple[NormShare, ...] = ()  # at `USUAL_STATES`
     certificate: Proven | None = None  # what is proven, if anything
 
     def along(self, fingerprint: str) -> Accuracy:
@@ -156,16 +176,6 @@ class Accuracy:
     def asked(self) -> Budget:
         """The parsed budget."""
         return Budget.parse(self.budget)
-
-    @property
-    def asked_norm(self) -> NormShare | None:
-        """The share of the norm found at the share of states that the budget names, if any."""
-        asked = self.asked.norm
-        return None if asked is None else self.norm_at(asked.states)
-
-    def norm_at(self, states: float) -> NormShare | None:
-        """The share of the norm kept by this share of the states; None if not measured."""
-        return next((norm for norm in self.norms if isclose(norm.states, states)), None)
 
     @property
     def shares(self) -> FloatArray:
@@ -191,8 +201,6 @@ class Accuracy:
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
     """Joints whose budget is below friction or uncertainty, and a budget that accounts for it; "" if none."""
-    if accuracy.asked.norm is not None:
-        return ""
     by = ReferenceTorques(arm, accuracy.errors.peak_torque, accuracy.uncertainty)
     entries = list(accuracy.asked.of_joints(arm.n_joints))
     is_open = np.array([_TAKEN_INTO_ACCOUNT.keys().isdisjoint(of for _, of in entry) for entry in entries])

@@ -49,8 +49,6 @@ class Candidates:
     effects: FloatArray
     costs: Costs
     parameter: NDArray[np.int64]  # (K,), index of the free number of a refit, see `level.Numbers`
-    magnitude: FloatArray  # (K,), of the coefficients
-    ratio: FloatArray  # (K,), factor of every coefficient for a free number of 1; initially 1
     total: int  # number of all terms
     swept: float = 0.0  # share of the budget used by terms dropped beforehand
 
@@ -96,16 +94,13 @@ def candidates_of(
     every = level.terms(exact.form)
     terms, swept = _swept(exact, level, every, allowed, sweep) if len(every) > MANY else (every, 0.0)
     listed = list(terms)
-    parameter, magnitude = level.numbers(exact.form, listed)
     return Candidates(
         level=level,
         form=exact.form,
         terms=terms,
         effects=_weighed(level.effects(exact, terms), exact) / ((1.0 - swept) * allowed)[:, None],
         costs=level.costs(exact.form, listed, sine_price),
-        parameter=parameter,
-        magnitude=magnitude,
-        ratio=np.ones(len(listed)),
+        parameter=level.numbers(exact.form, listed),
         total=len(every),
         swept=swept,
     )
@@ -263,24 +258,23 @@ class _LeastSquares:
 
     def __init__(self, gram: FloatArray, candidates: Candidates) -> None:
         _, self._place = np.unique(candidates.parameter, return_inverse=True)
-        self._gram, self._ratio = gram, candidates.ratio.copy()
+        self._gram, self._kept = gram, np.ones(len(gram))
         self._order = np.argsort(self._place, kind="stable")
         numbers = np.arange(int(self._place.max(initial=-1)) + 1)
         self._first = np.searchsorted(self._place[self._order], numbers)
         self._gathered = self._by_number(gram).T
         self._wished = gram.sum(axis=1)
         # If a number's candidates cancel, the rest is round-off relative to them.
-        own = self._ratio * np.diag(gram)
-        self._least = np.finfo(float).eps * self._by_number(own[:, None])[:, 0]
+        self._least = np.finfo(float).eps * self._by_number(np.diag(gram)[:, None])[:, 0]
 
     def drop(self, k: int) -> None:
         """Fit without k from now on."""
-        self._gathered[:, self._place[k]] -= self._gram[k] * self._ratio[k]
-        self._ratio[k] = 0.0
+        self._gathered[:, self._place[k]] -= self._gram[k]
+        self._kept[k] = 0.0
 
     @property
     def _used(self) -> NDArray[np.bool_]:
-        return np.asarray(np.logical_or.reduceat(self._ratio[self._order] != 0.0, self._first))
+        return np.asarray(np.logical_or.reduceat(self._kept[self._order] != 0.0, self._first))
 
     @property
     def numbers(self) -> int:
@@ -298,12 +292,12 @@ class _LeastSquares:
         scaled = normal / np.outer(size, size) + _SLIGHTLY * np.eye(len(size))
         fitted = np.zeros(len(used))
         fitted[used] = np.linalg.solve(scaled, wished / size) / size
-        return np.where(self._ratio != 0.0, self._ratio * fitted[self._place], 1.0)
+        return np.where(self._kept != 0.0, fitted[self._place], 1.0)
 
     def _by_number(self, rows: FloatArray) -> FloatArray:
-        """Sum rows of candidates that share a number, times their ratios."""
-        weighted = (self._ratio[:, None] * rows)[self._order]
-        return np.asarray(np.add.reduceat(weighted, self._first)) if len(self._first) else weighted
+        """Sum rows of kept candidates that share a number."""
+        kept = (self._kept[:, None] * rows)[self._order]
+        return np.asarray(np.add.reduceat(kept, self._first)) if len(self._first) else kept
 
 
 class _Savings:

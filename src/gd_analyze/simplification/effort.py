@@ -1,10 +1,10 @@
-"""Time spent on programs and searches, and slow programs, which are kept between runs."""
+"""Time spent on programs and searches, and exact programs, which are kept between runs."""
 
 from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path
@@ -74,48 +74,49 @@ class Work:
         return True
 
 
-# Source folders that determine programs and models found; a change there invalidates them.
+# Source folders that determine an exact program; a change there invalidates those written before.
 _CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")
 
 
 @dataclass(frozen=True)
 class Task:
-    """Programs that are written together, which is slow."""
+    """The exact program of an arm, which is slow to write."""
 
-    name: str  # of their entry in the cache
+    name: str  # of its entry in the cache
     n_joints: int = field(compare=False)
-    write: Callable[[], Iterable[Program]] = field(compare=False)
-    are_right: Callable[[Sequence[Program]], bool] = field(compare=False)
-    shipped: Any = field(default=None, compare=False)  # plain values of the programs from a longer search
+    write: Callable[[], Program] = field(compare=False)
+    is_right: Callable[[Program], bool] = field(compare=False)  # compares it with the arm's recursion
+    shipped: Any = field(default=None, compare=False)  # plain values of a program from a longer search
 
 
 def named(key: Any) -> str:
-    """Name a result by everything it depends on: `key`, see `name_of`, this code and its platform."""
+    """Name a program by everything it depends on: `key`, see `name_of`, this code and its platform."""
     return name_of([_surroundings(), key])
 
 
 @lru_cache(maxsize=256)
-def kept_programs(wanted: Task) -> tuple[Program, ...]:
-    """Return programs as shipped, from the cache, or newly written; the last two are equal."""
+def kept_program(wanted: Task) -> Program:
+    """Return a program as shipped, from the cache, or newly written; the last two are equal."""
     for known in (wanted.shipped, kept(wanted.name)):
-        found = _read(known, wanted)
-        if found is not None and wanted.are_right(found):
-            return found
-    values = [written(program) for program in wanted.write()]
+        program = _read(known, wanted)
+        if program is not None and wanted.is_right(program):
+            return program
+    values = written(wanted.write())
     keep(wanted.name, values)
     again = _read(values, wanted)
     assert again is not None
     return again
 
 
-def _read(values: Any, wanted: Task) -> tuple[Program, ...] | None:
-    """Programs from plain values; None for any other values."""
+def _read(values: Any, wanted: Task) -> Program | None:
+    """A program from plain values; None for any other values."""
     inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(wanted.n_joints)}
     try:
-        programs = tuple(read_back(steps, outputs, inputs) for steps, outputs in values)
+        steps, outputs = values
+        program = read_back(steps, outputs, inputs)
     except (TypeError, ValueError, AttributeError, IndexError, OverflowError):
         return None
-    return programs if all(len(program.outputs) == wanted.n_joints for program in programs) else None
+    return program if len(program.outputs) == wanted.n_joints else None
 
 
 def inputs_of(states: States) -> dict[str, FloatArray]:

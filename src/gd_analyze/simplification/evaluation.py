@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +19,8 @@ from gd_analyze.motions.states import States, require_dataset, states_for
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.accuracy import ErrorTable, share_of
-from gd_analyze.simplification.budget import Budget, NormShare
+from gd_analyze.simplification.accuracy import ErrorTable, NormShare, share_of
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import candidates_of, eliminate
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 class Evaluation:
     """A model's torque at states, N m, shape (N, n), the exact dynamics, and the error.
 
-    Shares of the torque's norm are at 95 % and 99.9 % of the states, and at the share of the budget.
+    Shares of the torque's norm are at 95 % and 99.9 % of the states.
     """
 
     dynamics: ExactDynamics
@@ -67,10 +66,6 @@ class Evaluation:
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
         return np.asarray(self.errors.largest <= allowed)
-
-    def keeps(self, asked: NormShare) -> bool:
-        """Whether a budget of the norm is kept here."""
-        return any(n.share <= asked.share for n in self.norms if isclose(n.states, asked.states))
 
 
 def evaluate(
@@ -114,8 +109,7 @@ def evaluate(
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: its error for states of another arm is the clearest
     torque = model.torque(*exact.states.arrays)
-    norms = exact.norms_of(torque, model.accuracy.asked.norm)
-    return Evaluation(exact, torque, exact.errors_of(torque), norms)
+    return Evaluation(exact, torque, exact.errors_of(torque), exact.norms_of(torque))
 
 
 def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
@@ -142,7 +136,7 @@ class PayloadEffect:
 
     torque_per_kg: FloatArray  # largest torque per mass, (n,), N m per kg (N per kg)
     # Largest mass, kg, (n,), with which each joint's error stays within the budget: 0 if it exceeds it
-    # without mass, infinite if no mass acts on the joint or the budget is of the norm.
+    # without mass, infinite if no mass acts on the joint.
     mass_within_budget: FloatArray
 
     @property
@@ -185,8 +179,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     size, sign = np.abs(of_a_kilogram), np.sign(of_a_kilogram)
     acts = size > ROUND_OFF_SHARE * size.max()
     error[np.abs(error) <= exact.round_off] = 0.0
-    accuracy = model.accuracy
-    allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(model.arm.n_joints, np.inf)
+    allowed = model.accuracy.allowed
     mass = np.full(size.shape, np.inf)
     np.divide(allowed + sign * error, size, out=mass, where=acts)
     mass[np.abs(error) > allowed] = 0.0

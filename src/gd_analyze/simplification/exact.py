@@ -34,16 +34,17 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.parts import Link, of_point_mass
-from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
-from gd_analyze.simplification.budget import (
+from gd_analyze.simplification.accuracy import (
     USUAL_STATES,
-    Budget,
-    NormMeasure,
+    Accuracy,
+    AlongMotion,
+    ErrorTable,
     NormShare,
-    ReferenceTorques,
+    norm_shares,
     share_at,
 )
-from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_programs, named
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
 from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import torque_program
@@ -104,19 +105,16 @@ class ExactForm:
     def program(self) -> Program:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
-        def shortest() -> list[Program]:
+        def shortest() -> Program:
             ways = [self.recursion.program]
             if self.arm.n_joints <= _FEW_JOINTS:
                 ways += [torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)]
-            return [rewritten(min(ways, key=lambda way: way.count.total))]
-
-        def are_right(programs: Sequence[Program]) -> bool:
-            return len(programs) == 1 and self._is_given_by(*programs)
+            return rewritten(min(ways, key=lambda way: way.count.total))
 
         key = ["exact", describe_in_full(self.arm), self.drives]
         path = shipped("programs", ".json").get(shipped_name(self))
         values = None if path is None else json.loads(path.read_bytes())
-        return kept_programs(Task(named(key), self.arm.n_joints, shortest, are_right, values))[0]
+        return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_given_by, values))
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""
@@ -364,19 +362,14 @@ class ExactDynamics:
         by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty)
         return allowed_by(Budget.of(budget), by, self.round_off)
 
-    def norm_measure(self, norm: NormShare) -> NormMeasure:
-        """Measure of errors at these states by a share of the norm."""
-        return NormMeasure(*norm, self.torque.T, np.array(self.arm.is_revolute), self.round_off)
-
-    def norms_of(self, torque: FloatArray, asked: NormShare | None = None) -> tuple[NormShare, ...]:
-        """Errors of torques (N, n) as shares of the norm, at 95 %, 99.9 % and the asked share of the states.
+    def norms_of(self, torque: FloatArray) -> tuple[NormShare, ...]:
+        """Errors of torques (N, n) as shares of the norm, at 95 % and 99.9 % of the states.
 
         If a share of few states leaves none out, it is all states.
         """
-        shares = self.norm_measure(NormShare(1.0)).shares((torque - self.torque).T)
-        usual = {part if len(shares) * (1.0 - part) >= 1.0 else 1.0 for part in USUAL_STATES}
-        states = sorted({*usual, *([] if asked is None else [asked.states])})
-        return tuple(NormShare(share_at(shares, part), part) for part in states)
+        shares = norm_shares(torque - self.torque, self.torque, self.arm.is_revolute, self.round_off)
+        states = {part if len(shares) * (1.0 - part) >= 1.0 else 1.0 for part in USUAL_STATES}
+        return tuple(NormShare(share_at(shares, part), part) for part in sorted(states))
 
     def under(self, budget: Budget | str | None) -> ExactDynamics:
         """Weight errors so that the budget of each of several motions becomes that of all."""
@@ -420,7 +413,7 @@ class ExactDynamics:
             errors=self.errors_of(torque),
             uncertainty=self.uncertainty,
             motions=tuple(motions),
-            norms=self.norms_of(torque, accuracy.asked.norm),
+            norms=self.norms_of(torque),
         )
 
 

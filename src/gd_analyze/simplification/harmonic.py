@@ -107,7 +107,7 @@ class HarmonicLevel(CandidateLevel):
                 chains.append([terms])
         programs: list[Program] = []
         for chain in chains:
-            written = torque_programs(form.velocities, chain, most)
+            written = [*torque_programs(form.velocities, chain, most)]
             programs += written
             if len(written) < len(chain):
                 break
@@ -191,15 +191,13 @@ class TermLevel(HarmonicLevel):
 
     def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
         """Number terms of one energy coefficient equally; a term of several has its own number."""
-        made_by: dict[TorqueTerm, dict[int, float]] = defaultdict(dict)
+        made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
         for energy, number in _numbered(form.energies).items():
             for term in torques_of(energy, form.velocities):
-                made_by[term][number] = abs(form.energies[energy])
-        alone = enumerate(form.torques.items(), start=len(form.energies))
-        numbers = {term: (number, abs(weight)) for number, (term, weight) in alone}
-        numbers |= {term: next(iter(by.items())) for term, by in made_by.items() if len(by) == 1}
-        parameter, magnitude = np.array([numbers[term] for term in terms]).reshape(-1, 2).T
-        return parameter.astype(int), magnitude
+                made_by[term].add(number)
+        numbers = {term: number for number, term in enumerate(form.torques, start=len(form.energies))}
+        numbers |= {term: next(iter(by)) for term, by in made_by.items() if len(by) == 1}
+        return np.array([numbers[term] for term in terms], dtype=int)
 
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, velocities, factors and weight."""
@@ -249,8 +247,7 @@ class EnergyLevel(HarmonicLevel):
     def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
         """Number equal coefficients equally."""
         number = _numbered(form.energies)
-        magnitudes = [abs(form.energies[term]) for term in terms]
-        return np.array([number[term] for term in terms], dtype=int), np.array(magnitudes)
+        return np.array([number[term] for term in terms], dtype=int)
 
     def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
         """Write element, factors and coefficient."""

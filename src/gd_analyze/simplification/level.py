@@ -27,9 +27,9 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, by index, that need them.
 Costs = Mapping[frozenset[int], int]
-# Free numbers of a refit: index of the one that scales each term, and magnitude of its coefficient, (K,).
-# Terms whose coefficients differ only in sign and powers of two share one, so that arithmetic stays shared.
-Numbers = tuple[NDArray[np.int64], FloatArray]
+# Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
+# in sign and powers of two share one, so that arithmetic stays shared.
+Numbers = NDArray[np.int64]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
@@ -129,7 +129,7 @@ class CandidateLevel(Level):
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit; by default every term has its own."""
-        return np.arange(len(terms)), np.ones(len(terms))
+        return np.arange(len(terms))
 
 
 class Found(NamedTuple):

@@ -12,7 +12,7 @@ from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.
-LEVELS: dict[str, Level] = {level.name: level for level in (ELEMENT, TERM, RECURSIVE, ENERGY)}
+LEVELS: dict[str, Level] = {level.name: level for level in (TERM, ELEMENT, ENERGY, RECURSIVE)}
 
 
 def level_named(level: str | Level) -> Level:
@@ -29,7 +29,7 @@ def level_named(level: str | Level) -> Level:
 class SearchOptions:
     """Options of a search."""
 
-    level: Level | None = None  # by default the cheapest of those promising for the arm
+    level: Level = TERM
     refit: bool = False  # fit kept coefficients to compensate for dropped ones
     # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
@@ -42,9 +42,9 @@ class SearchOptions:
     dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
-        level = None if self.level is None else level_named(self.level)
+        level = level_named(self.level)
         object.__setattr__(self, "level", level)
-        if self.refit and level is not None and not (level.has_torque_terms or level.always_refits):
+        if self.refit and not (level.has_torque_terms or level.always_refits):
             what, expected = f"{level.keeps} have no coefficients to refit", "level term, recursive or energy"
             raise UsageError(what, where="refit", expected=expected, found=f"level {level}")
         if not self.effort > 0.0:

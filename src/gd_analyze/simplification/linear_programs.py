@@ -9,8 +9,7 @@ same. Few states matter: those that a trial solution violates are added until no
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -221,14 +220,12 @@ _CLOSE = 1e-6
 class Refit:
     """Repeated refits of kept candidates, with memory of the deciding states."""
 
-    def __init__(self, candidates: Candidates, work: Work, like: Refit | None = None) -> None:
-        """`like` is a refit of the same effects, whose deciding states are a good start."""
+    def __init__(self, candidates: Candidates, work: Work) -> None:
         self._work = work
         self._flat = candidates.flat
         self._parameter = candidates.parameter
-        self._ratio = candidates.ratio
         self._target = self._flat.sum(axis=0)
-        self._deciding: list[int] = list(like._deciding) if like is not None else []
+        self._deciding: list[int] = []
 
     def within(self, kept: Kept) -> FloatArray | None:
         """Factors of all coefficients, (K,), that keep the budget; None if there are none."""
@@ -250,7 +247,7 @@ class Refit:
         scale = np.ones(len(kept))
         if not len(members):
             return scale if limit is None or np.abs(self._target).max(initial=0.0) <= limit else None
-        columns = np.add.reduceat(self._ratio[members, None] * self._flat[members], first, axis=0)
+        columns = np.add.reduceat(self._flat[members], first, axis=0)
         if not self._deciding:
             theta, *_ = np.linalg.lstsq(columns.T, self._target, rcond=None)
             self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST].tolist()
@@ -260,7 +257,7 @@ class Refit:
             if found is None:
                 return None
             theta, least = found
-            scale[members] = theta[place] * self._ratio[members]
+            scale[members] = theta[place]
             error = np.abs(theta @ columns - self._target)
             worst = np.argpartition(-error, min(_JOINING, len(error) - 1))[:_JOINING]
             beyond = least * (1.0 + _CLOSE) + _CLOSE
@@ -294,57 +291,3 @@ def _solved(
         return None
     values = np.array(solver.getSolution().col_value)
     return values[:parameters] / size, float(values[-1]) if limit is None else limit
-
-
-# Most pairs tried, and largest ratio of the coefficients of a pair.
-_TRIALS, _APART = 60, 1.5
-
-
-def share_coefficients(
-    candidates: Candidates,
-    kept: Kept,
-    scale: FloatArray,
-    count: Callable[[Kept, FloatArray], int],
-    work: Work,
-) -> tuple[Candidates, FloatArray]:
-    """Tie coefficients, factors (K,), to each other while the budget holds and operations decrease."""
-    fewest, trials = count(kept, scale), _TRIALS
-    refit = Refit(candidates, work)
-    while True:
-        for one, other in _pairs(candidates, kept, scale):
-            if trials == 0 or not work.affords(0.0):
-                return candidates, scale
-            trials -= 1
-            trial = _tied(candidates, scale, one, other)
-            refit = Refit(trial, work, refit)
-            fitted = refit.within(kept)
-            if fitted is not None and (operations := count(kept, fitted)) < fewest:
-                candidates, scale, fewest = trial, fitted, operations
-                break
-        else:
-            return candidates, scale
-
-
-def _pairs(candidates: Candidates, kept: Kept, scale: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of candidates whose coefficients to tie, the closest first."""
-    members = np.flatnonzero(kept & (scale != 0.0))
-    _, first = np.unique(candidates.parameter[members], return_index=True)
-    chosen = members[first]
-    size = np.log2(np.abs(candidates.magnitude[chosen] * scale[chosen]))
-    a, b = np.tril_indices(len(chosen), -1)
-    apart = np.abs(size[a] - size[b] - np.round(size[a] - size[b]))
-    near = apart <= np.log2(_APART)
-    found = zip(apart[near].tolist(), chosen[a[near]].tolist(), chosen[b[near]].tolist(), strict=True)
-    return [(one, other) for _, one, other in sorted(found)]
-
-
-def _tied(candidates: Candidates, scale: FloatArray, one: int, other: int) -> Candidates:
-    """Let the coefficient of one follow that of the other, at the nearest power of two."""
-    size = candidates.magnitude[[one, other]] * np.abs(scale[[one, other]])
-    step = size[1] * 2.0 ** np.round(np.log2(size[0] / size[1])) / size[0]
-    parameter, ratio = candidates.parameter.copy(), candidates.ratio.copy()
-    moved = parameter == parameter[one]
-    free = {k: scale[k] / ratio[k] for k in (one, other)}
-    ratio[moved] *= free[one] * step / free[other]
-    parameter[moved] = parameter[other]
-    return dataclasses.replace(candidates, parameter=parameter, ratio=ratio)

@@ -20,8 +20,16 @@ from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import written
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable
-from gd_analyze.simplification.budget import NormShare, ReferenceTorques, share_at
+from gd_analyze.simplification.accuracy import (
+    Accuracy,
+    AlongMotion,
+    ErrorTable,
+    NormShare,
+    norm_shares,
+    norms_by_kind,
+    share_at,
+)
+from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactDynamics, allowed_by
 from gd_analyze.simplification.identity import largest_apart
@@ -33,8 +41,8 @@ WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-a
 _SAME = 1e-8
 # Programs too long to be written out treat nothing as equal: they differ by 1e-15 of the torque.
 _SAMPLED = 1e-11
-# A budget is written with six digits, least precise as 1.00000; one of the norm with twelve.
-_SIX_DIGITS, _TWELVE_DIGITS = 5e-6, 1e-11
+# A budget is written with six digits, least precise as 1.00000.
+_SIX_DIGITS = 5e-6
 # Rounding of a mean of thousands of squares.
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
@@ -89,10 +97,6 @@ def require_consistent(model: SimplifiedModel) -> None:
     for few, many in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
         if few.share > many.share:
             raise _impossible_norm(few, f"at most that of more states, {many.share:.6g}")
-    if (asked := model.accuracy.asked.norm) is not None:
-        stated = model.accuracy.norm_at(asked.states) or NormShare(np.inf, asked.states)
-        if stated.share > asked.share * (1.0 + _TWELVE_DIGITS):
-            raise _impossible_norm(stated, f"at most {asked.share:.6g}, the budget")
     over_all = model.accuracy.errors.peak_torque
     for motion in model.accuracy.motions:
         _require_of(model, motion, f" along {motion.name}")
@@ -103,7 +107,7 @@ def require_consistent(model: SimplifiedModel) -> None:
 def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: str = "") -> None:
     """Check statements over all states, or along one of several motions."""
     errors, spread, asked = stated.errors, stated.uncertainty, model.accuracy.asked
-    # Along a motion the allowed error is a rounded quotient. A budget of the norm is not per joint.
+    # Along a motion the allowed error is a rounded quotient.
     is_allowed = errors.largest <= (1.0 + _ROUNDING if along else 1.0) * stated.allowed
     comes_to = allowed_by(asked, ReferenceTorques(model.arm, errors.peak_torque, spread))
     # Without torque the allowed error is the states' round-off, unknown here; a joint without torque along
@@ -117,7 +121,7 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         ("uncertainty", known >= 0.0, known, "0 or more"),
         ("rms_error", errors.rms >= 0.0, errors.rms, "0 or more"),
         ("rms_error", is_root, errors.rms, "at most the largest error"),
-        ("largest_error", is_allowed | (asked.norm is not None), errors.largest, "at most the allowed error"),
+        ("largest_error", is_allowed, errors.largest, "at most the allowed error"),
         ("allowed_error", fits, stated.allowed, f"the error that {model.accuracy.budget} allows"),
     ):
         _require(model, f"{name}{along}", holds, values, expected)
@@ -194,16 +198,16 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
         fits = np.abs(stated - found) <= slack
         was = found[int(np.argmin(fits))]
         _require(model, name, fits, stated, f"{was:.6g}, as measured at {states.in_words}")
-    measure = exact.norm_measure(NormShare(1.0))
-    shares = measure.shares((torque - exact.torque).T)
+    turns = model.arm.is_revolute
+    shares = norm_shares(torque - exact.torque, exact.torque, turns, exact.round_off)
     with np.errstate(divide="ignore"):
-        off = slack * np.sqrt(model.arm.n_joints) / measure.norms.min(axis=0)
+        off = slack * np.sqrt(model.arm.n_joints) / norms_by_kind(exact.torque, turns).min(axis=0)
     low, high = np.where(np.isfinite(off), shares - off, 0.0), shares + off
     for norm in accuracy.norms:
         if not share_at(low, norm.states) <= norm.share <= share_at(high, norm.states):
             was = share_at(shares, norm.states)
             raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
-    norms = exact.norms_of(torque, accuracy.asked.norm)
+    norms = exact.norms_of(torque)
     again = replace(accuracy, measured=True, uncertainty=exact.uncertainty, norms=norms)
     return replace(model, accuracy=again)
 

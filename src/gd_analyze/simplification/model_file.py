@@ -19,8 +19,14 @@ from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.operations.program import OperationCount, read_back, written
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, ErrorTable, Proven, SearchStep
-from gd_analyze.simplification.budget import NormShare
+from gd_analyze.simplification.accuracy import (
+    Accuracy,
+    AlongMotion,
+    ErrorTable,
+    NormShare,
+    Proven,
+    SearchStep,
+)
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS

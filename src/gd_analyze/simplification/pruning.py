@@ -12,13 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.operations.tape import Tape
-from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cache import keep, kept
-from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH, Work, inputs_of, named
+from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH, Work, inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import Found
 from gd_analyze.simplification.levels import SearchOptions
@@ -406,14 +403,8 @@ def pruned_path(
     exact: ExactDynamics, allowed: Sequence[FloatArray], start: Mapping[Change, float] | None = None
 ) -> Iterator[SimplifiedModel]:
     """Change more and more for growing budgets, each time continuing from the previous changes."""
-    way, near, form = [start or {}], _joined_by_near_states(exact), exact.form
-    given = [describe_in_full(exact.arm), form.drives, *near.states.arrays, near.states.weights]
-    name = named(["pruned path", given, *allowed, RECURSIVE.to_entries(way[0])])
-    try:
-        path = [RECURSIVE.from_entries(form, entries) for entries in kept(name)]
-    except (TypeError, ValueError, GdAnalyzeError):
-        path = [form.recursion.acting(prune(near, most, effort=_QUICK, way=way)) for most in allowed]
-        keep(name, [RECURSIVE.to_entries(changes) for changes in path])
+    way, near, acting = [start or {}], _joined_by_near_states(exact), exact.form.recursion.acting
+    path = [acting(prune(near, most, effort=_QUICK, way=way)) for most in allowed]
     for most, changes in zip(allowed, path, strict=True):
         everything = exactly(exact, RECURSIVE, most, str(Budget.of_torques(most)))
         program = RECURSIVE.write(exact.form, changes, POINT)

@@ -30,12 +30,11 @@ from gd_analyze.formulas.formula import (
     one,
 )
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Expression
-from gd_analyze.simplification.effort import COUNTING, Effort, Task, inputs_of, kept_programs, named
-from gd_analyze.simplification.exact import REWRITTEN, ExactForm
-from gd_analyze.simplification.identity import largest_apart
+from gd_analyze.simplification.effort import COUNTING, Effort, inputs_of
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
 from gd_analyze.simplification.recursion import (
     CONSTANT,
@@ -367,15 +366,7 @@ class RecursiveLevel(Level):
         program = form.recursion.changed(terms)
         if effort.shared <= COUNTING.shared:
             return program
-        rounds = 1 if effort.rearranging else 0
-
-        def are_right(programs: Sequence[Program]) -> bool:
-            apart, size = largest_apart(programs[0], program, form.arm.is_revolute, REWRITTEN)
-            return bool((apart <= REWRITTEN * size).all())
-
-        key = named(["rewritten", written(program), rounds])
-        task = Task(key, form.arm.n_joints, lambda: [rewritten(program, rounds)], are_right)
-        return kept_programs(task)[0]
+        return rewritten(program, 1 if effort.rearranging else 0)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Equations of the recursion's quantities, in order of evaluation."""

@@ -18,7 +18,7 @@ from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Work
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Found
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.linear_programs import Refit, select, share_coefficients
+from gd_analyze.simplification.linear_programs import Refit, select
 
 # A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
 Step = tuple[Kept, FloatArray]
@@ -79,11 +79,7 @@ def search(
     # The last of equal ones has been fitted.
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
-    steps["refit"] = kept, scale
-    tied, scale = share_coefficients(candidates, kept, scale, count, work)
-    if tied is not candidates:
-        kept, scale = _exchanged(tied, (kept, scale), Refit(tied, work), count, work)
-    steps["shared coefficients"] = kept, Refit(tied, work).best(kept, scale)
+    steps["refit"] = kept, refitting.best(kept, scale)
     return steps, solved
 
 

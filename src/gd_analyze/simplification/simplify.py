@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
-from gd_analyze.operations.angles import priced
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import LevelTried
-from gd_analyze.simplification.budget import Budget, NormMeasure
-from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.effort import THOROUGH
-from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.level import CandidateLevel, Level, Terms
+from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import Progress, dropped, quick_count
 from gd_analyze.text import SINE_PRICE
 
@@ -36,15 +30,6 @@ if TYPE_CHECKING:
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
-# If terms take less than this share of the exact torque's operations, the recursion is not tried: it took
-# half to four fifths at 1 % of peak torque. At few states it may take fewer, as its numbers are fitted to
-# them, but errs more between them. Nor is it tried for this few joints, whose equations are short.
-_FEW, FEW_JOINTS = 0.65, 4
-# If a quick count finds that the terms left take more than this multiple of the exact torque's operations,
-# they are not searched: the search and a careful program saved up to two fifths of it.
-_MANY = 1.7
-# Levels that are tried; the others give a mechanical system, or the founding text's conclusions.
-LEVELS_TRIED = (TERM, RECURSIVE)
 _USUAL = SearchOptions()
 
 
@@ -53,7 +38,7 @@ def simplify(
     states: States | GivenMotions | xr.Dataset,
     budget: Budget | str | None = None,
     *,
-    level: str | Level | None = None,
+    level: str | Level = TERM,
     refit: bool = False,
     operations: int | None = None,
     drives: bool | None = None,
@@ -73,10 +58,9 @@ def simplify(
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
         default 1 % of each joint's peak torque over the states.
     level
-        By default the level with the fewest operations. "term" drops single torque terms; "recursive"
-        simplifies steps of the Newton-Euler recursion, for arms with many terms; "energy" drops terms of the
-        energies, so that the model stays a mechanical system; "element" drops effects of D_ij and h_i, and
-        c_i, the founding text's method.
+        "term" drops single torque terms; "energy" drops terms of the energies, so that the model stays a
+        mechanical system; "element" drops effects of D_ij and h_i, and c_i, the founding text's method;
+        "recursive" simplifies steps of the Newton-Euler recursion, for arms with many terms.
     refit
         Change kept coefficients to compensate for dropped ones.
     operations
@@ -113,8 +97,7 @@ def simplify(
     >>> bool((model.accuracy.errors.largest_share <= 0.01).all())
     True
     """
-    own = None if level is None else level_named(level)
-    how = SearchOptions(own, refit, operations, effort=effort, sine_price=sine_price)
+    how = SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price)
     return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
@@ -133,71 +116,22 @@ def simplify_exact(
     `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
     """
     budget = Budget.of(budget)
-    if how.operations is not None:
-        budget.require_per_joint("a limit on operations", "give the share of the norm alone")
     exact = exact.under(budget)
-    models: list[SimplifiedModel] = []
-    tried: list[LevelTried] = []
-    for level in LEVELS_TRIED if how.level is None else (how.level,):
-        why = unpromising(exact, level, budget, how, models) if how.level is None else ""
-        if not why:
-            stage(f"searching at level {level}")
-            try:
-                models.append(_at_level(exact, budget, level, how, progress))
-            except TooManyTermsError as error:
-                if how.level is not None:
-                    raise
-                why = error.what
-        tried.append(LevelTried(level.name, None if why else models[-1].operations.total, why))
-    if how.operations is None:
-        best = min(models, key=lambda model: priced(model.program, how.sine_price))
-    else:
-        best = min(models, key=lambda model: float(model.accuracy.allowed.max()))
-    accuracy = replace(best.accuracy, levels=tuple(tried) if how.level is None else ())
-    return replace(best, accuracy=accuracy, provenance=dict(provenance or {}))
-
-
-def unpromising(
-    exact: ExactDynamics,
-    level: Level,
-    budget: Budget,
-    how: SearchOptions,
-    models: Sequence[SimplifiedModel],
-    few: float = _FEW,
-) -> str:
-    """Reason why a level cannot take fewer operations than the models found; "" if it may."""
-    full, is_short = exact.form.operations.total, exact.arm.n_joints <= FEW_JOINTS
-    if level is TERM and (many := too_many_terms(exact.form)):
-        return f"the arm has {many}"
-    if how.operations is not None:
-        return ""
-    if level is TERM:
-        if budget.norm is not None or is_short:
-            return ""
-        try:
-            about = quick_count(exact.thinned(), TERM, exact.allowed(budget))(1.0)
-        except TooManyTermsError as error:
-            return error.what
-        long = f"the terms left take about {about} operations, the exact torque {full}"
-        return long if about > _MANY * full else ""
-    if models and is_short:
-        return f"the arm has at most {FEW_JOINTS} joints, and numbers would be fitted to the states"
-    least = min((model.operations.total for model in models), default=full)
-    if least < few * full:
-        return f"{least} of {full} operations are few already, and it takes long"
-    return ""
+    stage(f"searching at level {how.level}")
+    model = _at_level(exact, budget, how, progress)
+    return replace(model, provenance=dict(provenance or {}))
 
 
 def _at_level(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress
 ) -> SimplifiedModel:
     """Simplify at a level within a budget, or scale the budget until the model has few enough operations.
 
     A quick count estimates the factor; full searches then refine it.
     """
-    operations = how.operations
+    operations, level = how.operations, how.level
     if operations is None:
-        return _within(exact, budget, level, how, progress)
+        return _within(exact, budget, how, progress)
     allowed = exact.allowed(budget)
     if operations >= exact.form.operations.total:
         return exactly(exact, level, allowed, str(budget))
@@ -212,13 +146,13 @@ def _at_level(
     while many / few > close:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), level, how, progress)
+    best = _within(exact, budget.scaled(many), how, progress)
     while best.operations.total > operations:
         many *= _WIDER
-        best = _within(exact, budget.scaled(many), level, how, progress)
+        best = _within(exact, budget.scaled(many), how, progress)
     step = 0.8
     for _ in range(attempts):
-        trial = _within(exact, budget.scaled(many * step), level, how)
+        trial = _within(exact, budget.scaled(many * step), how)
         if trial.operations.total <= operations:
             best, many = trial, many * step
         else:
@@ -227,153 +161,37 @@ def _at_level(
 
 
 def _within(
-    exact: ExactDynamics, budget: Budget, level: Level, how: SearchOptions, progress: Progress = None
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress = None
 ) -> SimplifiedModel:
-    """Search within the error allowed at every joint, or within errors that keep a budget of the norm."""
-
-    def search(
-        exact: ExactDynamics, allowed: FloatArray, thorough: bool = True, way: list[Terms] | None = how.way
-    ) -> SimplifiedModel:
-        # A model with more operations than exact may take fewer when written carefully.
-        trial = how if thorough else replace(how, thorough=False, write=False, dearer=True)
-        trial = replace(trial, way=[] if way is None else way)
-        # Very many states are represented by some; those that exceed the budget are added, each time with a
-        # slightly larger weight, so that it ends.
-        known, margin = exact.thinned(), 1.0
-        while True:
-            most = margin * allowed
-            if isinstance(level, CandidateLevel):
-                found = dropped(known, level, most, trial, progress)
-            else:
-                found = pruned(known, most, trial, progress)
-            model = exactly(known, level, most, str(budget))
-            done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
-            model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
-            model = measured(known, replace(model, accuracy=done))
-            model = model if trial.dearer else no_dearer(known, model)
-            if known is exact:
-                return model
-            torque = model.torque(*exact.states.arrays)
-            if (exact.errors_of(torque).counting <= allowed).all():
-                return replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
-            off, weights = np.abs(torque - exact.torque), exact.states.weights
-            worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
-            known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
-            margin *= 0.98
-
-    allowed = exact.allowed(budget)
-    if budget.norm is not None:
-        return _within_norm(exact, budget, search, exactly(exact, level, allowed, str(budget)))
-    model = search(exact, allowed)
-    if not (model.accuracy.errors.counting <= allowed).all():
-        expected, found = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
-        what, next_step = "the model misses its budget", "please report this with the arm file and the states"
-        raise GdAnalyzeError(what, expected=expected, found=found, next_step=next_step)
-    return model
-
-
-# For the norm: quick searches, then thorough ones; tolerance on the budget; size of a step.
-_QUICK, _THOROUGH, _ENOUGH, _STEP = 6, 2, 0.97, 3.0
-# Steps in which allowances grow, and their limit.
-_GROWING, _WIDEST = 1.25, 100.0
-# Largest weight of an error relative to that where the torque is largest.
-_MOST = 1e6
-# Finds a model whose weighted errors are within the allowed ones, N m, shape (n,); thoroughly or not, and
-# continuing on a way if the level can.
-_Search = Callable[[ExactDynamics, FloatArray, bool, list[Terms] | None], SimplifiedModel]
-# A model and its error, N m, shape (n, N).
-_Trial = tuple[SimplifiedModel, FloatArray]
-
-
-def _within_norm(
-    exact: ExactDynamics, budget: Budget, search: _Search, otherwise: SimplifiedModel
-) -> SimplifiedModel:
-    """Find the model with fewest operations within a share of the norm; `otherwise` is the exact one.
-
-    If |error_i| stays within a part of the torque's norm at the states that count, the norm of the error
-    stays within a share of it: the part is adjusted until the measure itself is just kept.
-    """
-    if exact.states.motions:
-        names = ", ".join(motion.name for motion in exact.states.motions)
-        budget.require_per_joint("a model for several motions", f"simplify for one of them: {names}")
-    assert budget.norm is not None  # checked by callers
-    measure = exact.norm_measure(budget.norm)
-    best = otherwise
-    look = _closed_in if isinstance(otherwise.level, CandidateLevel) else _widened
-    for model, error in look(exact, measure, search):
-        if measure.share(error) <= 1.0 and model.operations.total <= best.operations.total:
-            asked = otherwise.accuracy
-            accuracy = replace(model.accuracy, allowed=asked.allowed, budget=asked.budget)
-            best = replace(model, accuracy=exact.held(accuracy, error.T + exact.torque))
-    return best
-
-
-def _closed_in(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
-    """Search with narrower and wider allowances, quickly, and with the best one thoroughly."""
-    # At first the states with the least torque are exempt.
-    shares, kept, broken, factor = -measure.norms.min(axis=0), 0.0, np.inf, 1.0
-    for turn in range(_QUICK + _THOROUGH):
-        weighed, allowed = _allowances(exact, measure, shares, factor)
-        model, error = _spent(exact, measure, search(weighed, allowed, turn >= _QUICK, None))
-        yield model, error
-        shares, used = measure.shares(error), measure.share(error)
-        if used <= 1.0:
-            kept = max(kept, factor)
-        else:
-            broken = min(broken, factor)
-        if np.isinf(broken) or not kept:
-            factor *= float(np.clip(1.0 / max(used, 1.0 / _STEP), 1.0 / _STEP, _STEP))
-        else:
-            factor = float(np.sqrt(kept * broken)) if kept < _ENOUGH * broken else kept
-
-
-def _widened(exact: ExactDynamics, measure: NormMeasure, search: _Search) -> Iterator[_Trial]:
-    """Search with safe allowances, and continue from there while they widen and the measure is kept."""
-    harm, way = -measure.norms.min(axis=0), list[Terms]()
-    factor = 1.0 / np.sqrt(len(measure.torque))
+    """Find the model with the fewest operations within a budget."""
+    allowed, level = exact.allowed(budget), how.level
+    how = replace(how, way=[] if how.way is None else how.way)
+    # Very many states are represented by some; those that exceed the budget are added, each time with a
+    # slightly larger weight, so that it ends.
+    known, margin = exact.thinned(), 1.0
     while True:
-        weighed, allowed = _allowances(exact, measure, harm, factor)
-        model = search(weighed, allowed, True, way)
-        error = (model.torque(*exact.states.arrays) - exact.torque).T
-        yield model, error
-        if measure.share(error) > 1.0 or model.operations.total == 0 or factor > _WIDEST:
-            return
-        # Only as many states as are exempt exceed the allowance: the search can continue.
-        counts, largest = _counts(measure)
-        harm, factor = (counts * np.abs(error) / largest).max(axis=0), factor * _GROWING
-
-
-def _spent(exact: ExactDynamics, measure: NormMeasure, model: SimplifiedModel) -> _Trial:
-    """Drop more terms while the measure itself is kept; return the model and its error (n, N)."""
-    error = (model.torque(*exact.states.arrays) - exact.torque).T
-    level, terms = model.level, list(model.terms)
-    if measure.share(error) > 1.0 or not terms or not isinstance(level, CandidateLevel):
-        return model, error
-    effects = level.effects(exact, model.terms)
-    gone, lost = set[int](), error
-    for k in np.argsort([measure.share(error - effect) for effect in effects], kind="stable").tolist():
-        if measure.share(lost - effects[k]) <= 1.0:
-            gone.add(k)
-            lost = lost - effects[k]
-    left = {term: model.terms[term] for k, term in enumerate(terms) if k not in gone}
-    program = level.write(model.form, left, THOROUGH)
-    fewer = replace(model, terms=left, program=program)
-    again = (fewer.torque(*exact.states.arrays) - exact.torque).T
-    return (fewer, again) if measure.share(again) <= 1.0 else (model, error)
-
-
-def _allowances(
-    exact: ExactDynamics, measure: NormMeasure, harm: FloatArray, factor: float
-) -> tuple[ExactDynamics, FloatArray]:
-    """Weight errors by the torque's norm, with zero weight at the states (N,) of the largest shares."""
-    counts, largest = _counts(measure)
-    if measure.exempt:
-        counts[:, np.argsort(-harm, kind="stable")[: measure.exempt]] = 0.0
-    return exact.weighed(counts.T), np.maximum(factor * measure.allowed * largest[:, 0], exact.round_off)
-
-
-def _counts(measure: NormMeasure) -> tuple[FloatArray, FloatArray]:
-    """Weights of errors relative to those where the norm is largest, (n, N), and that norm, (n, 1)."""
-    norms = measure.norms[measure.group]
-    largest = np.maximum(norms.max(axis=1, keepdims=True), np.finfo(float).tiny)
-    return np.divide(largest, norms, out=np.full(norms.shape, _MOST), where=norms * _MOST > largest), largest
+        most = margin * allowed
+        if isinstance(level, CandidateLevel):
+            found = dropped(known, level, most, how, progress)
+        else:
+            found = pruned(known, most, how, progress)
+        model = exactly(known, level, most, str(budget))
+        done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+        model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
+        model = measured(known, replace(model, accuracy=done))
+        model = model if how.dearer else no_dearer(known, model)
+        if known is exact:
+            break
+        torque = model.torque(*exact.states.arrays)
+        if (exact.errors_of(torque).counting <= allowed).all():
+            model = replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
+            break
+        off, weights = np.abs(torque - exact.torque), exact.states.weights
+        worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
+        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
+        margin *= 0.98
+    if not (model.accuracy.errors.counting <= allowed).all():
+        expected, errors = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
+        what, next_step = "the model misses its budget", "please report this with the arm file and the states"
+        raise GdAnalyzeError(what, expected=expected, found=errors, next_step=next_step)
+    return model

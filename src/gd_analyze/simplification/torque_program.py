@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from contextlib import suppress
-from functools import reduce
+from functools import lru_cache
 from itertools import takewhile
 from typing import Any
 
-import numpy as np
-
-from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import POINT, Effort, Task, inputs_of, kept_programs, named
-from gd_analyze.simplification.identity import telling_states
+from gd_analyze.simplification.effort import POINT, Effort
 
 
 class TorqueVariables:
@@ -109,9 +104,6 @@ def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, 
     return distinct, places
 
 
-# To share more, coefficients that differ by 1e-9 are treated as equal; such errors may add up.
-_SAME = 1e-8
-
 # Nested brackets take up to 1.5 times the final operations, for all arms supplied.
 _NESTED = 1.5
 
@@ -124,37 +116,22 @@ def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effor
         return nested_program(velocities, terms)
     if not effort.rearranging:
         return next(_shared(velocities, terms, effort))
-    key = ["torques", velocities.runs, velocities.signs, _listed(terms), effort]
-
-    def are_right(programs: Sequence[Program]) -> bool:
-        return len(programs) == 1 and _are_right(velocities, [terms], programs)
-
-    def shortest() -> list[Program]:
-        ways = [nested_program(velocities, terms, in_line=in_line) for in_line in (False, True)]
-        return [min([*ways, *_shared(velocities, terms, effort)], key=lambda way: way.count.total)]
-
-    return kept_programs(Task(named(key), velocities.n_joints, shortest, are_right))[0]
+    return shortest_program(velocities, tuple(sorted(terms.items())), effort)
 
 
-def torque_programs(
-    velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
-) -> tuple[Program, ...]:
+@lru_cache(maxsize=64)
+def shortest_program(
+    velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
+) -> Program:
+    """Write terms and their weights in the shortest of several ways."""
+    own = dict(terms)
+    ways = [nested_program(velocities, own, in_line=in_line) for in_line in (False, True)]
+    return min([*ways, *_shared(velocities, own, effort)], key=lambda way: way.count.total)
+
+
+def torque_programs(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
     """Write torques that gain terms step by step, up to the first program over `most` operations."""
-    joins: dict[TorqueTerm, int] = {}
-    for number, terms in enumerate(steps):
-        joins |= dict.fromkeys(terms.keys() - joins.keys(), number)
-    listed = [[*entry, joins[entry[0]]] for entry in _listed(steps[-1])]
-    key = ["growing torques", velocities.runs, velocities.signs, len(steps), listed, most]
 
-    def are_right(programs: Sequence[Program]) -> bool:
-        return len(programs) <= len(steps) and _are_right(velocities, steps, programs)
-
-    return kept_programs(
-        Task(named(key), velocities.n_joints, lambda: _growing(velocities, steps, most), are_right)
-    )
-
-
-def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
     def may_take(terms: Torques) -> bool:  # judged by nested brackets
         few = len(terms) <= POINT.shared
         return few and nested_program(velocities, terms).count.total <= _NESTED * most
@@ -165,39 +142,6 @@ def _growing(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int
         rows = [_rows(velocities, terms) for terms in hopeful]
         written = (_program(velocities, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
     yield from takewhile(lambda program: program.count.total <= most, written)
-
-
-def _listed(terms: Torques) -> list[Any]:
-    """Terms and weights as JSON values, in a canonical order."""
-    return [[term, terms[term]] for term in sorted(terms)]
-
-
-def _are_right(velocities: AbsoluteVelocities, steps: Sequence[Torques], programs: Sequence[Program]) -> bool:
-    """Whether programs give the torques of one step each; fewer than steps if the next was too long."""
-    n, terms = velocities.n_joints, [*dict.fromkeys(term for step in steps for term in step)]
-    powers = {factor.multiples for term in terms for factor in term.monomial if factor.kind == "power"}
-    degrees = np.zeros(n, dtype=int)
-    for term in terms:
-        turned = [(0,) * n, *(factor.multiples for factor in term.monomial)]
-        degrees = np.maximum(degrees, np.abs(turned).sum(axis=0))
-    is_revolute = [not any(multiples[joint] for multiples in powers) for joint in range(n)]
-    weights = np.zeros((len(programs), n, len(terms)))
-    for k, term in enumerate(terms):
-        weights[:, term.row, k] = [step.get(term, 0.0) for step in steps[: len(programs)]]
-    with np.errstate(all="ignore"), suppress(ModelError):
-        for states in telling_states(programs, is_revolute, _SAME, degrees):
-            known = TorqueVariables(velocities, states.last)
-            variables: list[list[Velocity | Factor]] = [[*term.velocities, *term.monomial] for term in terms]
-            rows = [reduce(np.multiply, map(known, some), np.ones(len(states))) for some in variables]
-            values = np.reshape(rows, (len(terms), len(states)))
-            for program, own in zip(programs, weights, strict=True):
-                wanted = np.array(velocities.joint_rows(own @ values))
-                size = np.maximum(np.abs(own) @ np.abs(values), np.abs(wanted)).max(axis=1)
-                apart = np.abs(program.run(inputs_of(states)) - wanted).max(axis=1)
-                if not (apart <= _SAME * size).all():
-                    return False
-        return True
-    return False
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:

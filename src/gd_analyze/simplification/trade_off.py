@@ -113,7 +113,7 @@ def trade_off(
     tuple
         Points (`TradeOffPoint`) by kind and growing budget.
     """
-    budget = Budget.of(budget).require_per_joint("a trade-off", "simplify for some shares of the norm")
+    budget = Budget.of(budget)
     through = through or {}
     points: list[TradeOffPoint] = []
     exact = exact.under(budget)

@@ -83,8 +83,7 @@ class Settings:
     budget
         Allowed torque error, or its text such as "1% or 10% friction"; by default 1 % of peak torque.
     level, refit, operations
-        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`; the default level is the one
-        with the fewest operations among those promising for the arm.
+        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
         `simplify_held`. At level "element" and with `operations` it holds at the set points.
@@ -108,11 +107,11 @@ class Settings:
     Raises
     ------
     UsageError
-        If an option is not understood or not between its limits, or the budget is of the norm.
+        If an option is not understood or not between its limits.
     """
 
     budget: Budget | str | None = None
-    level: str | Level | None = None
+    level: str | Level = TERM
     refit: bool = False
     operations: int | None = None
     at_set_points: bool = False
@@ -127,13 +126,9 @@ class Settings:
     every_set_point: bool | None = None
 
     def __post_init__(self) -> None:
-        budget = Budget.of(self.budget).require_per_joint(
-            "the main job's results, which show every joint beside what it is allowed,",
-            'gd-analyze simplify ROBOT TRAJECTORY --budget "..." takes it',
-        )
-        object.__setattr__(self, "budget", budget)
+        object.__setattr__(self, "budget", Budget.of(self.budget))
         object.__setattr__(self, "margin", Margin.of(self.margin))
-        level = None if self.level is None else level_named(self.level)
+        level = level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
         object.__setattr__(self, "level", level)
         if not 0.0 < self.dominance < 1.0:
@@ -149,8 +144,11 @@ class Settings:
     def described(self) -> dict[str, Any]:
         """All settings as JSON values."""
         values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
-        level = None if self.level is None else level_named(self.level).name
-        return values | {"budget": self.asked.entries, "level": level, "margin": str(self.margin)}
+        return values | {
+            "budget": self.asked.entries,
+            "level": level_named(self.level).name,
+            "margin": str(self.margin),
+        }
 
 
 class Progress(Protocol):
@@ -312,8 +310,8 @@ def find(
                 warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
         extremes = None if long is None else long.extremes
         dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked), extremes=extremes)
-        level = None if how.level is None else level_named(how.level)
-        many = "" if level is not None and level.has_torque_terms else too_many_terms(exact.form)
+        level = level_named(how.level)
+        many = "" if level.has_torque_terms else too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
         search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
         at_set_points = how.at_set_points or how.operations is not None

@@ -40,7 +40,7 @@ USUAL_POINTS, MOST_COUNTED = 21, 1000
 # Largest number of points: some hundred MB.
 _MOST_POINTS = 1_000_000
 _RANGE = re.compile(rf"([^=\s]+)=([-+]?{UNSIGNED})\.\.([-+]?{UNSIGNED})(?::(\d+))?")
-QUICK, NONE, CHEAPEST = "quick", "none", "cheapest"
+QUICK, NONE = "quick", "none"
 # A torque beyond any, N m, at which a budget's shares outweigh its amounts.
 _VAST = 1e30
 
@@ -110,7 +110,7 @@ def sweep(
         Share of each range to which the changes of verdicts between points of the grid are bisected.
     operations
         "quick": estimated from the terms left at level term, within some 20 % of a search, 0.1 s per point;
-        the name of a level, or "cheapest": of the model that `simplify` finds, seconds per point; "none". By
+        the name of a level: of the model that `simplify` finds, seconds per point; "none". By
         default quick for grids of up to 1000 points.
     jobs
         Number of processes that evaluate geometries and count operations.
@@ -338,13 +338,12 @@ class _Sweep:
                     return quick_count(exact, TERM, exact.allowed(self.budget))(1.0)
                 except TooManyTermsError:
                     return np.nan
-            level = None if by == CHEAPEST else level_named(by)
-            return simplify_exact(exact, self.budget, SearchOptions(level)).operations.total
+            return simplify_exact(exact, self.budget, SearchOptions(level_named(by))).operations.total
 
 
 def _usable(budget: Budget | str | None) -> Budget:
     """A budget that can be evaluated from each arm's torque alone."""
-    budget = Budget.of(budget).require_per_joint("verdicts on elements")
+    budget = Budget.of(budget)
     if "uncertainty" in budget.wholes:
         what, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
         raise UsageError(what, where=budget.option, expected=expected, found=str(budget))

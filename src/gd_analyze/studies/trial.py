@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from gd_analyze.motions.states import States, in_words, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Fact, Result, Table, columns_of, joint_columns
@@ -44,8 +42,7 @@ def tried(
     lost = losses(model, found.dynamics) if along and body is None else ()
     bare = None if body is None else evaluate(model, given)
     effect, accuracy, exact = payload_effect(model, given), model.accuracy, found.dynamics
-    where, asked = exact.states.described, accuracy.asked.norm
-    kept = "" if asked is None else "kept here" if found.keeps(asked) else "not kept here"
+    where = exact.states.described
     carried = body and {"mass": body.mass, "position": body.com, "inertia": body.inertia_com}
     within = (bare or found).within(accuracy.allowed).all()
     fitted = in_words(fitted_on) if fitted_on else "states not named"
@@ -57,18 +54,13 @@ def tried(
             Fact("arm", "", arm.name),
             Fact("level", "Level", model.level.name),
             Fact("fitted_on", "Model fitted on", dict(fitted_on), text=fitted),
-            Fact("budget", "Budget", accuracy.budget, note=kept),
+            Fact("budget", "Budget", accuracy.budget),
             Fact("promised", "", promised),
             Fact("held_against", "", {"arm": exact.arm.name, "drives": model.drives, "payload": carried}),
             *(Fact(key, "", where.get(key)) for key in ("trajectory", "set_points", "box", "states", "seed")),
             *norm_facts(found.norms, exact.arm),
             Fact("", "Norm without the payload" * bool(bare), norms_text(bare.norms if bare else ())),
-            Fact(
-                "promised_norms",
-                "Norm where the model was fitted" * (asked is not None),
-                [norm._asdict() for norm in accuracy.norms],
-                text=norms_text(accuracy.norms),
-            ),
+            Fact("promised_norms", "", [norm._asdict() for norm in accuracy.norms]),
             Fact(
                 "mass_within_budget",
                 "Point mass at the end effector within the budget" * bool(within and effect.limiting_joint),
@@ -84,7 +76,6 @@ def tried(
 
 def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effect: PayloadEffect) -> Table:
     arm, errors, promised = found.dynamics.arm, found.errors, accuracy.errors
-    norm, nothing = accuracy.asked.norm is not None, [None] * arm.n_joints
     units = [joint.effort_unit for joint in arm.joints]
     # A promise that was not measured again is taken from the file.
     heading = "unloaded" if bare else "promised" if accuracy.measured else "stated"
@@ -93,8 +84,8 @@ def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effe
         *joint_columns(arm.joints),
         Column("peak_torque", "peak here", errors.peak_torque, units),
         Column("largest_error", "error", errors.largest, units),
-        Column("largest_share_of_peak_here", "of peak" * norm, errors.largest_share, shown="percent"),
-        Column("rms_error", "RMS" * norm, errors.rms, units),
+        Column("largest_share_of_peak_here", "", errors.largest_share, shown="percent"),
+        Column("rms_error", "", errors.rms, units),
     ]
     for key, label, values, of in (
         ("allowed_error", "allowed", accuracy.allowed, units),
@@ -102,17 +93,13 @@ def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effe
         ("", heading, share_of(beside.largest, accuracy.allowed), ""),
         ("promised_of_allowed", "", share_of(promised.largest, accuracy.allowed), ""),
     ):
-        if not norm:
-            columns.append(Column(key, label, values, of, "number" if of else "times"))
-        elif key:
-            columns.append(Column(key, "", nothing))
-    within = nothing if norm else found.within(accuracy.allowed)
+        columns.append(Column(key, label, values, of, "number" if of else "times"))
     columns += [
-        Column("within_allowed", "within" * (not norm), within, shown="flag"),
+        Column("within_allowed", "within", found.within(accuracy.allowed), shown="flag"),
         Column("peak_torque_fitted_on", "", promised.peak_torque),
         Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
         Column("promised_largest_error", "", promised.largest),
-        Column("largest_error_without_payload", "", bare.errors.largest if bare else nothing),
+        Column("largest_error_without_payload", "", bare.errors.largest if bare else [None] * arm.n_joints),
         Column("torque_per_kg", "", effect.torque_per_kg),
         Column("mass_within_budget", "", effect.mass_within_budget),
     ]
@@ -121,8 +108,7 @@ def _joints(accuracy: Accuracy, found: Evaluation, bare: Evaluation | None, effe
 
 def _lost(accuracy: Accuracy, found: Evaluation, lost: Sequence[Loss]) -> list[Table]:
     """Dropped parts; people see them only if the error exceeds the promise."""
-    arm = found.dynamics.arm
-    allowed = accuracy.allowed if accuracy.asked.norm is None else np.full(arm.n_joints, np.nan)
+    arm, allowed = found.dynamics.arm, accuracy.allowed
     keys = ("part", "torque_peak", "torque_joint", "torque_share")
     tables = [Table("largest_losses", "", tuple(columns_of(lost, *((key, "", "number") for key in keys))))]
     here, promised = (share_of(x.largest, allowed) for x in (found.errors, accuracy.errors))

@@ -15,7 +15,6 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import ROUNDING, Quantity, Violation, require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -110,11 +109,8 @@ class ValidatedMotion:
 
     @property
     def keeps_promise(self) -> NDArray[np.bool_]:
-        """Whether each joint keeps the model's promise, shape (n,); the same for all if it is of the norm."""
-        asked, evaluation = self.accuracy.asked.norm, self.evaluation
-        if asked is None:
-            return np.asarray(evaluation.within(self.accuracy.allowed))
-        return np.full(len(evaluation.errors.largest), evaluation.keeps(asked))
+        """Whether each joint keeps the model's promise, shape (n,)."""
+        return np.asarray(self.evaluation.within(self.accuracy.allowed))
 
     @cached_property
     def at(self) -> FloatArray:
@@ -291,23 +287,15 @@ def _as_stated(
     elif stated is not None and stated.trajectory_fingerprint == motion.fingerprint:
         return stated.certified, largest
     fitted = accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint
-    return accuracy.allowed if fitted and accuracy.asked.norm is None else None, largest
+    return accuracy.allowed if fitted else None, largest
 
 
 def _asked(model: SimplifiedModel, fail_over: Budget | str | None) -> Budget | _Stated | None:
-    """The limit asked for; refuses one that is not per joint."""
+    """The limit asked for."""
     if fail_over is None:
         return None
     if isinstance(fail_over, str) and fail_over.strip().lower() == "stated":
         return "stated"
     if isinstance(fail_over, str) and fail_over.strip().lower() == "promise":
-        if model.accuracy.asked.norm is not None:
-            raise UsageError(
-                "this model's promise is not per joint",
-                where="--fail-over",
-                expected='a budget per joint, such as "1%"',
-                found=f'"promise", and a model with a budget of {model.accuracy.budget}',
-            )
         return "promise"
-    budget = Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)
-    return budget.require_per_joint("a verdict on every joint")
+    return Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)

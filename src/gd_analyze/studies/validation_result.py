@@ -102,9 +102,6 @@ def _motions_table(found: Validation) -> Table:
 def _section(one: ValidatedMotion, found: Validation, fit_friction: bool) -> Section:
     count = one.trajectory.n_set_points
     parts: list[Part] = [_joint_table(one)]
-    if one.accuracy.asked.norm is not None:
-        kept = "kept" if one.keeps_promise.all() else "broken"
-        parts.append(Fact("", "Promise of the norm", one.accuracy.budget, note=kept))
     if one.exits:
         label = f"Set points outside {found.box.where}"
         note = "no certificate for these limits holds there"
@@ -118,8 +115,7 @@ def _section(one: ValidatedMotion, found: Validation, fit_friction: bool) -> Sec
 def _joint_table(one: ValidatedMotion) -> Table:
     errors, arm = one.evaluation.errors, one.evaluation.dynamics.arm
     units, nothing = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-    judged, per_joint = one.most is not None, one.accuracy.asked.norm is None
-    allowed = one.accuracy.allowed if per_joint else np.full(arm.n_joints, np.nan)
+    judged, allowed = one.most is not None, one.accuracy.allowed
     columns = [
         *joint_columns(arm.joints),
         Column("peak_torque", "peak", errors.peak_torque, units),
@@ -129,10 +125,10 @@ def _joint_table(one: ValidatedMotion) -> Table:
         Column("largest_error_at", "" if judged else "at", one.at, "s"),
         Column("fail_over", "limit" if judged else "", nothing if one.most is None else one.most, units),
         Column("passed", "passed" if judged else "", ~one.fails if judged else nothing, shown="flag"),
-        Column("allowed_error", "promised" if per_joint and not judged else "", allowed, units),
-        Column("", "promise kept" if per_joint else "", one.keeps_promise, shown="flag"),
-        Column("within_allowed", "", errors.largest <= allowed if per_joint else nothing),
-        Column("largest_of_allowed", "", share_of(errors.largest, allowed) if per_joint else nothing),
+        Column("allowed_error", "" if judged else "promised", allowed, units),
+        Column("", "promise kept", one.keeps_promise, shown="flag"),
+        Column("within_allowed", "", errors.largest <= allowed),
+        Column("largest_of_allowed", "", share_of(errors.largest, allowed)),
     ]
     return Table("", "Torque error", tuple(columns))
 
