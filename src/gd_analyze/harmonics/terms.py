@@ -93,6 +93,10 @@ Torques = Mapping[TorqueTerm, float]
 Energies = Mapping[EnergyTerm, float]
 
 
+# Names of D, h and c.
+QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
+
+
 def quantity_of(velocities: tuple[Velocity, ...]) -> str:
     """Name of D, h or c, whichever torque terms with these velocities belong to."""
     if not velocities:

@@ -63,6 +63,14 @@ class Effects:
         shares = self.torque / allowed[self.joint][:, None]
         return Effects(self.count, self.n_joints, self.term, self.joint, shares)
 
+    def joined_by(self, terms: NDArray[np.intp], torque: FloatArray) -> Effects:
+        """The same with one more row of some terms, shape (M, N), as if they acted on one more joint."""
+        term = np.concatenate([self.term, terms])
+        order = np.argsort(term, kind="stable")
+        joint = np.concatenate([self.joint, np.full(len(terms), self.n_joints)])[order]
+        rows = np.concatenate([self.torque, torque])[order]
+        return Effects(self.count, self.n_joints + 1, term[order], joint, rows)
+
     def dense(self) -> FloatArray:
         """Torque of every term at every joint, shape (K, n, N)."""
         out = np.zeros((self.count, self.n_joints, self.torque.shape[1]))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -20,11 +19,11 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.trace import Expression, Trace, is_constant
+from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
-from gd_analyze.simplification.level import CandidateLevel, Checked, Costs, Terms
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.level import Checked, Level, Terms
 
 
 @dataclass(frozen=True)
@@ -128,71 +127,20 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     return TracedParts(trace, qdd[:, 0], states_first)
 
 
-def _blocks(trace: Trace, outputs: list[object], sine_price: int) -> dict[frozenset[int], int]:
-    """Operations by the set of parts that need them, given each part's expression."""
-    above: dict[int, int] = defaultdict(int)
-    for p, expression in enumerate(outputs):
-        if isinstance(expression, Expression):
-            above[expression.order] |= 1 << p
-    weights: dict[int, int] = defaultdict(int)
-    for node in reversed(trace.expressions):
-        parts = above.get(node.order, 0)
-        if not parts:
-            continue
-        for argument in node.arguments:
-            if isinstance(argument, Expression):
-                above[argument.order] |= parts
-        if node.operation not in ("input", "negative"):
-            weights[parts] += sine_price if node.operation in ("sin", "cos") else 1
-    count = range(len(outputs))
-    return {frozenset(p for p in count if parts >> p & 1): weight for parts, weight in weights.items()}
-
-
-def _assembly(traced: TracedParts, parts: Sequence[Part], drives: bool) -> dict[frozenset[int], int]:
-    """Operations that assemble parts to torques, by the parts that need them; constants are summed before."""
-    costs: dict[frozenset[int], int] = {}
-    effects: dict[Element, list[int]] = {}
-    for p, part in enumerate(parts):
-        if is_constant(traced.expression(part), 0.0):
-            costs[frozenset([p])] = 1  # dropping it costs nothing
-        else:
-            effects.setdefault(part.element, []).append(p)
-    for element, live in effects.items():
-        varying = any(isinstance(traced.expression(parts[p]), Expression) for p in live)
-        if varying or element.j is None:
-            costs |= {frozenset([p]): 1 for p in live}
-        joints = 1 if element.i == element.j else 2
-        if element.j is not None and not (drives and joints == 1):
-            either = frozenset(live)
-            costs[either] = costs.get(either, 0) + 2 * joints - (1 if varying else 0)
-    return costs
-
-
 class _PartEntry(Checked):
     part: str
 
 
-class ElementLevel(CandidateLevel):
-    """Parts are kept or dropped whole: each has the weight 1."""
+class ElementLevel(Level):
+    """Parts are kept whole, by verdicts and without a search: each has the weight 1."""
 
     name: ClassVar[str] = "element"
     keeps: ClassVar[str] = "parts of elements"
-    is_priced_exactly: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_PartEntry])
 
     def terms(self, form: ExactForm) -> Terms:
         """Parts in the order of their elements."""
         return dict.fromkeys(parts_of(form.arm.n_joints), 1.0)
-
-    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torques of the parts, from the decomposition."""
-        return torque_by_part(exact.quantities, exact.states.qdd, tuple(terms))
-
-    def costs(self, form: ExactForm, terms: Sequence[Part], sine_price: int) -> Costs:
-        """Operations as traced, including those that assemble torques."""
-        traced = trace_parts(form.arm)
-        shared = _blocks(traced.trace, [traced.expression(part) for part in terms], sine_price)
-        return dict(Counter(shared) + Counter(_assembly(traced, terms, form.drives)))
 
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Extract the parts' operations from the trace."""

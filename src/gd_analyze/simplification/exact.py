@@ -22,7 +22,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import Energies, Torques
+from gd_analyze.harmonics.terms import QUANTITIES, Energies, Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
@@ -45,9 +45,10 @@ from gd_analyze.simplification.accuracy import (
 )
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
+from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.identity import largest_apart
 from gd_analyze.simplification.recursion import Quantity, Recursion, components
-from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,6 +63,8 @@ MOST_TERMS = 2000
 _MOST_JOINTS, _FEW_JOINTS = 8, 4
 # Most terms whose common parts are searched: half a second.
 _SHARED = Effort(250)
+# Sums of terms with this multiple of the operations known may take fewer with shared parts.
+_NEARLY = 1.2
 # Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
 REWRITTEN = 1e-11
 
@@ -115,6 +118,28 @@ class ExactForm:
         path = shipped("programs", ".json").get(shipped_name(self))
         values = None if path is None else json.loads(path.read_bytes())
         return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_given_by, values))
+
+    @cached_property
+    def functions(self) -> Functions:
+        """D, h and c as functions of their own, each in the fewest operations known."""
+        functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
+        if self.arm.n_joints > _MOST_JOINTS:
+            return functions
+        nested = functions_of_terms(self.velocities, self.torques, ROUGH, symmetric=True)
+        # Shared parts take time to find: only where nested sums come close.
+        close = [
+            quantity
+            for quantity, own, known in zip(QUANTITIES, nested, functions, strict=True)
+            if own.count.total < _NEARLY * known.count.total
+        ]
+        terms = {term: weight for term, weight in self.torques.items() if term.quantity in close}
+        shared = functions_of_terms(self.velocities, terms, _SHARED, symmetric=True)
+        return Functions(
+            *(
+                min(each, key=lambda program: program.count.total) if quantity in close else each[0]
+                for quantity, *each in zip(QUANTITIES, functions, nested, shared, strict=True)
+            )
+        )
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""
@@ -319,6 +344,13 @@ class ExactDynamics:
         if self.decomposed is not None:
             return self.decomposed
         return decompose_states(self.arm, self.states, christoffel=False, drives=self.form.drives)
+
+    @cached_property
+    def inertia(self) -> FloatArray:
+        """D with both effects and, if included, the drives' inertia, kg m^2, shape (N, n, n)."""
+        links = np.asarray(self.quantities["inertia"]).sum(axis=1)
+        added = np.zeros(self.arm.n_joints) if self.form.drive_inertia is None else self.form.drive_inertia
+        return np.asarray(links + np.diag(added))
 
     @cached_property
     def torque(self) -> FloatArray:

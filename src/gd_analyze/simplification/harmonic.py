@@ -6,14 +6,12 @@ import math
 from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
-from functools import reduce
 from itertools import combinations_with_replacement
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, TypeAdapter
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
@@ -23,10 +21,11 @@ from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
-from gd_analyze.simplification.torque_program import TorqueVariables, torque_program, torque_programs
+from gd_analyze.simplification.torque_program import functions_of_terms, torque_program, torque_programs
 
 # Relative difference of coefficients that are mathematically equal, or twice or half each other.
 _EQUAL = 1e-9
@@ -49,19 +48,19 @@ class HarmonicLevel(CandidateLevel):
         """Sum the torque terms of all terms."""
         return gathered((number, self.source(form, term)) for term, number in terms.items())
 
-    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque of all torque terms of a term; each product of factors and velocities is formed once."""
-        form, states = exact.form, (x.T for x in exact.states.arrays)
-        values = TorqueVariables(form.velocities, states)
-        known: dict[tuple[Velocity | Factor, ...], FloatArray] = {}
-        rows = np.zeros((exact.arm.n_joints, len(terms), len(exact.states)))
-        for k, (term, number) in enumerate(terms.items()):
-            for made, weight in self.source(form, term).items():
-                product: tuple[Velocity | Factor, ...] = (*made.velocities, *made.monomial)
-                if product not in known:
-                    known[product] = reduce(np.multiply, map(values, product), np.ones(len(exact.states)))
-                rows[made.row, k] += number * weight * known[product]
-        return np.stack(form.velocities.joint_rows(rows), axis=1)
+    def term_torques(self, form: ExactForm, terms: Terms) -> TermTorques:
+        """Torques of terms, to be evaluated at any states."""
+        sources = [(weight, self.source(form, term)) for term, weight in terms.items()]
+        return TermTorques(form.velocities, sources)
+
+    def operations(self, form: ExactForm, terms: Terms, effort: Effort) -> int:
+        """Operations of all torques."""
+        return self.write(form, terms, effort).count.total
+
+    def angles(self, form: ExactForm, terms: Terms) -> set[int]:
+        """Revolute joints, from 0, whose sines and cosines terms need."""
+        factors = {factor for term in terms for factor in term.monomial if factor.kind != "power"}
+        return {joint for factor in factors for joint in factor.joints}
 
     def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
         """Estimate the result of factoring: equal products are formed once, velocities multiply their sum.
@@ -178,16 +177,16 @@ class TermLevel(HarmonicLevel):
             costs[frozenset(numbers)] += prices[step]
         return {numbers: price for numbers, price in costs.items() if price}
 
-    def indispensable(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> set[TorqueTerm]:
-        """One term of every D'_ii: its constant, or else the term with the largest coefficient."""
-        diagonal: dict[int, list[TorqueTerm]] = defaultdict(list)
-        for term in terms:
-            if term.quantity == "inertia" and term.velocities[0].joint == term.row:
-                diagonal[term.row].append(term)
-        return {
-            max(of_joint, key=lambda term: (not term.monomial, abs(form.torques[term])))
-            for of_joint in diagonal.values()
-        }
+    def operations(self, form: ExactForm, terms: Torques, effort: Effort) -> int:
+        """Operations of D, h and c as functions of their own: what they share is counted in each."""
+        torques = self.torques(form, terms)
+        return functions_of_terms(form.velocities, torques, effort, symmetric=True).operations.total
+
+    def inertia_term(self, term: TorqueTerm) -> EnergyTerm | None:
+        """Element of D' and monomial of a term of D'."""
+        if term.quantity != "inertia":
+            return None
+        return EnergyTerm(term.row, term.velocities[0].joint, term.monomial)
 
     def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
         """Number terms of one energy coefficient equally; a term of several has its own number."""
@@ -233,6 +232,7 @@ class EnergyLevel(HarmonicLevel):
 
     name: ClassVar[str] = "energy"
     keeps: ClassVar[str] = "energy terms"
+    has_symmetric_inertia: ClassVar[bool] = True
     is_mechanical: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_EnergyEntry])
 
@@ -243,6 +243,10 @@ class EnergyLevel(HarmonicLevel):
     def source(self, form: ExactForm, term: EnergyTerm) -> Torques:
         """Apply Lagrange's equations."""
         return torques_of(term, form.velocities)
+
+    def inertia_term(self, term: EnergyTerm) -> EnergyTerm | None:
+        """The term itself, if it is one of D'."""
+        return None if term.is_potential else term
 
     def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
         """Number equal coefficients equally."""

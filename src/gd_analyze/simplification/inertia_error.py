@@ -1,4 +1,4 @@
-"""How far a simplified D is from D, and which of its terms to put back so that it can be used as a D.
+"""How far a simplified D is from D, and what its terms contribute where it cannot be used as a D.
 
 The measure is gamma, the largest |eigenvalue of D^-1 Ds - I|, with the simplified D as Ds. If gamma is below 1,
 Ds is positive definite where it is symmetric, and feedback through it converges, the faster the smaller gamma.
@@ -31,7 +31,7 @@ def gammas(inertia: FloatArray, simplified: FloatArray) -> FloatArray:
 
 
 class InertiaTerms:
-    """Terms of D' at positions: their sum, and which of them it lacks.
+    """Terms of D' at positions: their sum, and what it lacks there.
 
     Parameters
     ----------
@@ -63,24 +63,31 @@ class InertiaTerms:
         whole = upper + upper.swapaxes(1, 2) - upper * np.eye(n)
         return np.asarray(self._to_absolute.T @ whole @ self._to_absolute)
 
-    def lacking(self, inertia: FloatArray, selected: Mask, limit: float) -> int | None:
-        """The dropped term that reduces gamma most where it exceeds a limit; None if it does nowhere."""
-        simplified = self.inertia(selected)
+    def excess(
+        self, inertia: FloatArray, selected: Mask, limit: float
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Where gamma of a selection exceeds a limit: what each term adds to Ds there, and what the rest lacks.
+
+        At a position, gamma is reached in one direction x of qd, scaled so that x^T D x = 1. There x^T (D - Ds) x
+        is a sum over dropped terms, as an error of the torque is.
+
+        Returns
+        -------
+        tuple
+            x^T (its D) x of every term, shape (K, N), and of everything that is no term here, shape (N,), zero
+            where gamma is below half the limit; None if it exceeds the limit nowhere.
+        """
         root = np.linalg.inv(np.linalg.cholesky(inertia))
-        change: Array = root @ (simplified - inertia) @ root.swapaxes(1, 2)
+        change: Array = root @ (self.inertia(selected) - inertia) @ root.swapaxes(1, 2)
         values, vectors = np.linalg.eigh(change)
-        worst = np.abs(values).argmax(axis=1)
-        rows = np.arange(len(worst))
-        excess = np.flatnonzero(np.abs(values[rows, worst]) > limit)
-        if not len(excess):
+        worst, rows = np.abs(values).argmax(axis=1), np.arange(len(values))
+        reached = values[rows, worst]
+        if (np.abs(reached) <= limit).all():
             return None
-        direction = np.einsum("nji,nj->ni", root[excess], vectors[excess, :, worst[excess]])
+        direction = np.einsum("nji,nj->ni", root, vectors[rows, :, worst])
         moving = direction @ self._to_absolute.T
         twice = np.where(self._i == self._j, 1.0, 2.0)[:, None]
-        gains = -self._values[:, excess] * twice * moving[:, self._i].T * moving[:, self._j].T
-        needed = values[excess, worst[excess]]
-        # A term helps up to the point where it has made up for what is lacking.
-        helps = np.minimum(gains * np.sign(needed), np.abs(needed)).sum(axis=1)
-        helps[selected] = -np.inf
-        best = int(helps.argmax())
-        return best if helps[best] > 0.0 else None
+        added = self._values * twice * moving[:, self._i].T * moving[:, self._j].T
+        rest = -reached - added[~selected].sum(axis=0)
+        counts = np.abs(reached) > limit / 2
+        return added * counts, rest * counts

@@ -6,6 +6,7 @@ Search, models, certificates and reports use this interface and know no level by
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -16,9 +17,10 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.harmonics.terms import Torques
+from gd_analyze.harmonics.terms import EnergyTerm, Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
+from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.text import LARGEST_COEFFICIENT
@@ -47,7 +49,8 @@ class Level(ABC):
     keeps: ClassVar[str]  # unit in which models are counted, in the plural
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     always_refits: ClassVar[bool] = False
-    is_mechanical: ClassVar[bool] = False  # models are mechanical systems, with a symmetric D
+    has_symmetric_inertia: ClassVar[bool] = False
+    is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
     entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
     def __repr__(self) -> str:
@@ -116,16 +119,39 @@ class Level(ABC):
 class CandidateLevel(Level):
     """A level whose models keep some of the exact dynamics' terms."""
 
-    # Whether `costs` are exact, so that an integer program's optimum is final.
-    is_priced_exactly: ClassVar[bool] = False
+    @abstractmethod
+    def term_torques(self, form: ExactForm, terms: Terms) -> TermTorques:
+        """Torques of terms, to be evaluated at any states."""
 
     @abstractmethod
-    def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
-        """Torque of each term at each state, N m, shape (K, n, N)."""
+    def inertia_term(self, term: Any) -> EnergyTerm | None:
+        """Element of D' and monomial of a term of D'; None for any other term."""
+
+    @abstractmethod
+    def operations(self, form: ExactForm, terms: Terms, effort: Effort) -> int:
+        """Operations that a search minimises, with programs written with this effort."""
+
+    @abstractmethod
+    def angles(self, form: ExactForm, terms: Terms) -> set[int]:
+        """Revolute joints, from 0, whose sines and cosines terms need."""
 
     @abstractmethod
     def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
-        """Operations by the set of terms that need them; a sine or cosine counts as `sine_price`."""
+        """Estimate the operations by the set of terms that need them; a sine or cosine counts `sine_price`."""
+
+    def indispensable(self, form: ExactForm, terms: Sequence[Any]) -> set[Any]:
+        """One term of every D'_ii: its constant, or else the term with the largest coefficient."""
+        coefficients, diagonal = self.terms(form), defaultdict[int, list[Any]](list)
+        is_constant = {}
+        for term in terms:
+            element = self.inertia_term(term)
+            if element is not None and element.i == element.j:
+                diagonal[element.i].append(term)
+                is_constant[term] = not element.monomial
+        return {
+            max(own, key=lambda term: (is_constant[term], abs(coefficients[term])))
+            for own in diagonal.values()
+        }
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
         """Free numbers of a refit; by default every term has its own."""
@@ -139,5 +165,4 @@ class Found(NamedTuple):
     program: Program
     refitted: bool
     steps: tuple[SearchStep, ...]
-    solved: bool = False
     cut_short: bool = False

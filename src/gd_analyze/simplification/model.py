@@ -15,8 +15,7 @@ from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.operations.program import OperationCount, Program, slopes_of
-from gd_analyze.operations.trace import Trace, is_constant
+from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
 from gd_analyze.simplification.effort import THOROUGH
@@ -24,79 +23,6 @@ from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
-
-
-def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
-    """D, row by row, as torque is linear in accelerations; for a `symmetric` D the upper half is computed."""
-    trace, at_rest = Trace(), program.with_values(_zeros(n, "qd"))
-    columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, _zeros(n, "qdd"), trace) for j in range(n)]
-    places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
-    return Program.of(trace, [columns[j][i] for i, j in places])
-
-
-def coriolis_centrifugal_program(program: Program, n: int) -> Program:
-    """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
-    along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
-    trace = Trace()
-    twice = slopes_of(program, along, _zeros(n, "qdd"), trace)
-    return Program.of(trace, [trace.multiply(0.5, x) for x in twice])
-
-
-def gravity_loading_program(program: Program, n: int) -> Program:
-    """Torque at rest."""
-    return program.with_values(_zeros(n, "qd", "qdd"))
-
-
-def torque_derivatives_program(program: Program, n: int) -> Program:
-    """Derivatives of the torques by q, then by qd, each row by row; those by qdd are D."""
-    trace = Trace()
-    by = [[slopes_of(program, {f"{name}{j + 1}": 1.0}, {}, trace) for j in range(n)] for name in ("q", "qd")]
-    return Program.of(trace, [columns[j][i] for columns in by for i in range(n) for j in range(n)])
-
-
-def coriolis_matrix_program(program: Program, n: int) -> Program:
-    """C with C qd = h, row by row: half the derivative of h by qd, C_ij = sum_k h_ijk qd_k."""
-    trace, h = Trace(), coriolis_centrifugal_program(program, n)
-    columns = [slopes_of(h, {f"qd{j + 1}": 0.5}, {}, trace) for j in range(n)]
-    return Program.of(trace, [columns[j][i] for i in range(n) for j in range(n)])
-
-
-def forward_dynamics_program(program: Program, n: int, symmetric: bool) -> Program:
-    """Accelerations from torques tau1, tau2, ...: D qdd = tau - h - c, by elimination without pivoting.
-
-    D of an arm is positive definite, so that no pivot is zero; a symmetric D is factored as L d L^T.
-    """
-    trace = Trace()
-    at_rest = program.with_values(_zeros(n, "qdd"))
-    value, inertia = at_rest.folded(trace, {}), inertia_program(program, n, symmetric).folded(trace, {})
-    rows = inertia_program(program, n, symmetric).outputs
-    matrix = [[inertia(rows[n * i + j]) for j in range(n)] for i in range(n)]
-    right = [
-        trace.subtract(trace.record("input", f"tau{i + 1}"), value(at_rest.outputs[i])) for i in range(n)
-    ]
-    for k in range(n):
-        for i in range(k + 1, n):
-            if is_constant(matrix[i][k], 0.0):
-                continue
-            factor = trace.divide(matrix[i][k], matrix[k][k])
-            # A symmetric matrix has equal entries below and above the diagonal.
-            for j in range(i if symmetric else k + 1, n):
-                matrix[i][j] = trace.subtract(matrix[i][j], trace.multiply(factor, matrix[k][j]))
-            right[i] = trace.subtract(right[i], trace.multiply(factor, right[k]))
-        if symmetric:
-            for i in range(k + 1, n):
-                for j in range(k + 1, i):
-                    matrix[i][j] = matrix[j][i]
-    found: list[object] = [0.0] * n
-    for i in reversed(range(n)):
-        for j in range(i + 1, n):
-            right[i] = trace.subtract(right[i], trace.multiply(matrix[i][j], found[j]))
-        found[i] = trace.divide(right[i], matrix[i][i])
-    return Program.of(trace, found)
-
-
-def _zeros(n: int, *names: str) -> dict[str, float]:
-    return {f"{name}{j + 1}": 0.0 for name in names for j in range(n)}
 
 
 # Most terms of equations shown in a notebook.

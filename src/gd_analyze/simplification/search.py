@@ -1,210 +1,117 @@
-"""The cheapest set of candidates within a budget: elimination, integer program, exchange, refit.
-
-The integer program accounts for shared arithmetic and often proves its selection cheapest, but may take
-forever, so it stops after some nodes. Exchange drops one more candidate, or swaps it for a cheaper one.
-"""
+"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit if asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.angles import priced
+from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
-from gd_analyze.simplification.candidates import Candidates, Elimination, Kept, candidates_of, eliminate
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Work
+from gd_analyze.simplification.candidates import Candidates, candidates_of
+from gd_analyze.simplification.effort import COUNTING, POINT, THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import CandidateLevel, Found
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.linear_programs import Refit, select
+from gd_analyze.simplification.refit import refitted
+from gd_analyze.simplification.selection import (
+    USUAL,
+    Selection,
+    SelectionSettings,
+    descend,
+    improve,
+    repair,
+)
 
-# A selection, shape (K,), and the factors of its coefficients, shape (K,), all 1 without refit.
-Step = tuple[Kept, FloatArray]
-# Operations of a selection with given factors of its coefficients.
-Count = Callable[[Kept, FloatArray], int]
-# Called with the number of candidates dropped since the last call.
+# Called with the number of terms dropped since the last call.
 Progress = Callable[[int], None] | None
 
-# Share of the budget that a first sweep may use for candidates too small to weigh one by one.
-_SWEEP_SHARE = 0.02
-# Most selections that an exchange fits, and candidates it takes back per dropped one.
-_TRIALS, _TAKEN_BACK = 200, 4
-# Most candidates for which more than elimination is tried: minutes beyond.
-_MOST = 1200
-# Errors above this share of the budget indicate which candidate would help.
-_HOT = 0.8
+# Largest gamma at the states of a search: other states reach more.
+LARGEST_GAMMA = 0.95
+# Most directions of every position in which D is limited, and attempts after each, as a share of the usual ones.
+_DIRECTIONS, _AFTER_D = 12, 0.25
 
 
-def search(
-    candidates: Candidates,
-    count: Count,
-    *,
-    refit: bool = False,
-    thorough: bool = True,
-    work: Work | None = None,
-    progress: Progress = None,
-) -> tuple[dict[str, Step], bool]:
-    """Find few candidates whose model is within the budget at every state; return the results of all steps.
-
-    Also whether the integer program ended, so that no selection without refit takes fewer operations.
-    """
-    one = np.ones(len(candidates))
-    tell, work = progress or (lambda _: None), work or Work()
-    if candidates.level.is_priced_exactly:
-        kept, solved = select(candidates.effects, 1.0, candidates.costs, work=work)
-        return {"integer program": (kept, one)}, solved
-    best = eliminate(candidates, work=work).within()
-    tell(int((~best).sum()))
-    steps = {"elimination": (best, one)}
-    if len(best) > _MOST:
-        work.was_short = True
-        return steps, False
-    programmed, solved = _programmed(candidates, thorough, work)
-    if count(programmed, one) < count(best, one):
-        best = programmed
-    steps["integer program" if thorough else "integer program, one descent"] = best, one
-    if not solved:
-        best, _ = _exchanged(candidates, (best, one), None, count, work)
-        steps["exchange"] = best, one
-    if not refit:
-        return steps, solved
-    refitting = Refit(candidates, work)
-    first = refitting.within(best)
-    starts = [None if first is None else (best, first)]
-    starts.append(_refitted_start(eliminate(candidates, refit=True, work=work), refitting))
-    found = [(best, one)]
-    found += [_exchanged(candidates, start, refitting, count, work) for start in starts if start is not None]
-    # The last of equal ones has been fitted.
-    kept, scale = min(reversed(found), key=lambda one: count(*one))
-    tell(int(best.sum()) - int(kept.sum()))
-    steps["refit"] = kept, refitting.best(kept, scale)
-    return steps, solved
-
-
-def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kept, bool]:
-    """Keep the integer program's selection of the candidates that matter."""
-    effects = candidates.effects
-    kept = np.zeros(len(effects), dtype=bool)
-    largest = np.abs(effects).max(axis=2, initial=0.0)
-    order = np.argsort(largest.max(axis=1), kind="stable")
-    together = np.cumsum(largest[order], axis=0).max(axis=1)
-    matter = np.sort(order[together > _SWEEP_SHARE])
-    if not len(matter):
-        return kept, True
-    place = {int(k): p for p, k in enumerate(matter)}
-    costs: dict[frozenset[int], int] = {}
-    for members, operations in candidates.costs.items():
-        left = frozenset(place[k] for k in members if k in place)
-        if left:
-            costs[left] = costs.get(left, 0) + operations
-    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough, work=work)
-    return kept, optimal
-
-
-def _refitted_start(elimination: Elimination, refitting: Refit) -> Step | None:
-    """Drop as many candidates, in the given order, as a refit can compensate."""
-    few, many, found = -1, len(elimination.order) + 1, None
-    while many - few > 1:
-        middle = (few + many) // 2
-        trial = elimination.kept(middle)
-        scale = refitting.within(trial)
-        if scale is None:
-            many = middle
-        else:
-            few, found = middle, (trial, scale)
-    return found
-
-
-def _exchanged(
-    candidates: Candidates, start: Step, refitting: Refit | None, count: Count, work: Work
-) -> Step:
-    """Drop one more candidate, or swap it for a cheaper one, while operations decrease."""
-    kept, scale = start
-    flat = candidates.flat
-    size = np.maximum(np.einsum("ks,ks->k", flat, flat), np.finfo(float).tiny)
-    needs = np.zeros((len(candidates.costs), len(flat)), dtype=bool)
-    for row, members in zip(needs, candidates.costs, strict=True):
-        row[list(members)] = True
-    operations = np.array(list(candidates.costs.values()), dtype=float)
-
-    def neighbours() -> Iterator[tuple[Kept, FloatArray]]:
-        """Selections that should be cheaper, and errors: first with one dropped, then with one swapped."""
-        error = (kept * scale - 1.0) @ flat
-        harm = {int(k): float(np.abs(error - scale[k] * flat[k]).max()) for k in np.flatnonzero(kept)}
-        leaving = sorted(harm, key=harm.__getitem__)
-        for k in leaving:
-            trial = kept.copy()
-            trial[k] = False
-            yield trial, error - scale[k] * flat[k]
-        alone = (needs & kept).sum(axis=1) == 1
-        saved = np.where(kept, (operations * alone) @ needs, 0.0)
-        others = np.flatnonzero(~kept)
-        for k in leaving:
-            without = kept.copy()
-            without[k] = False
-            beyond = error - scale[k] * flat[k]
-            hot = np.flatnonzero(np.abs(beyond) > _HOT)
-            worth = (flat[np.ix_(others, hot)] @ beyond[hot]) ** 2 / size[others]
-            unused = ~(needs & without).any(axis=1)
-            added = (operations * unused) @ needs
-            for j in others[np.argsort(-worth, kind="stable")[:_TAKEN_BACK]]:
-                if added[j] < saved[k]:
-                    trial = without.copy()
-                    trial[j] = True
-                    yield trial, beyond + flat[j]
-
-    fewest, trials = count(kept, scale), _TRIALS
-    while True:
-        for trial, error in neighbours():
-            if trials == 0 or not work.affords(0.0):
-                return kept, scale
-            trials -= 1
-            if refitting is not None:
-                fitted = refitting.within(trial)
-            else:
-                fitted = scale if np.abs(error).max(initial=0.0) <= 1.0 else None
-            if fitted is not None and (found := count(trial, fitted)) < fewest:
-                kept, scale, fewest = trial, fitted, found
-                break
-        else:
-            return kept, scale
-
-
-# Writing a program to count it takes as long as this many multiplications per term.
-_WRITING = 3e5
-
-
-def dropped(
+def selected_terms(
     exact: ExactDynamics,
     level: CandidateLevel,
     allowed: FloatArray,
     how: SearchOptions,
     progress: Progress = None,
 ) -> Found:
-    """Search for the terms to keep; a TooManyTermsError if there are too many for a search."""
+    """Search for the terms to keep; a TooManyTermsError if too many matter.
+
+    A search that continues, see `SearchOptions.way`, begins from the terms of the last one.
+    """
     candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price)
-    writing, work = COUNTING if how.thorough else ROUGH, Work(how.effort)
+    settings = USUAL.scaled(how.effort)
+    selection = candidates.selection(how.way[-1] if how.way else None)
+    repair(selection, settings)
+    descend(selection, candidates.stays, settings)
+    steps = [("descent", selection)]
+    if how.thorough:
+        selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
+        steps.append(("search", selection))
+    candidates, usable = with_usable_inertia(candidates, selection, exact, settings)
+    if usable is not selection:
+        steps.append(("usable D", usable))
+        selection = usable
+    terms, is_refitted = candidates.chosen(selection.selected), False
+    stages = [SearchStep(name, _operations(candidates, each)) for name, each in steps]
+    if how.refit:
+        fitted = refitted(candidates, selection.selected, candidates.stays)
+        if fitted is not None:
+            terms, is_refitted = candidates.chosen(*fitted), True
+            stages.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
+    if progress is not None:
+        progress(candidates.total - len(terms))
+    if how.way is not None:
+        how.way.append(terms)
+    program = candidates.write(terms, THOROUGH if how.write else POINT)
+    return Found(terms, program, is_refitted, tuple(stages))
 
-    def count(kept: Kept, scale: FloatArray) -> int:
-        work.spend(_WRITING * int(kept.sum()))
-        return priced(candidates.write(kept, scale, writing), how.sine_price)
 
-    options = {"refit": how.refit, "thorough": how.thorough}
-    found, solved = search(candidates, count, **options, work=work, progress=progress)
-    effort = THOROUGH if how.write else COUNTING
-    written = {name: level.write(exact.form, candidates.keep(*step), effort) for name, step in found.items()}
-    steps = tuple(SearchStep(name, program.count.total) for name, program in written.items())
-    # The search counts roughly; the last of steps with equal operations has been fitted.
-    best = min(reversed(written), key=lambda name: priced(written[name], how.sine_price))
-    kept, scale = found[best]
-    refitted = bool((scale[kept] != 1.0).any())
-    return Found(candidates.keep(kept, scale), written[best], refitted, steps, solved, work.was_short)
+def with_usable_inertia(
+    candidates: Candidates, selection: Selection, exact: ExactDynamics, settings: SelectionSettings = USUAL
+) -> tuple[Candidates, Selection]:
+    """Select anew until gamma is below 1 at every state; unchanged if that fails within the budget.
+
+    Where gamma is too large, what D lacks in the worst direction joins the errors that a selection limits.
+    """
+    level, form = candidates.level, exact.form
+    of_inertia = [(k, own) for k, term in enumerate(candidates.terms) if (own := level.inertia_term(term))]
+    places = np.array([k for k, _ in of_inertia], dtype=np.intp)
+    elements: list[EnergyTerm] = [own for _, own in of_inertia]
+    weights = np.array(list(candidates.terms.values()))[places]
+    inertia_terms = InertiaTerms(form.velocities, elements, weights, exact.states.q)
+    extended, trial = candidates, selection
+    for _ in range(_DIRECTIONS):
+        excess = inertia_terms.excess(exact.inertia, trial.selected[places], LARGEST_GAMMA)
+        if excess is None:
+            return extended, trial
+        added, rest = (values / LARGEST_GAMMA for values in excess)
+        extended = replace(extended, choice=extended.choice.joined_by(places, added, rest))
+        trial = Selection(extended.choice, trial.selected)
+        repair(trial, settings)
+        descend(trial, candidates.stays, settings)
+        trial = _cheapest(extended, improve(trial, candidates.stays, settings.scaled(_AFTER_D)))
+    return candidates, selection
 
 
-def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations for multiples of a budget from one elimination."""
-    candidates = candidates_of(exact, level, allowed)
-    elimination, one = eliminate(candidates), np.ones(len(candidates))
-    return lambda factor: candidates.write(elimination.within(factor), one, COUNTING).count.total
+def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
+    """The selection with the fewest operations, counted."""
+    return min(selections, key=lambda one: candidates.price(candidates.chosen(one.selected), COUNTING))
+
+
+def _operations(candidates: Candidates, selection: Selection) -> int:
+    return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), COUNTING)
+
+
+def quick_selection(candidates: Candidates, limit: float) -> Selection:
+    """A descent alone, within `limit` times the budget."""
+    selection = candidates.selection()
+    descend(selection, candidates.stays, replace(USUAL, at_once=0.02), limit=limit)
+    return selection

@@ -63,6 +63,10 @@ class Choice:
     def __len__(self) -> int:
         return self.effects.count
 
+    def joined_by(self, terms: NDArray[np.intp], errors: FloatArray, rest: FloatArray) -> Choice:
+        """The same with one more limited error: of some terms, shape (M, N), and of everything else, (N,)."""
+        return Choice(self.effects.joined_by(terms, errors), np.vstack([self.base, rest]), self.costs)
+
     @cached_property
     def weights(self) -> FloatArray:
         """Operations of every step, shape (steps,)."""

@@ -9,10 +9,11 @@ from itertools import takewhile
 from typing import Any
 
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
+from gd_analyze.simplification.functions import Functions, inertia_program
 from gd_analyze.simplification.effort import POINT, Effort
 
 
@@ -127,6 +128,17 @@ def shortest_program(
     own = dict(terms)
     ways = [nested_program(velocities, own, in_line=in_line) for in_line in (False, True)]
     return min([*ways, *_shared(velocities, own, effort)], key=lambda way: way.count.total)
+
+
+def functions_of_terms(
+    velocities: AbsoluteVelocities, terms: Torques, effort: Effort, *, symmetric: bool
+) -> Functions:
+    """D, h and c from their own terms alone, so that each is written for itself."""
+    parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in QUANTITIES}
+    for term, weight in terms.items():
+        parts[term.quantity][term] = weight
+    inertia, h, c = (torque_program(velocities, part, effort) for part in parts.values())
+    return Functions(inertia_program(inertia, velocities.n_joints, symmetric), h, c)
 
 
 def torque_programs(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:

@@ -1,0 +1,151 @@
+"""Terms of an arm's dynamics, ranked by their torque at given states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import term_formula
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import MANY, largest_terms
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.text import html_of, percent
+
+# Number of terms shown in a notebook.
+_MOST_SHOWN = 12
+_WHOLE = Budget.parse("100%")
+
+
+@dataclass(frozen=True)
+class RankedTerm:
+    """One term in the ranking; shares are of the joint's peak torque, joints count from 1."""
+
+    rank: int  # 1 is the most important
+    term: Any  # of its level's type
+    weight: float  # its coefficient
+    alone_torque: float  # its largest torque, N m, at the joint where its share of peak torque is largest
+    alone_joint: int
+    alone_share: float
+    without_share: float  # largest error without it and everything ranked below it
+    without_joint: int
+    below_uncertainty: bool | None  # whether its torque is, at every joint; None if no uncertainty is stated
+
+
+@dataclass(frozen=True)
+class TermRanking:
+    """Terms, the most important first, and the number of last ones within the parameters' uncertainty."""
+
+    terms: tuple[RankedTerm, ...] = ()
+    uncertainty: tuple[float, ...] | None = None  # largest standard uncertainty of every joint's torque, N m
+    not_worth_keeping: int = 0  # number of last terms that may be dropped with every error below it
+    unlisted: int = 0  # number of smallest terms that are not ranked
+    unlisted_share: float = 0.0  # largest torque of these together, over the joint's peak torque
+
+    def __repr__(self) -> str:
+        return f"TermRanking({len(self.terms)} of {self.total} terms)"
+
+    def _repr_html_(self) -> str:
+        """The first terms, for a notebook."""
+        plain, rows = Plain(), []
+        for ranked in self.terms[:_MOST_SHOWN]:
+            formula = term_formula(ranked.term, ranked.weight)
+            symbol, term = plain.symbol(formula.left), plain.right(formula)
+            shares = percent(ranked.alone_share), percent(ranked.without_share)
+            joints = str(ranked.alone_joint), str(ranked.without_joint)
+            rows.append([str(ranked.rank), symbol, term, shares[0], joints[0], shares[1], joints[1]])
+        headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
+        more = self.total - len(rows)
+        return html_of("Terms ranked by torque", headings, rows, f"{more} more." if more else "")
+
+    @property
+    def total(self) -> int:
+        """Number of terms there are."""
+        return len(self.terms) + self.unlisted
+
+
+def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRanking:
+    """Rank the terms of an arm's dynamics by their torque at given states.
+
+    Very many states are represented by some thousand. Terms are dropped one by one, each time the one whose
+    loss adds least to the squared torque error of all dropped so far, relative to each joint's peak torque.
+    The term dropped last ranks first.
+
+    Parameters
+    ----------
+    exact
+        Exact dynamics at the states.
+    level
+        A level of harmonic terms: of the torques or of the energies.
+
+    Returns
+    -------
+    TermRanking
+        Terms with torques, N m (N), and shares; empty if no joint needs torque at the states.
+
+    Raises
+    ------
+    UsageError
+        If the arm has too many terms to be ranked.
+    """
+    exact = exact.weighed(None).thinned()
+    every = level.terms(exact.form)
+    if not exact.needs_torque:
+        return TermRanking(unlisted=len(every))
+    whole = exact.allowed(_WHOLE)
+    torques = level.term_torques(exact.form, every)
+    chosen, others = largest_terms(torques, exact.states, whole, MANY)
+    effects = torques.at(exact.states, chosen).over(whole).dense()
+    order = _order_of_elimination(effects)
+    # Largest errors with the first of the order dropped, one more each time, (K + 1, n).
+    error, errors = others.copy(), [np.abs(others).max(axis=1, initial=0.0)]
+    for k in order:
+        error += effects[k]
+        errors.append(np.abs(error).max(axis=1, initial=0.0))
+    alone = np.abs(effects).max(axis=2, initial=0.0)
+    limit = exact.uncertainty
+    listed = list(every.items())
+    rows = []
+    for rank, (k, without) in enumerate(zip(reversed(order), reversed(errors), strict=False), start=1):
+        joint, worst = int(alone[k].argmax()), int(without.argmax())
+        rows.append(
+            RankedTerm(
+                rank,
+                *listed[chosen[k]],
+                alone_torque=float(alone[k, joint] * whole[joint]),
+                alone_joint=joint + 1,
+                alone_share=float(alone[k, joint]),
+                without_share=float(without[worst]),
+                without_joint=worst + 1,
+                below_uncertainty=None if limit is None else bool((alone[k] * whole <= limit).all()),
+            )
+        )
+    unlisted = len(every) - len(rows), float(np.abs(others).max(initial=0.0))
+    if limit is None:
+        return TermRanking(tuple(rows), None, 0, *unlisted)
+    beyond = (np.array(errors) * whole > limit).any(axis=1)
+    # The first row is without any dropped term; unlisted terms may exceed it already.
+    may_go = max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
+    return TermRanking(tuple(rows), tuple(limit.tolist()), may_go, *unlisted)
+
+
+def _order_of_elimination(effects: FloatArray) -> list[int]:
+    """Terms, effects (K, n, N), in the order in which each adds least to the squared error of those dropped."""
+    flat = effects.reshape(len(effects), -1)
+    gram = flat @ flat.T
+    size, slope = np.diag(gram), np.zeros(len(gram))
+    remaining: NDArray[np.intp] = np.arange(len(gram))
+    order: list[int] = []
+    while len(remaining):
+        place = int((size[remaining] + 2.0 * slope[remaining]).argmin())
+        term = int(remaining[place])
+        order.append(term)
+        slope += gram[term]
+        remaining = np.delete(remaining, place)
+    return order
