@@ -177,7 +177,6 @@ class ElementLevel(CandidateLevel):
 
     name: ClassVar[str] = "element"
     keeps: ClassVar[str] = "parts of elements"
-    is_priced_exactly: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_PartEntry])
 
     def terms(self, form: ExactForm) -> Terms:

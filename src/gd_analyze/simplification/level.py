@@ -116,9 +116,6 @@ class Level(ABC):
 class CandidateLevel(Level):
     """A level whose models keep some of the exact dynamics' terms."""
 
-    # Whether `costs` are exact, so that an integer program's optimum is final.
-    is_priced_exactly: ClassVar[bool] = False
-
     @abstractmethod
     def effects(self, exact: ExactDynamics, terms: Terms) -> FloatArray:
         """Torque of each term at each state, N m, shape (K, n, N)."""
@@ -139,5 +136,4 @@ class Found(NamedTuple):
     program: Program
     refitted: bool
     steps: tuple[SearchStep, ...]
-    solved: bool = False
     cut_short: bool = False

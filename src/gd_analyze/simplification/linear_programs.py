@@ -41,23 +41,21 @@ def select(
     *,
     thorough: bool = True,
     work: Work | None = None,
-) -> tuple[NDArray[np.bool_], bool]:
-    """Choose candidates to keep, (P,), given a_pis, N m, (P, n, N); also whether this is optimal."""
+) -> NDArray[np.bool_]:
+    """Choose candidates to keep, (P,), given a_pis, N m, (P, n, N)."""
     count, n_joints, n_states = errors.shape
     flat = (errors / allowed).reshape(count, n_joints * n_states)
     program = _Program(flat, costs, work or Work())
     best = program.dive()
     if not thorough:
-        return best, False
+        return best
     for _ in range(_SOLUTIONS):
-        found = program.search(best)
-        if found is None:
+        kept = program.search(best)
+        if kept is None:
             break
-        kept, optimal = found
         if program.hold(kept):
-            cheaper = kept if program.cost(kept) < program.cost(best) else best
-            return cheaper, optimal and not program.barred
-    return best, False
+            return kept if program.cost(kept) < program.cost(best) else best
+    return best
 
 
 class _Program:
@@ -86,8 +84,8 @@ class _Program:
             self.barred.append(np.flatnonzero(~kept & (self._flat[:, beyond[0]] != 0.0)).tolist())
         return not beyond
 
-    def search(self, start: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], bool] | None:
-        """Best selection found within the budget at the rows, and whether it is proven; None if too long."""
+    def search(self, start: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+        """Best selection found within the budget at the rows; None if too long."""
         import highspy
 
         if not self._work.affords(_SEARCHING * self._relaxed):
@@ -103,13 +101,12 @@ class _Program:
         guess.col_value = [*start.astype(float).tolist(), *needed]
         solver.setSolution(guess)
         ended = self._work.solve(solver)
-        status = solver.getModelStatus()
         values = np.array(solver.getSolution().col_value)
         if len(values) != count + len(self._members) or not solver.getInfo().primal_solution_status:
             if not ended:
                 return None
             raise _failed(solver)
-        return values[:count] > 0.5, status == highspy.HighsModelStatus.kOptimal
+        return values[:count] > 0.5
 
     def dive(self) -> NDArray[np.bool_]:
         """Solve the relaxed program, keep the largest fraction, and repeat; undecided candidates stay."""

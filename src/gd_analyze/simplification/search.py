@@ -1,7 +1,7 @@
 """The cheapest set of candidates within a budget: elimination, integer program, exchange, refit.
 
-The integer program accounts for shared arithmetic and often proves its selection cheapest, but may take
-forever, so it stops after some nodes. Exchange drops one more candidate, or swaps it for a cheaper one.
+The integer program accounts for shared arithmetic by an estimate, and stops after some nodes. Exchange counts
+operations: it drops one more candidate, or swaps it for a cheaper one.
 """
 
 from __future__ import annotations
@@ -45,31 +45,24 @@ def search(
     thorough: bool = True,
     work: Work | None = None,
     progress: Progress = None,
-) -> tuple[dict[str, Step], bool]:
-    """Find few candidates whose model is within the budget at every state; return the results of all steps.
-
-    Also whether the integer program ended, so that no selection without refit takes fewer operations.
-    """
+) -> dict[str, Step]:
+    """Find few candidates whose model is within the budget at every state; return the result of each step."""
     one = np.ones(len(candidates))
     tell, work = progress or (lambda _: None), work or Work()
-    if candidates.level.is_priced_exactly:
-        kept, solved = select(candidates.effects, 1.0, candidates.costs, work=work)
-        return {"integer program": (kept, one)}, solved
     best = eliminate(candidates, work=work).within()
     tell(int((~best).sum()))
     steps = {"elimination": (best, one)}
     if len(best) > _MOST:
         work.was_short = True
-        return steps, False
-    programmed, solved = _programmed(candidates, thorough, work)
+        return steps
+    programmed = _programmed(candidates, thorough, work)
     if count(programmed, one) < count(best, one):
         best = programmed
     steps["integer program" if thorough else "integer program, one descent"] = best, one
-    if not solved:
-        best, _ = _exchanged(candidates, (best, one), None, count, work)
-        steps["exchange"] = best, one
+    best, _ = _exchanged(candidates, (best, one), None, count, work)
+    steps["exchange"] = best, one
     if not refit:
-        return steps, solved
+        return steps
     refitting = Refit(candidates, work)
     first = refitting.within(best)
     starts = [None if first is None else (best, first)]
@@ -80,10 +73,10 @@ def search(
     kept, scale = min(reversed(found), key=lambda one: count(*one))
     tell(int(best.sum()) - int(kept.sum()))
     steps["refit"] = kept, refitting.best(kept, scale)
-    return steps, solved
+    return steps
 
 
-def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kept, bool]:
+def _programmed(candidates: Candidates, thorough: bool, work: Work) -> Kept:
     """Keep the integer program's selection of the candidates that matter."""
     effects = candidates.effects
     kept = np.zeros(len(effects), dtype=bool)
@@ -92,15 +85,15 @@ def _programmed(candidates: Candidates, thorough: bool, work: Work) -> tuple[Kep
     together = np.cumsum(largest[order], axis=0).max(axis=1)
     matter = np.sort(order[together > _SWEEP_SHARE])
     if not len(matter):
-        return kept, True
+        return kept
     place = {int(k): p for p, k in enumerate(matter)}
     costs: dict[frozenset[int], int] = {}
     for members, operations in candidates.costs.items():
         left = frozenset(place[k] for k in members if k in place)
         if left:
             costs[left] = costs.get(left, 0) + operations
-    kept[matter], optimal = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough, work=work)
-    return kept, optimal
+    kept[matter] = select(effects[matter], 1.0 - _SWEEP_SHARE, costs, thorough=thorough, work=work)
+    return kept
 
 
 def _refitted_start(elimination: Elimination, refitting: Refit) -> Step | None:
@@ -192,7 +185,7 @@ def dropped(
         return priced(candidates.write(kept, scale, writing), how.sine_price)
 
     options = {"refit": how.refit, "thorough": how.thorough}
-    found, solved = search(candidates, count, **options, work=work, progress=progress)
+    found = search(candidates, count, **options, work=work, progress=progress)
     effort = THOROUGH if how.write else COUNTING
     written = {name: level.write(exact.form, candidates.keep(*step), effort) for name, step in found.items()}
     steps = tuple(SearchStep(name, program.count.total) for name, program in written.items())
@@ -200,7 +193,7 @@ def dropped(
     best = min(reversed(written), key=lambda name: priced(written[name], how.sine_price))
     kept, scale = found[best]
     refitted = bool((scale[kept] != 1.0).any())
-    return Found(candidates.keep(kept, scale), written[best], refitted, steps, solved, work.was_short)
+    return Found(candidates.keep(kept, scale), written[best], refitted, steps, work.was_short)
 
 
 def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
