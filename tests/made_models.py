@@ -21,10 +21,9 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.verdicts import model_by_verdicts
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
 # tests/harmonics); a torque sums some thousand terms of that size. Models that lack a term, or hold it with
@@ -64,12 +63,10 @@ def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False)
 
 
 def by_elements(
-    arm: RobotArm, given: States | Trajectory | xr.Dataset, budget: Budget | None = None, drives: bool = False
+    arm: RobotArm, given: States | Trajectory | xr.Dataset, drives: bool = False
 ) -> SimplifiedModel:
-    """Drop parts of elements, even where the exact torque takes fewer operations than what is left."""
-    return simplify_exact(
-        ExactDynamics.of(arm, given, drives), budget or Budget(), SearchOptions(ELEMENT, dearer=True)
-    )
+    """The dominant part of every element."""
+    return model_by_verdicts(ExactDynamics.of(arm, given, drives))
 
 
 def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
@@ -91,7 +88,7 @@ def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) 
     )
     for name in ("level", "terms", "drives", "refitted", "operations", "provenance"):
         assert getattr(again, name) == getattr(model, name), name
-    for name in ("budget", "fitted_on", "steps", "solved"):
+    for name in ("budget", "fitted_on", "steps"):
         assert getattr(again.accuracy, name) == getattr(model.accuracy, name), name
     np.testing.assert_array_equal(again.accuracy.allowed, model.accuracy.allowed)
     for name in ("peak_torque", "largest", "rms"):

@@ -72,7 +72,7 @@ def test_a_million_terms_are_refused_with_the_level_that_takes_them(level):
 def test_an_exact_model_of_a_million_terms_is_kept_and_read(tmp_path):
     """By its parts: a list of its terms would take gigabytes, and its program cannot be written out."""
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))
-    model = gd.simplify(arm, random_states(8, 50, 1), "0.01%", level="element")
+    model = gd.simplify(arm, random_states(8, 50, 1), level="element")
     assert not model.saves
     save_model(model, tmp_path / "model.json")
     assert (tmp_path / "model.json").stat().st_size < 1_000_000
@@ -83,8 +83,8 @@ def test_an_exact_model_of_a_million_terms_is_kept_and_read(tmp_path):
 def test_a_program_too_long_to_be_written_out_is_tried_at_states(tmp_path):
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))
     other = arm_of(["askew"] * 8, np.random.default_rng(5))
-    model = gd.simplify(arm, random_states(8, 50, 1), "0.01%", level="element")
-    wrong = gd.simplify(other, random_states(8, 50, 1), "0.01%", level="element")
+    model = gd.simplify(arm, random_states(8, 50, 1), level="element")
+    wrong = gd.simplify(other, random_states(8, 50, 1), level="element")
     save_model(replace(model, program=wrong.program), tmp_path / "model.json")
     with pytest.raises(gd.GdAnalyzeError, match="the program does not compute the terms"):
         load_model(tmp_path / "model.json")

@@ -14,7 +14,6 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.effort import THOROUGH, inputs_of
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.pruning import prune
@@ -57,7 +56,7 @@ def test_no_state_of_the_tube_breaks_the_budget(arm, percent, seed):
     assert largest_excess(model, tube, certificate.along, rng) <= round_off_in(model, tube)
 
 
-@pytest.mark.parametrize("level", [TERM, ELEMENT])
+@pytest.mark.parametrize("level", [TERM, ENERGY])
 def test_along_a_trajectory(puma, pick_and_place, level):
     exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
     model, certificate = gd.simplify_certified(exact, "2%", tube, level=level)

@@ -30,14 +30,15 @@ def of(rows, name: str) -> list:
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
 def test_a_model_written_is_a_model_evaluated(run, here, level):
-    words = f"{TWO} --budget 10% --level {level}"
+    words = f"{TWO}{' --budget 10%' * (level != 'element')} --level {level}"
     made, found = run(f"{words} -o m.json"), run(f"{words} --json").json
     assert made.out.endswith("wrote m.json\n")
     model = gd.load_model("m.json")
     assert (found["level"], model.level.name) == (level, level)
     assert model.provenance["command"] == f"gd-analyze {words} -o m.json"
     left, full = found["operations"], found["operations_full"]
-    assert left["total"] == left["multiplications"] + left["additions"] <= full["total"]
+    assert left["total"] == left["multiplications"] + left["additions"]
+    assert level == "element" or left["total"] <= full["total"]
     shown = ("kept",) if level == "element" else ("equations", "legend")
     assert all(text in made.words for name in shown for text in found[name])
     again = run("evaluate m.json two-link-swing --json").json
@@ -208,7 +209,7 @@ def test_evaluated_with_a_payload(run, model, swing, here):
 def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, here, swing, motion):
     """Fitted to a gentle motion, so that velocity terms may go, which are large elsewhere."""
     arm = gd.load_arm("two_link")
-    made = by_elements(arm, gd.read_trajectory(motion, arm), gd.Budget.parse("2%"))
+    made = by_elements(arm, gd.read_trajectory(motion, arm))
     gd.save_model(made, here / "model.json")
     told, exact = run("evaluate model.json two-link-swing --json").json, gd.evaluate(made, swing).errors
     for row, allowed, error, peak in zip(

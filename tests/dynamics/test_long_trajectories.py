@@ -95,7 +95,7 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     assert run_headline(long_findings) == run_headline(kept)
 
 
-@pytest.mark.parametrize(("level", "at_set_points"), [("element", True), ("term", True), ("term", False)])
+@pytest.mark.parametrize(("level", "at_set_points"), [("element", False), ("term", True), ("term", False)])
 def test_the_budget_holds_where_the_first_search_did_not_look(
     two_link, long_swing, level, at_set_points, monkeypatch
 ):

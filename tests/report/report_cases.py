@@ -37,7 +37,7 @@ def made_arm(kinds: list[JointKind], title: str = "made up") -> RobotArm:
 
 @few_tries()
 def made_findings(
-    kinds: list[JointKind], set_points: int = 9, title: str = "made up", level: str | None = None
+    kinds: list[JointKind], set_points: int = 9, title: str = "made up", level: str = "term"
 ) -> Findings:
     arm = made_arm(kinds, title)
     time = np.linspace(0.0, 2.0, set_points) if set_points > 1 else np.zeros(1)

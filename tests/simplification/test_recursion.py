@@ -35,7 +35,7 @@ from strategies import arms, examples, random_states
 
 
 def test_a_level_is_known_by_its_name_or_as_itself():
-    assert list(LEVELS) == ["element", "term", "recursive", "energy"]
+    assert list(LEVELS) == ["term", "element", "energy", "recursive"]
     for name, level in LEVELS.items():
         assert str(level) == level.name == name
         assert level_named(name) is level_named(level) is level

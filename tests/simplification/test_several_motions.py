@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from few_tries import few_tries
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model_file import load_model, save_model
 from recordings import swung
@@ -89,7 +88,7 @@ def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_o
 
 
 def test_it_comes_back_from_its_file(two_link, tmp_path):
-    model = gd.simplify(two_link, [SLOW, FAST], "5% or 0.1", level="element")
+    model = gd.simplify(two_link, [SLOW, FAST], level="element")
     save_model(model, tmp_path / "model.json")
     read = load_model(tmp_path / "model.json").accuracy
     assert read.fitted_on == model.accuracy.fitted_on
@@ -104,7 +103,7 @@ def test_it_comes_back_from_its_file(two_link, tmp_path):
 
 def test_a_trade_off_is_within_every_budget(two_link):
     exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
-    points = gd.trade_off(exact, "20%", factors=(1.0, 4.0), kinds=((TERM, False), (ELEMENT, False)))
+    points = gd.trade_off(exact, "20%", factors=(1.0, 4.0), kinds=((TERM, False), (ENERGY, False)))
     assert all(point.error_share <= 0.2 * point.factor * ROUNDED for point in points)
     whole = gd.simplify(two_link, [SLOW, FAST], "20%")
     asked = {(p.level.name, p.refit): p for p in points if p.factor == 1.0}

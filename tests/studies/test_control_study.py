@@ -183,7 +183,7 @@ def test_prismatic_joints_err_in_millimetres():
     q = start + (10 * s**3 - 15 * s**4 + 6 * s**5) * [0.02, 0.02, 0.05, 0.02, 0.02, 0.02]
     motion = Trajectory.from_arrays(0.4 * s[:, 0], q, name="short")
     settings = gd.ControlSettings(rates=(100.0,), speeds=(2.0,))
-    study = gd.control(gd.simplify("stanford", motion, "5%", level="element"), motion, settings)
+    study = gd.control(gd.simplify("stanford", motion, level="element"), motion, settings)
     shown = {column.label: unit for column, unit, _ in control_result(study).parts[0].parts[0].shown()}
     assert [shown[f"joint {i}"] for i in (2, 3)] == ["mrad", "mm"]
     np.testing.assert_array_equal(study.tolerance, np.where(study.arm.is_revolute, np.radians(0.1), 1e-3))

@@ -31,6 +31,7 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.verdicts import require_no_budget
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
@@ -106,8 +107,10 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, or the tube is around other motions.
+        If not even the exact model can be certified, the tube is around other motions, or the level is
+        element.
     """
+    require_no_budget(how.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)

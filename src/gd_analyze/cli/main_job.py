@@ -40,6 +40,7 @@ class MainJobContext(click.Context):
 @options.folder("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]", FORMATS)
 @options.budget()
 @options.level()
+@options.verdicts
 @options.simplify
 @options.drives
 @options.payload

@@ -251,6 +251,14 @@ def level(names: Sequence[str] = tuple(LEVEL_NAMES)) -> Callable[[F], F]:
     return click.option("--level", type=click.Choice(names), default=names[0], help=f"{'; '.join(words)}.")
 
 
+verdicts = click.option(
+    "--verdicts",
+    type=click.Choice(("own", "text")),
+    default="own",
+    show_default=True,
+    help="With --level element: keep the dominant part of every element, by verdicts over the states (own) "
+    "or by the founding text's (text), and state the resulting torque error.",
+)
 simplify = together(
     click.option(
         "--refit",

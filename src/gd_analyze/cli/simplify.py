@@ -48,12 +48,7 @@ from gd_analyze.text import SINE_PRICE
     help="Give only a model whose budget is proven: for every state within the arm's limits or, if a "
     "trajectory is given, within --margin of the motion, between its set points too.",
 )
-@click.option(
-    "--verdicts",
-    type=click.Choice(("own", "text")),
-    help="With --level element: keep the dominant part of every element, by verdicts over the states (own) "
-    "or by the founding text's (text), and state the resulting torque error.",
-)
+@options.verdicts
 @options.margin("How far from the motion the budget holds")
 @click.option(
     "--velocities",
@@ -76,7 +71,7 @@ def simplify(
     sine_price: int,
     certified: bool,
     at_set_points: bool,
-    verdicts: str | None,
+    verdicts: str,
     velocities: str,
     margin: str | None,
     digits: int,
@@ -99,7 +94,7 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
-      gd-analyze simplify puma560 pick-and-place --level term --velocities joint
+      gd-analyze simplify puma560 pick-and-place --velocities joint
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if certified and (at_set_points or operations is not None):
@@ -108,9 +103,11 @@ def simplify(
         raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
-    searched = certified or at_set_points or refit or operations is not None or not is_default("budget")
-    if verdicts is not None and (level != "element" or searched):
-        raise click.UsageError("--verdicts needs --level element and keeps no budget: omit its options")
+    searched = certified or at_set_points or operations is not None or margin is not None
+    if level == "element" and (searched or not is_default("budget")):
+        raise click.UsageError("--level element keeps no budget: omit the options of a search")
+    if level != "element" and not is_default("verdicts"):
+        raise click.UsageError("--verdicts needs --level element")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.certification.holding import Held, simplify_held
@@ -125,8 +122,8 @@ def simplify(
         around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
         asked = gd.Budget() if tracking else gd.Budget.parse(budget)
-        if tracking is not None and (operations is not None or verdicts is not None):
-            raise click.UsageError("--budget tracking cannot be combined with --operations or --verdicts")
+        if tracking is not None and operations is not None:
+            raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
         exact, motion = given.exact()
         tracking = tracking and TrackingBudget.parse(budget, exact.arm)
@@ -141,7 +138,7 @@ def simplify(
             return simplify_held(exact, allowed, region, how, certified=certified, **told)
 
         tracked = None
-        if verdicts is not None:
+        if level == "element":
             held = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
         elif tracking is not None:
             tracked = simplify_for_tracking(tracking, exact.form, motion, within)

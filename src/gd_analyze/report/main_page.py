@@ -111,7 +111,7 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         nothing = "dropping terms would not save an operation"
         return (
             f'<p class="note">No other model from {low} to {high}: '
-            f"{'the model stays the same' if model.saves else nothing}. "
+            f"{nothing if model.is_exact else 'the model stays the same'}. "
             f"The exact torque takes <b>{full}</b> operations.</p>\n"
         )
     count = len(rows[path.asked]["kept"])

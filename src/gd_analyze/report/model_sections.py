@@ -9,6 +9,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.figures.trade_off import reach_figure
@@ -25,7 +27,7 @@ from gd_analyze.results.simplified_result import recursion_parts
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
-from gd_analyze.text import inertia_label, joined, number, pretty, thousands
+from gd_analyze.text import inertia_label, joined, number, percent, pretty, thousands
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
@@ -76,7 +78,7 @@ def model_section(findings: Findings) -> Section:
         left_out = _recursion(findings)[2]
         assert isinstance(left_out, Table)
         parts.append(replace(left_out, top=None))
-    if model.saves or kind != "parts":
+    if kind != "parts" or not model.is_exact:
         parts.append(_operations("operations", model))
     steps = [("exact model", model.operations_full.total)]
     steps += [(step.name, step.operations) for step in model.accuracy.steps]
@@ -273,10 +275,13 @@ def _payload(rows: Sequence[dict[str, Any]]) -> Table:
 def founding_section(findings: Findings) -> Section:
     """The model by the founding text's own method."""
     model, elements = findings.model, findings.element_model
+    shares = elements.accuracy.errors.largest_share
+    share = float(shares[np.isfinite(shares)].max(initial=0.0))
     note = (
         "[FGL87] simplifies by hand, element by element: where translation or rotation dominates, the "
-        f"other part is dropped. Within the same budget this takes {elements.operations.total} operations; "
-        f"the model above takes {model.operations.total}, the exact torque {elements.operations_full.total}."
+        f"other part is dropped. This takes {elements.operations.total} operations, with an error of up to "
+        f"{percent(share)} of peak torque; the model above takes {model.operations.total}, the exact torque "
+        f"{elements.operations_full.total}."
     )
     parts = (
         _kept_matrix(findings),
@@ -314,7 +319,7 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
 
 def _dropped(findings: Findings) -> Iterator[Part]:
     """Parts that the founding text's method drops, by reason."""
-    dropped, allowed = dropped_parts(findings), findings.element_model.accuracy.allowed
+    dropped, allowed = dropped_parts(findings), findings.model.accuracy.allowed
     labels = {
         "symbol": ("part", "", "math"),
         "torque_peak": ("largest torque", "@torque_unit"),
@@ -328,8 +333,7 @@ def _dropped(findings: Findings) -> Iterator[Part]:
         used = {"of_allowed": row["torque_peak"] / most if most else None}
         rows.append(row | used | {"symbol": part_symbol(*row["part"].split())})
     if rows:
-        note = "Above 100 % of the allowed error, a part cancels against other dropped parts."
-        yield table_of("dropped", "Parts dropped although they contribute torque here", rows, labels, note)
+        yield table_of("dropped", "Parts dropped although they contribute torque here", rows, labels)
     reasons = {
         "Dropped parts that are zero here": dropped.zero,
         "Dropped parts without torque here": dropped.idle,

@@ -73,7 +73,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
     """Errors that a model states for its joints, and proven bounds, N m, shape (n,), if known."""
     accuracy, errors = model.accuracy, model.accuracy.errors
-    saves = model.saves or bool(errors.largest.any())
+    saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
     of = accuracy.asked.shares_of.removesuffix(" torque")
     of = "of allowed" if of.startswith("allowed") else f"of {of}"
@@ -121,7 +121,7 @@ def error_text(model: SimplifiedModel) -> str:
 def headline(model: SimplifiedModel, error: str | None = None) -> str:
     """The result in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
     full = model.operations_full.total
-    if not (model.saves or model.accuracy.errors.largest.any()):
+    if model.is_exact:
         return (
             f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer than "
             f"the {full} operations of the exact torque, which is the result."

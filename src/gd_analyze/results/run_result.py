@@ -106,10 +106,10 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     label = "" if tried else "Torque error, proven near the motion"
     if bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
-    elif model.saves:
-        proven = worst_error(model, bound).fact("proven_error", label)
-    else:
+    elif model.is_exact:
         proven = Fact("proven_error", label, 0.0, text="round-off only")
+    else:
+        proven = worst_error(model, bound).fact("proven_error", label)
     full, left = model.operations_full.total, model.operations.total
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     near = f"Torque error near the motion, {thousands(tried)} states tried"
@@ -119,7 +119,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         proven,
         worst_error(model).fact("sampled_error", "Torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
-        Fact("kept_terms", "Model", len(model.terms), text=kept if model.saves else "everything"),
+        Fact("kept_terms", "Model", len(model.terms), text="everything" if model.is_exact else kept),
     )
 
 
@@ -153,7 +153,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
     margin = str(findings.tables["tube"].attrs["margin"])
     facts = [Fact("margin", "Margins of the motion", margin, text=margins(findings))]
-    if model.saves and beyond.certified.notnull().all():
+    if not model.is_exact and beyond.certified.notnull().all():
         worst = worst_error(model, beyond.certified.values)
         facts.append(worst.fact("box_error", "Torque error, proven in the motion's box"))
     allows = f"round-off allows {number(check['round_off_bound'])}"

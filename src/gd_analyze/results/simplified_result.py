@@ -82,7 +82,6 @@ def simplified_result(
             Fact("budget", "Budget", accuracy.budget),
             Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
             *operation_facts(model),
-            Fact("solved", "", accuracy.solved),
             Fact("cut_short", "", accuracy.cut_short),
             *proven,
             *norm_facts(accuracy.norms, arm),

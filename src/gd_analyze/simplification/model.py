@@ -118,6 +118,11 @@ class SimplifiedModel:
         return self.operations.total < self.operations_full.total
 
     @property
+    def is_exact(self) -> bool:
+        """Whether it is the exact torque, with no saving and no error."""
+        return not (self.saves or self.accuracy.errors.largest.any())
+
+    @property
     def notice(self) -> str:
         """Joints whose budget is below friction or uncertainty, and what to do; "" if none."""
         return budget_notice(self.arm, self.accuracy)

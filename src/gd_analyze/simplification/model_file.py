@@ -43,7 +43,7 @@ from gd_analyze.simplification.model_claims import (
 from gd_analyze.text import in_python
 
 FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
-VERSION: Literal[4] = 4
+VERSION: Literal[5] = 5
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
 
@@ -121,7 +121,7 @@ class ModelDocument(Checked):
     """The whole file."""
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[4]
+    version: Literal[5]
     level: str
     drives: bool
     refitted: bool
@@ -132,7 +132,6 @@ class ModelDocument(Checked):
     motions: list[_AlongMotion]
     norms: list[_Norm]
     search: list[SearchStep]
-    solved: bool
     cut_short: bool
     certificate: _Certificate | None
     operations: OperationCount
@@ -167,7 +166,6 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         ],
         norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
         search=list(accuracy.steps),
-        solved=accuracy.solved,
         cut_short=accuracy.cut_short,
         certificate=_certificate(model),
         operations=model.operations,
@@ -225,7 +223,6 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
             errors,
             document.fitted_on.model_dump(exclude_none=True),
             tuple(document.search),
-            document.solved,
             document.cut_short,
             uncertainty=spread,
             motions=tuple(

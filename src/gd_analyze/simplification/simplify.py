@@ -14,6 +14,7 @@ from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
@@ -21,6 +22,7 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.search import Progress, dropped, quick_count
+from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 from gd_analyze.text import SINE_PRICE
 
 if TYPE_CHECKING:
@@ -59,7 +61,8 @@ def simplify(
         default 1 % of each joint's peak torque over the states.
     level
         "term" drops single torque terms; "energy" drops terms of the energies, so that the model stays a
-        mechanical system; "element" drops effects of D_ij and h_i, and c_i, the founding text's method;
+        mechanical system; "element" keeps the dominant effects of D_ij and h_i, the founding text's
+        method: it is written without a search, takes no budget, and states its error as one;
         "recursive" simplifies steps of the Newton-Euler recursion, for arms with many terms.
     refit
         Change kept coefficients to compensate for dropped ones.
@@ -115,6 +118,10 @@ def simplify_exact(
     `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
     `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
     """
+    if how.level is ELEMENT:
+        if budget is not None or how.operations is not None:
+            require_no_budget(how.level, f"budget {budget}, operations {how.operations}")
+        return replace(model_by_verdicts(exact), provenance=dict(provenance or {}))
     budget = Budget.of(budget)
     exact = exact.under(budget)
     stage(f"searching at level {how.level}")
@@ -176,7 +183,7 @@ def _within(
         else:
             found = pruned(known, most, how, progress)
         model = exactly(known, level, most, str(budget))
-        done = replace(model.accuracy, steps=found.steps, solved=found.solved, cut_short=found.cut_short)
+        done = replace(model.accuracy, steps=found.steps, cut_short=found.cut_short)
         model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
         model = measured(known, replace(model, accuracy=done))
         model = model if how.dearer else no_dearer(known, model)

@@ -21,6 +21,7 @@ from gd_analyze.simplification.candidates import (
     eliminate,
 )
 from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, too_many_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -28,11 +29,12 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.pruning import pruned_path
 from gd_analyze.simplification.simplify import simplify_exact
 
-# Level and refit: every level, and again with a refit if it can have one.
+# Level and refit: every level that keeps a budget, and again with a refit if it can have one.
 Kind = tuple[Level, bool]
 KINDS: tuple[Kind, ...] = tuple(
     (level, refit)
     for level in LEVELS.values()
+    if level is not ELEMENT  # which keeps no budget
     for refit in ((False, True) if level.has_torque_terms else (False,))
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)

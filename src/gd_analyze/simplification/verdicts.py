@@ -14,6 +14,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, Part, parts_of, trace_parts
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.text import rounded_up
 
@@ -21,7 +22,7 @@ VERDICTS = ("own", "text")
 
 
 def model_by_verdicts(
-    exact: ExactDynamics, verdicts: str, threshold: float = DOMINANCE_THRESHOLD
+    exact: ExactDynamics, verdicts: str = "own", threshold: float = DOMINANCE_THRESHOLD
 ) -> SimplifiedModel:
     """Keep the dominant parts by verdicts over the states ("own"), or by the founding text's ("text").
 
@@ -31,12 +32,26 @@ def model_by_verdicts(
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
     program = ELEMENT.write(exact.form, kept, ROUGH)
     model = measured(exact, replace(everything, terms=kept, program=program))
-    errors = model.accuracy.errors
+    largest = model.accuracy.errors.largest
+    # Along each of several motions the budget is a share of the peak torque there, unless a joint needs none.
+    tables = [model.accuracy.errors, *(motion.errors for motion in model.accuracy.motions)]
+    each = [errors.largest_share for errors in tables]
+    shares = np.where(np.isfinite(each), each, -1.0).max(axis=0)
     budget = ", ".join(
-        f"{rounded_up(100 * share, 6):.12g}%" if np.isfinite(share) else f"{rounded_up(error, 6):.12g} N m"
-        for error, share in zip(errors.largest.tolist(), errors.largest_share.tolist(), strict=True)
+        f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
+        for error, share in zip(largest.tolist(), shares.tolist(), strict=True)
     )
-    return replace(model, accuracy=replace(model.accuracy, budget=budget, allowed=exact.allowed(budget)))
+    exact = exact.under(budget)
+    accuracy = replace(model.accuracy, budget=budget, allowed=exact.allowed(budget))
+    return measured(exact, replace(model, accuracy=accuracy))
+
+
+def require_no_budget(level: Level, found: str) -> None:
+    """Raise a UsageError for a budget, or a limit on operations, at level element."""
+    if level is ELEMENT:
+        what, expected = "level element keeps no budget: verdicts say what it keeps", "neither"
+        next_step = "take another level, or state the error that it has"
+        raise UsageError(what, where="level", expected=expected, found=found, next_step=next_step)
 
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:

@@ -48,9 +48,10 @@ from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
-from gd_analyze.simplification.model import SimplifiedModel, measured, no_dearer
+from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
+from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
 
@@ -84,9 +85,13 @@ class Settings:
         Allowed torque error, or its text such as "1% or 10% friction"; by default 1 % of peak torque.
     level, refit, operations
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
+    verdicts
+        At level "element", keep the dominant part of every element by verdicts over the set points ("own") or
+        by the founding text's ("text"). This level is written without a search: its error is stated as its
+        budget; `budget` only says which elements are negligible.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
-        `simplify_held`. At level "element" and with `operations` it holds at the set points.
+        `simplify_held`. With `operations` it holds at the set points.
     drives
         Include drive inertia as a separate contribution; by default if the arm describes drives.
     margin
@@ -114,6 +119,7 @@ class Settings:
     level: str | Level = TERM
     refit: bool = False
     operations: int | None = None
+    verdicts: str = "own"
     at_set_points: bool = False
     drives: bool | None = None
     margin: Margin | str | None = None
@@ -130,6 +136,12 @@ class Settings:
         object.__setattr__(self, "margin", Margin.of(self.margin))
         level = level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
+        if self.operations is not None or self.at_set_points:
+            require_no_budget(level, f"operations {self.operations}, at_set_points {self.at_set_points}")
+        if self.verdicts not in VERDICTS or (self.verdicts != "own" and level is not ELEMENT):
+            expected = f"{' or '.join(VERDICTS)}, with level element"
+            found = f"{self.verdicts}, level {level}"
+            raise UsageError("these verdicts are of no use", where="verdicts", expected=expected, found=found)
         object.__setattr__(self, "level", level)
         if not 0.0 < self.dominance < 1.0:
             found, expected = f"{self.dominance:g}", "a share between 0 and 1"
@@ -313,16 +325,14 @@ def find(
         level = level_named(how.level)
         many = "" if level.has_torque_terms else too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
-        search = SearchOptions(level, how.refit, how.operations, thorough=level is ELEMENT)
+        search = SearchOptions(level, how.refit, how.operations, thorough=False)
         at_set_points = how.at_set_points or how.operations is not None
 
         def found(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
             options: dict[str, Any] = {"provenance": source, "stage": stage}
-            elements = simplify_exact(
-                exact, how.asked, SearchOptions(ELEMENT, dearer=True), provenance=source
-            )
-            if level is ELEMENT and how.operations is None:
-                return elements, Held(no_dearer(exact, elements))
+            elements = replace(model_by_verdicts(exact, how.verdicts, how.dominance), provenance=source)
+            if level is ELEMENT:
+                return elements, Held(elements)
             if at_set_points or not is_known:
                 searched = simplify_exact(exact, how.asked, search, progress=stage.advance, **options)
                 return elements, Held(searched)
@@ -344,8 +354,8 @@ def find(
     stage("trying other budgets")
     ranking = TermRanking() if many else rank_terms(exact)
     model, near = held.model, held.near or exact
-    # With a limit on operations, the model keeps another budget.
-    asked = how.asked.scaled(float((model.accuracy.allowed / exact.allowed(how.asked)).max()))
+    # With a limit on operations, and at level element, the model keeps another budget.
+    asked = model.accuracy.asked
     path = budget_path(near, asked, measured(near, model))
     through = {(model.level, how.refit and model.level.has_torque_terms): path}
     # The curve of a recursion takes seconds: it is drawn only if the model is one.
@@ -404,7 +414,7 @@ def find(
         trajectory=trajectory,
         tables=tables,
         model=model,
-        element_model=elements,
+        element_model=model if level is ELEMENT else elements,
         ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
         warnings=tuple(dict.fromkeys(said)),
         provenance=source,
@@ -423,7 +433,7 @@ def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
     if not many:
         return _EFFORTS
     with suppress(TooLongError):
-        if model.saves and usual_effort(model) is not None:
+        if not model.is_exact and usual_effort(model) is not None:
             return _LITTLE
     return None
 
@@ -457,7 +467,7 @@ def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube
 
 def _why_unproven(model: SimplifiedModel) -> str:
     why = "the model is the exact torque, with no error but round-off to bound"
-    if model.saves:
+    if not model.is_exact:
         why = f"{model.arm.name} has too many equations to be written out here; `gd-analyze certify` does it"
     return f"Not certified: {why}."
 

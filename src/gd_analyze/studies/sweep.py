@@ -24,6 +24,7 @@ from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions, level_named
@@ -338,7 +339,9 @@ class _Sweep:
                     return quick_count(exact, TERM, exact.allowed(self.budget))(1.0)
                 except TooManyTermsError:
                     return np.nan
-            return simplify_exact(exact, self.budget, SearchOptions(level_named(by))).operations.total
+            level = level_named(by)
+            budget = None if level is ELEMENT else self.budget
+            return simplify_exact(exact, budget, SearchOptions(level)).operations.total
 
 
 def _usable(budget: Budget | str | None) -> Budget:
