@@ -114,6 +114,7 @@ def certify(
     *,
     effort: int = EFFORT,
     harmonics: Harmonics | None = None,
+    limit: FloatArray | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Certificate:
     """Bound a model's torque error over a box of states, or over a tube around a motion.
@@ -133,6 +134,9 @@ def certify(
         piece of the tube is one. More effort gives a tighter bound; any number proves it.
     harmonics
         The arm's exact dynamics, if known.
+    limit
+        Along a tube, stop as soon as it is known whether the errors exceed these, N m (N), shape (n,); the
+        bounds are then less tight.
     progress
         Called with the hundredths of a joint done since the last call.
 
@@ -155,10 +159,11 @@ def certify(
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
     found = []
     every = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
-    parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, every, strict=True)
-    for exact, row, rounding, counts in parts:
+    limits = [None] * box.n_joints if limit is None else (limit - harmonics_slack(harmonics, box)).tolist()
+    parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, every, limits, strict=True)
+    for exact, row, rounding, counts, most in parts:
         step = _in_hundredths(progress)
-        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step, counts))
+        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step, counts, most))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
@@ -228,6 +233,7 @@ def _bounded(
     effort: int,
     step: Callable[[float], None],
     counts: FloatArray | None,
+    limit: float | None,
 ) -> Bounded:
     """Bound one joint without the slack of the exact dynamics."""
     if tube is None:
@@ -236,8 +242,8 @@ def _bounded(
         bound, starts = _by_grids(field, effort * further, step)
         return Bounded(np.array([bound]), *field.worst(starts))
     many = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
-    along = bound_along(field, tube, effort // (_PER_BOX * many), counts)
-    if along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
+    along = bound_along(field, tube, effort // (_PER_BOX * many), counts, limit)
+    if limit is not None or along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
         return along
     # For wide boxes, between distant set points, a grid over all of them may give a smaller bound.
     return along._replace(bounds=np.minimum(along.bounds, _by_grids(field, effort, step)[0]))

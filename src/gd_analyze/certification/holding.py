@@ -219,8 +219,8 @@ class _Rounds:
         is_long = self.exact.form.operations.total > _LONG
         share = np.full(n, _AT_FIRST[along] if refits else 1.0)
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
-        corners = refits and along
-        count = max(_DRAWN, _CORNERS - len(self.exact.states)) if corners else _DRAWN
+        corners = along
+        count = max(_DRAWN, _CORNERS - len(self.exact.states)) if refits and along else _DRAWN
         lower, upper, weights = self.region.pieces(count, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if corners:
@@ -238,7 +238,7 @@ class _Rounds:
                 known,
                 Budget.of_torques(share * allowed),
                 # A longer search starts like a short one, so that it does not end with more operations.
-                search if turn or not corners else replace(search, thorough=False),
+                search if turn or not (refits and along) else replace(search, thorough=False),
                 provenance=self.provenance,
                 stage=self.stage,
             )
@@ -285,7 +285,7 @@ class _Rounds:
             found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
                 return Held(model, None, TRIED, found, where), states
-        certificate = _proof(model, self.region, self.effort, certified=self.certified)
+        certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
         loose = _LOOSE if turn < _CLOSING else 1.0
         if certificate is not None:
             found = certificate.counting
@@ -305,14 +305,21 @@ class _Rounds:
         return Held(proven(model, certificate), certificate, held.tried, found, held.where)
 
 
-def _proof(model: SimplifiedModel, region: Box | Tube, effort: int, *, certified: bool) -> Certificate | None:
+def _proof(
+    model: SimplifiedModel,
+    region: Box | Tube,
+    effort: int,
+    *,
+    certified: bool,
+    limit: FloatArray | None = None,
+) -> Certificate | None:
     """Certify; None for a program that is too long, unless a proof was asked for."""
     harmonics = model.form.harmonics
     if certified or model.level.has_torque_terms:
-        return certify(model, region, effort=effort, harmonics=harmonics)
+        return certify(model, region, effort=effort, harmonics=harmonics, limit=limit)
     with suppress(TooLongError):
         if (some := usual_effort(model, effort)) is not None:
-            return certify(model, region, effort=some, harmonics=harmonics)
+            return certify(model, region, effort=some, harmonics=harmonics, limit=limit)
     return None
 
 

@@ -36,11 +36,18 @@ class Bounded(NamedTuple):
     qdd: FloatArray
 
 
-def bound_along(field: ErrorField, tube: Tube, effort: int, counts: FloatArray | None = None) -> Bounded:
+def bound_along(
+    field: ErrorField,
+    tube: Tube,
+    effort: int,
+    counts: FloatArray | None = None,
+    limit: float | None = None,
+) -> Bounded:
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
-    Boxes are halved where the error may be largest, until the bound is close to an error found; `counts`
-    (pieces,) are weights of errors, included in the error found.
+    Boxes are halved where the error may be largest, until the bound is close to an error found or, with a
+    `limit`, until it is known whether the error exceeds it. `counts` (pieces,) are weights of errors, included
+    in the error found.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
@@ -55,8 +62,9 @@ def bound_along(field: ErrorField, tube: Tube, effort: int, counts: FloatArray |
     while True:
         # Rounding and cancelled harmonics are in every bound, however small the box.
         counting, least = counts[boxes.pieces], field.rest + 8 * field.round_off
-        near = np.flatnonzero(counting * boxes.bounds > _CLOSE * found + counting * least)
-        if not near.size or spent + 2 > effort:
+        enough = _CLOSE * found + counting * least if limit is None else np.full(len(counting), limit)
+        near = np.flatnonzero(counting * boxes.bounds > enough)
+        if not near.size or spent + 2 > effort or (limit is not None and found > limit):
             break
         order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
         near = near[order[: min(_HALVED, (effort - spent) // 2)]]

@@ -7,6 +7,8 @@ dropped together beforehand, within a share of the budget.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -99,9 +101,11 @@ def candidates_of(
     allowed: FloatArray,
     *,
     sine_price: int = SINE_PRICE,
-    share: float = SWEPT_SHARE,
+    also: Terms = MappingProxyType({}),
 ) -> Candidates:
     """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
+
+    Terms of `also` are candidates, however small.
 
     Raises
     ------
@@ -121,12 +125,13 @@ def candidates_of(
         raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
     every = level.terms(exact.form)
     listed = list(every)
-    torques = level.term_torques(exact.form, every)
+    torques = _every_torque(level, exact.form)
     needed = level.indispensable(exact.form, listed)
     stays = np.array([term in needed for term in listed], dtype=bool)
     remaining, base = np.arange(len(listed)), np.zeros((exact.arm.n_joints, len(exact.states)))
     if len(listed) > MANY:
-        remaining, base = _swept(torques, exact.states, allowed, share, stays)
+        weighed = stays | np.array([term in also for term in listed], dtype=bool)
+        remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _MOST:
             what = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
             next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level recursive'
@@ -141,6 +146,12 @@ def candidates_of(
     return Candidates(level, exact.form, terms, choice, stays[remaining], len(listed), sine_price)
 
 
+@lru_cache(maxsize=4)
+def _every_torque(level: CandidateLevel, form: ExactForm) -> TermTorques:
+    """Torques of all terms, the same in every round of a search."""
+    return level.term_torques(form, level.terms(form))
+
+
 def largest_terms(
     torques: TermTorques, states: States, allowed: FloatArray, count: int
 ) -> tuple[NDArray[np.intp], FloatArray]:
@@ -152,20 +163,20 @@ def largest_terms(
 
 
 def _swept(
-    torques: TermTorques, states: States, allowed: FloatArray, share: float, stays: Mask
+    torques: TermTorques, states: States, allowed: FloatArray, stays: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
     order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
-    few, many = 0, len(order) - MANY
+    few, many = 0, len(order) - max(MANY, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
     error = _together(torques, states, allowed, order[:many])
-    if np.abs(error).max() <= share:
+    if np.abs(error).max() <= SWEPT_SHARE:
         return np.sort(order[many:]), error
     while many - few > 1:
         middle = (few + many) // 2
         error = base + _together(torques, states, allowed, order[few:middle])
-        if np.abs(error).max() <= share:
+        if np.abs(error).max() <= SWEPT_SHARE:
             few, base = middle, error
         else:
             many = middle

@@ -329,12 +329,12 @@ class ExactDynamics:
         vars(joined).update(peak_torque=self.peak_torque, uncertainty=self.uncertainty)
         return joined
 
-    def thinned(self) -> ExactDynamics:
-        """Take at most `MOST_STATES` states: evenly spaced ones, and every extreme."""
+    def thinned(self, most: int = MOST_STATES) -> ExactDynamics:
+        """Take at most some states: evenly spaced ones, and every extreme."""
         count = len(self.states)
-        if count <= MOST_STATES:
+        if count <= most:
             return self
-        evenly = np.linspace(0, count - 1, MOST_STATES).astype(int)
+        evenly = np.linspace(0, count - 1, most).astype(int)
         extremes = [np.abs(x).argmax(axis=0) for x in (self.torque, *self.states.arrays)]
         return self.at(self.states.at(np.unique(np.concatenate([evenly, *extremes]))))
 

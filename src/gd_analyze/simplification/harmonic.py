@@ -134,6 +134,7 @@ class TermLevel(HarmonicLevel):
     name: ClassVar[str] = "term"
     keeps: ClassVar[str] = "terms"
     has_symmetric_inertia: ClassVar[bool] = True
+    is_structured: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
 
     def terms(self, form: ExactForm) -> Torques:

@@ -50,6 +50,7 @@ class Level(ABC):
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     always_refits: ClassVar[bool] = False
     has_symmetric_inertia: ClassVar[bool] = False
+    is_structured: ClassVar[bool] = False  # a search minimises the operations of D, h and c, not of the torque
     is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
     entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 

@@ -18,10 +18,12 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
-from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.effort import POINT, THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.functions import Functions, functions_of
+from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 
@@ -114,7 +116,9 @@ class SimplifiedModel:
 
     @property
     def saves(self) -> bool:
-        """Whether it takes fewer operations than the exact torque."""
+        """Whether it takes fewer operations than exact: as D, h and c at level term, else as the torque."""
+        if self.level.is_structured:
+            return self.functions.operations.total < self.form.functions.operations.total
         return self.operations.total < self.operations_full.total
 
     @property
@@ -188,31 +192,35 @@ class SimplifiedModel:
 
     def inertia(self, q: FloatArray) -> FloatArray:
         """Simplified D, kg m^2, shape (..., n, n); drive inertia, if included, is on the diagonal."""
-        rows = self._evaluated(self.inertia_program, q)
+        rows = self._evaluated(self.functions.inertia, q)
         return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
 
     def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Simplified h, N m, shape (..., n)."""
-        return self._evaluated(self.coriolis_centrifugal_program, q, qd)
+        return self._evaluated(self.functions.coriolis_centrifugal, q, qd)
 
     def gravity_loading(self, q: FloatArray) -> FloatArray:
         """Simplified c, N m, shape (..., n)."""
-        return self._evaluated(self.gravity_loading_program, q)
+        return self._evaluated(self.functions.gravity_loading, q)
 
     @cached_property
-    def inertia_program(self) -> Program:
-        """D as a program, its rows one after another."""
-        return inertia_program(self.program, self.arm.n_joints, self.level.is_mechanical)
+    def functions(self) -> Functions:
+        """D, h and c as programs of their own, each from its terms or from the torque, whichever is shorter."""
+        symmetric = self.level.has_symmetric_inertia
+        functions = functions_of(self.program, self.arm.n_joints, symmetric)
+        if not self.level.has_torque_terms:
+            return functions
+        if self.program is self.form.program:
+            return self.form.functions
+        velocities = self.form.velocities
+        return functions.cheapest(functions_of_terms(velocities, self.torques, POINT, symmetric=symmetric))
 
-    @cached_property
-    def coriolis_centrifugal_program(self) -> Program:
-        """Program of h."""
-        return coriolis_centrifugal_program(self.program, self.arm.n_joints)
+    def gamma(self, exact: ExactDynamics) -> float:
+        """Largest |eigenvalue of D^-1 Ds - I| at given states, with its own D as Ds.
 
-    @cached_property
-    def gravity_loading_program(self) -> Program:
-        """The gravity loading c as a program."""
-        return gravity_loading_program(self.program, self.arm.n_joints)
+        Below 1, a symmetric Ds is positive definite there, and inverse-dynamics feedback through it converges.
+        """
+        return float(gammas(exact.inertia, self.inertia(exact.states.q)).max(initial=0.0))
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         names, n = ("q", "qd", "qdd")[: len(states)], self.arm.n_joints

@@ -11,7 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
-from gd_analyze.simplification.effort import COUNTING, POINT, THOROUGH
+from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import CandidateLevel, Found
@@ -46,9 +46,10 @@ def selected_terms(
 
     A search that continues, see `SearchOptions.way`, begins from the terms of the last one.
     """
-    candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price)
+    start = how.way[-1] if how.way else None
+    candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price, also=start or {})
     settings = USUAL.scaled(how.effort)
-    selection = candidates.selection(how.way[-1] if how.way else None)
+    selection = candidates.selection(start)
     repair(selection, settings)
     descend(selection, candidates.stays, settings)
     steps = [("descent", selection)]
@@ -103,15 +104,20 @@ def with_usable_inertia(
 
 def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
     """The selection with the fewest operations, counted."""
-    return min(selections, key=lambda one: candidates.price(candidates.chosen(one.selected), COUNTING))
+    return min(selections, key=lambda one: candidates.price(candidates.chosen(one.selected), ROUGH))
 
 
 def _operations(candidates: Candidates, selection: Selection) -> int:
-    return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), COUNTING)
+    return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), ROUGH)
 
 
-def quick_selection(candidates: Candidates, limit: float) -> Selection:
-    """A descent alone, within `limit` times the budget."""
-    selection = candidates.selection()
-    descend(selection, candidates.stays, replace(USUAL, at_once=0.02), limit=limit)
-    return selection
+def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
+    """Estimate operations of the torque for multiples of a budget from descents alone."""
+    candidates = candidates_of(exact, level, allowed)
+
+    def count(factor: float) -> int:
+        selection = candidates.selection()
+        descend(selection, candidates.stays, limit=factor)
+        return candidates.write(candidates.chosen(selection.selected), COUNTING).count.total
+
+    return count

@@ -15,13 +15,13 @@ from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
-from gd_analyze.simplification.search import Progress, dropped, quick_count
+from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 from gd_analyze.text import SINE_PRICE
 
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
 _LEAST, _WIDER = 1e-6, 1.05
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
+# States that represent very many in a search among terms, which evaluates each thousands of times.
+_STATES = 600
 _USUAL = SearchOptions()
 
 
@@ -175,11 +177,11 @@ def _within(
     how = replace(how, way=[] if how.way is None else how.way)
     # Very many states are represented by some; those that exceed the budget are added, each time with a
     # slightly larger weight, so that it ends.
-    known, margin = exact.thinned(), 1.0
+    known, margin = exact.thinned(_STATES if isinstance(level, CandidateLevel) else MOST_STATES), 1.0
     while True:
         most = margin * allowed
         if isinstance(level, CandidateLevel):
-            found = dropped(known, level, most, how, progress)
+            found = selected_terms(known, level, most, how, progress)
         else:
             found = pruned(known, most, how, progress)
         model = exactly(known, level, most, str(budget))
