@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -81,8 +81,6 @@ def trade_off(
     factors: Sequence[float] = FACTORS,
     kinds: Sequence[Kind] | None = None,
     thorough: bool = True,
-    through: Mapping[Kind, Sequence[SimplifiedModel]] | None = None,
-    stated_at: ExactDynamics | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
@@ -103,10 +101,6 @@ def trade_off(
     thorough
         Search each point as `simplify` does. Otherwise all points of a kind come from one elimination, or
         each continues from the next smaller budget. Operations are counted the same way.
-    through
-        Given models of some kinds, by growing budget: their points are the best of these.
-    stated_at
-        States at which errors are stated; by default those of `exact`.
     progress
         Called with the number of points done since the last call.
 
@@ -116,30 +110,26 @@ def trade_off(
         Points (`TradeOffPoint`) by kind and growing budget.
     """
     budget = Budget.of(budget)
-    through = through or {}
     points: list[TradeOffPoint] = []
     exact = exact.under(budget)
     allowed, order = exact.allowed(budget), sorted(factors)
     exact = exact if thorough else exact.thinned()
-    at = exact if stated_at is None else stated_at if thorough else stated_at.thinned()
-    whole = at.peak_torque if budget.shares_of == "peak torque" else allowed
+    whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     of_level = cache(lambda level: _candidates(exact, level, allowed, SWEEP * min(1.0, *factors)))
     without: dict[Level, list[_Found]] = {}
     found: Iterable[_Found]
     for level, refit in kinds_for(exact.form) if kinds is None else kinds:
-        if (level, refit) in through:
-            found = _best_of(at, through[level, refit], allowed, order)
-        elif thorough:
+        if thorough:
             how = SearchOptions(level, refit)
             searched = (simplify_exact(exact, budget.scaled(factor), how) for factor in order)
-            found = ((model.operations, measured(at, model).accuracy.errors.largest) for model in searched)
+            found = ((model.operations, model.accuracy.errors.largest) for model in searched)
         elif not isinstance(level, CandidateLevel):
             models = tuple(pruned_path(exact, [factor * allowed for factor in order]))
-            found = _best_of(at, models, allowed, order)
+            found = _best_of(exact, models, allowed, order)
         elif (candidates := of_level(level)) is None:
-            found = _best_of(at, (), allowed, order)
+            found = _best_of(exact, (), allowed, order)
         else:
-            found = _eliminated(at, allowed, eliminate(candidates, refit=refit), refit, order)
+            found = _eliminated(exact, allowed, eliminate(candidates, refit=refit), refit, order)
         best: list[_Found] = []
         others = without.get(level, [])
         for k, (factor, each) in enumerate(zip(order, found, strict=True)):
@@ -178,7 +168,7 @@ def _best_of(
         if best is None:
             yield everything
         else:
-            yield best.operations, measured(exact, best).accuracy.errors.largest
+            yield best.operations, best.accuracy.errors.largest
 
 
 def _eliminated(
@@ -208,7 +198,8 @@ def _eliminated(
 def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and larger budgets: one per factor of `PATH_FACTORS`, within that budget.
 
-    For larger budgets no term returns, no step is restored, and operations do not grow.
+    For larger budgets no term returns, no step is restored, and operations do not grow, but at level element
+    beyond those of the exact torque, which stands at smaller budgets.
     """
     trials = (_nested if isinstance(given.level, CandidateLevel) else _pruned)(exact, given)
     last, models = exactly(exact, given.level, given.accuracy.allowed, str(budget)), []
