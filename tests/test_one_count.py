@@ -11,6 +11,7 @@ import gd_analyze as gd
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -60,28 +61,15 @@ SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse(
         ("two_link", "two-link-swing", Settings(operations=20)),
     ],
 )
-def test_curves_lead_through_the_model(arm, motion, settings):
+def test_the_budget_path_leads_through_the_model(arm, motion, settings):
     found = gd.find(gd.load_arm(arm), motion, settings)
     assert settings.operations is None or found.model.operations.total <= settings.operations
-    table, model = found.tables["trade_off"], found.model
-    operations, full = table.operations.values, model.operations_full.total
-    # More budget, fewer operations or as many; none above exact, which errs by nothing.
-    assert (np.diff(operations, axis=1) <= 0).all()
-    assert (operations <= full).all()
-    assert (table.largest_share.values[operations == full] == 0.0).all()
-    for level in set(table.level.values):
-        of_level = table.operations.values[table.level.values == level]
-        if len(of_level) == 2:
-            refit = table.refit.values[table.level.values == level]
-            assert (of_level[refit] <= of_level[~refit]).all()
-    own = (table.level.values == model.level.name) & (table.refit.values == settings.refit)
-    (at_one,) = operations[own][:, table.factor.values == 1.0]
-    assert at_one == model.operations.total
-    (share,) = table.largest_share.values[own][:, table.factor.values == 1.0]
-    assert share == model.accuracy.errors.largest_share.max()
+    model = found.model
     budgets = found.tables["budgets"]
     assert budgets.operations.values[budgets.factor.values == 1.0] == model.operations.total
     path = budgets.largest_error.sel(factor=1.0)
     np.testing.assert_array_equal(path, model.accuracy.errors.largest)
-    assert (np.diff(budgets.operations.values) <= 0).all()
-    assert (budgets.operations.values <= full).all()
+    # By elements a model may take more operations than the exact torque, which stands at smaller budgets.
+    larger = budgets.factor.values >= (1.0 if settings.level is ELEMENT else 0.0)
+    assert (np.diff(budgets.operations.values[larger]) <= 0).all()
+    assert (budgets.operations.values <= max(model.operations_full.total, model.operations.total)).all()

@@ -22,8 +22,8 @@ from gd_analyze.figures.joints import (
     motion_figure,
     recording_figure,
 )
+from gd_analyze.figures.reach import reach_figure
 from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
-from gd_analyze.figures.trade_off import reach_figure, trade_off_figure
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.parts import Joint
 
@@ -102,7 +102,7 @@ def test_elements_are_split_by_effect(puma_findings: Findings) -> None:
 
 
 @pytest.mark.parametrize(
-    "make", [arm_figure, views_figure, motion_figure, trade_off_figure, reach_figure, contributions_figure]
+    "make", [arm_figure, views_figure, motion_figure, reach_figure, contributions_figure]
 )
 def test_a_drawing_is_well_formed_and_of_whole_numbers(
     puma_findings: Findings, make: Callable[[Findings], Figure]

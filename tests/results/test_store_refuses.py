@@ -272,7 +272,6 @@ EDITS: dict[str, tuple[Edit, str]] = {
     "a verdict of its own": (entry("dominance/verdict", b"good"), "verdict of dominance"),
     "a joint too many": (entry("dominance/torque_joint", 3), "torque_joint of dominance"),
     "a joint twice": (entry("decomposition/joint", 2), "joint of decomposition"),
-    "a kind twice": (entry("trade_off/kind", b"term", 2), "kind of trade_off"),
     "another unit": (attribute("decomposition/torque", "units", np.bytes_("N")), "torque of decomposition"),
     "another shape": (attribute("dominance", "threshold", np.zeros(2)), "threshold of dominance"),
     "another kind": (attribute("simplified_model", "drives", 0.0), "drives of simplified_model"),

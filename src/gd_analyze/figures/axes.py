@@ -15,7 +15,6 @@ from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, Panel, Words
 from gd_analyze.figures.run import Run
-from gd_analyze.figures.trade_off import trade_off_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,10 +52,6 @@ class Plots:
         if not joints.measured_joints(self.run):
             raise UsageError("no torque was measured along this trajectory", where="measured()")
         return axes_of(joints.measured_figure(self.run))
-
-    def trade_off(self) -> list[Axes]:
-        """Operations against largest error."""
-        return axes_of(trade_off_figure(self.run))
 
     def arm(self) -> list[Axes]:
         """Poses of the arm along the motion, in an oblique view, m."""

@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from gd_analyze.figures.svg import position
-from gd_analyze.figures.trade_off import trade_off_figure
 from gd_analyze.formulas.formula import NOTHING, Formula, Product
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.formulas.writing import carried, grouped, powers, torque_symbol, velocity_powers
@@ -57,8 +55,6 @@ class BudgetPath:
         errors = np.array([row["largest_error"] for row in self.rows])
         counts = [row["operations"] for row in self.rows]
         ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
-        shares = 100 * np.divide(errors, whole, out=np.zeros_like(errors), where=whole > 0.0).max(axis=1)
-        figure = trade_off_figure(findings)
         return {
             "factor": [row["factor"] for row in self.rows],
             "label": [budget_words(row["budget"]) for row in self.rows],
@@ -73,7 +69,6 @@ class BudgetPath:
             "whole": whole.tolist(),
             "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
-            "trade_off": [position(figure, *pair) for pair in zip(shares, counts, strict=True)],
         }
 
 

@@ -18,7 +18,6 @@ from gd_analyze.report.html import (
     paragraphs,
     parts_html,
     provenance_html,
-    table_html,
     template,
     text,
 )
@@ -56,22 +55,13 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     appendices = (
         _appendix(findings, section, letters[section.key], numbers) for section in report.appendices
     )
-    trade_off = fold = ""
-    if report.trade_off:
-        drawing, table = report.trade_off
-        trade_off = f'<div class="card">{drawing_html(drawing, numbers)}</div>'
-        inside = table_html(table, numbers)
-        fold = f"<details><summary>The same in numbers</summary>\n{inside}</details>\n"
     body = template("main.html").format(
         opening=opening(report.opening),
         arm=_arm(findings, report),
         contributions=drawing_html(report.contributions, numbers),
         dominance=drawing_html(report.dominance, numbers),
         slider=_slider(findings, path),
-        alone="" if trade_off else " alone",
         errors=_errors(findings, numbers),
-        trade_off=trade_off,
-        numbers=fold,
         model=_model(findings, path, numbers),
         appendices="".join(appendices),
     )

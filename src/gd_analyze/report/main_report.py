@@ -7,10 +7,9 @@ from typing import NamedTuple
 from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.joints import contributions_figure
-from gd_analyze.figures.trade_off import kind_name, trade_off_figure
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Column, Drawing, Part, Result, Section, Table
+from gd_analyze.result import Drawing, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
 from gd_analyze.results.rows import dominance_note
@@ -32,7 +31,6 @@ class MainReport(NamedTuple):
     contributions: Drawing
     dominance: Drawing
     errors: Table
-    trade_off: tuple[Drawing, Table] | None  # if any budget gives fewer operations than the exact torque
     appendices: tuple[Section, ...]
     numbers: Numbers
 
@@ -61,35 +59,7 @@ def main_report(findings: Findings) -> MainReport:
         dominance_note(findings),
     )
     errors = joint_errors(findings.model, tube_bound(findings), "errors")
-    operations = findings.tables["trade_off"].operations.values
-    has_fewer = bool((operations < findings.model.operations_full.total).any())
-    trade_off = (_trade_off(findings), _trade_off_table(findings)) if has_fewer else None
     appendices = sections(findings)
-    parts: tuple[Part, ...] = (arm, dominance, contributions, errors, *(trade_off or ()), *appendices)
+    parts: tuple[Part, ...] = (arm, dominance, contributions, errors, *appendices)
     numbers = Numbers.of(parts)
-    return MainReport(opening, arm, contributions, dominance, errors, trade_off, appendices, numbers)
-
-
-def _trade_off(findings: Findings) -> Drawing:
-    accuracy = findings.model.accuracy
-    note = (
-        "Dashed: the models of the slider. Other levels come from one quick search each; a longer search may "
-        "find fewer operations."
-    )
-    if accuracy.asked.shares_of != "peak torque":
-        note += f" Errors are shares of the error allowed by {accuracy.budget}."
-    words = "Operations against error for other budgets and levels; the star is this report's model."
-    return Drawing("trade_off", words, trade_off_figure(findings), note)
-
-
-def _trade_off_table(findings: Findings) -> Table:
-    """Operations and error of every kind of model, by budget."""
-    table = findings.tables["trade_off"]
-    columns = [Column("", "budget", table.budget.values.tolist(), shown="text")]
-    names = ("level", "refit", "operations", "largest_share")
-    for level, refit, counts, shares in zip(*(table[name].values for name in names), strict=True):
-        columns.append(Column("", kind_name(level, refit), counts.tolist(), shown="count"))
-        columns.append(Column("", "error", shares.tolist(), shown="percent"))
-    title = f"Operations, and largest error of the {findings.model.accuracy.asked.shares_of}, by budget"
-    note = "Choose a point with `--operations N` or `--budget`, and a level with `--level` and `--refit`."
-    return Table("trade_off", title, tuple(columns), note)
+    return MainReport(opening, arm, contributions, dominance, errors, appendices, numbers)

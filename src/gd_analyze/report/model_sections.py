@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
-from gd_analyze.figures.trade_off import reach_figure
+from gd_analyze.figures.reach import reach_figure
 from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equations
 from gd_analyze.formulas.writing import energy_formulas, part_symbol, torque_legend, torque_symbol

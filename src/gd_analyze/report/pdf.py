@@ -46,12 +46,11 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     data = result_data(report.opening) | {
         "errors": _errors(findings, report),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
-        "trade_off": parts_data(report.trade_off or (), numbers),
         "model": parts_data(model_parts(findings), numbers),
         "appendices": parts_data(report.appendices, numbers),
         "small": findings.arm.n_joints < 4,
     }
-    drawings = drawings_of((*first, *(report.trade_off or ()), *report.appendices))
+    drawings = drawings_of((*first, *report.appendices))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
 

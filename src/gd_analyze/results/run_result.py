@@ -329,8 +329,6 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         elements=of_elements,
         terms=rows_of(tables["terms"], "rank"),
         terms_total=tables["terms"].attrs["total"],
-        trade_off_shares_of=tables["trade_off"].attrs["shares_of"],
-        trade_off=rows_of(tables["trade_off"], "kind", "factor"),
         budgets=budget_rows(findings),
         beyond=joint_rows(findings, "beyond"),
         states_drawn=tables["beyond"].attrs["states_drawn"],

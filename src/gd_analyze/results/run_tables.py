@@ -30,7 +30,6 @@ from gd_analyze.simplification.model import (
     gravity_loading_program,
     inertia_program,
 )
-from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
 
 if TYPE_CHECKING:
@@ -186,33 +185,6 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
             "total": ranking.total,
             "not_worth_keeping": ranking.not_worth_keeping,
         },
-    )
-
-
-def trade_off_table(points: Sequence[TradeOffPoint], arm: RobotArm, shares_of: str) -> xr.Dataset:
-    """Tabulate operations against error."""
-    by_kind = curves(points)
-    rows = list(by_kind.values())
-    counts = {"operations": "total", "multiplications": "multiplications", "additions": "additions"}
-    factors = [point.factor for point in rows[0]]
-    return table(
-        "trade_off",
-        {
-            "budget": [point.budget for point in rows[0]],
-            **{
-                name: [[getattr(point.operations, kind) for point in row] for row in rows]
-                for name, kind in counts.items()
-            },
-            "largest_share": [[point.error_share for point in row] for row in rows],
-        },
-        arm.is_revolute,
-        {
-            "kind": [f"{level} refit" if refit else level.name for level, refit in by_kind],
-            "level": ("kind", [level.name for level, _ in by_kind]),
-            "refit": ("kind", [refit for _, refit in by_kind]),
-            "factor": ("factor", factors, {"long_name": "multiple of the budget"}),
-        },
-        {"shares_of": shares_of},
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import asdict
 
-from gd_analyze.figures.trade_off import kind_name
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
@@ -91,7 +90,7 @@ def trade_off_result(
     columns = [Column("", "budget", budgets, shown="text")]
     for (level, refit), row in by_kind.items():
         counts = [point.operations.total for point in row]
-        columns.append(Column("", kind_name(level.name, refit), counts, shown="count"))
+        columns.append(Column("", f"{level}{', refitted' * refit}", counts, shown="count"))
     title = "Multiplications and additions of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
     every = (

@@ -41,7 +41,7 @@ def model_by_verdicts(
         f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
         for error, share in zip(largest.tolist(), shares.tolist(), strict=True)
     )
-    exact = exact.under(budget)
+    exact = exact.weighed(None).under(budget)
     accuracy = replace(model.accuracy, budget=budget, allowed=exact.allowed(budget))
     return measured(exact, replace(model, accuracy=accuracy))
 

@@ -1,4 +1,4 @@
-"""The main job: arm and trajectory in; decomposition, ranking, model, curve and bounds out."""
+"""The main job: arm and trajectory in; decomposition, ranking, model and bounds out."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.evaluation import TermRanking, payload_effect, rank_terms
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
-from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import PATH_FACTORS, budget_path, kinds_for, trade_off
+from gd_analyze.simplification.budget_path import PATH_FACTORS, budget_path
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
@@ -58,10 +58,7 @@ from gd_analyze.studies.study_files import write_findings
 if TYPE_CHECKING:
     import xarray as xr
 
-# Levels whose curves take tenths of a second.
-_QUICK_CURVES = (ELEMENT, TERM, ENERGY)
-# Multiples of the budget in the report's curve; states drawn to test a model beyond its own.
-_FACTORS = (0.5, 1.0, 2.0, 5.0)
+# States drawn to test a model beyond its own.
 _DRAWN = 1000
 # Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
 # less time than writing it.
@@ -357,12 +354,6 @@ def find(
     # With a limit on operations, and at level element, the model keeps another budget.
     asked = model.accuracy.asked
     path = budget_path(near, asked, measured(near, model))
-    through = {(model.level, how.refit and model.level.has_torque_terms): path}
-    # The curve of a recursion takes seconds: it is drawn only if the model is one.
-    kinds = [kind for kind in kinds_for(exact.form) if kind[0] in (*_QUICK_CURVES, model.level)]
-    points = trade_off(
-        near, asked, factors=_FACTORS, kinds=kinds, thorough=False, through=through, stated_at=exact
-    )
     path = tuple(measured(exact, one) for one in path) if long is None else long.path(exact, path)
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
@@ -388,7 +379,6 @@ def find(
         "parts": run_tables.parts_table(elements, exact, dominance),
         "by_verdicts": run_tables.verdicts_table(exact, how.dominance),
         "terms": run_tables.terms_table(ranking, arm, not many),
-        "trade_off": run_tables.trade_off_table(points, arm, how.asked.shares_of),
         "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
         "beyond": _beyond(exact, model, ranking, efforts),
         "tube": run_tables.tube_table(model, tube, held, Margin.of(how.margin)),

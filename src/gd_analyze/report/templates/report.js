@@ -120,7 +120,7 @@ const viewer = (() => {
 // Every place of the slider is a model found before, on one path through the model of this report.
 if (data.budgets) {
   const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
-  const terms = all("[data-kept]"), asked = budgets.factor.indexOf(1), spot = document.querySelector("svg.panel .at-budget");
+  const terms = all("[data-kept]"), asked = budgets.factor.indexOf(1);
   let timer = 0, saying = 0;
   const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
 
@@ -167,11 +167,6 @@ if (data.budgets) {
     document.body.classList.toggle("other-budget", at !== asked);
     element("budget-reset").disabled = at === asked;
     slider.setAttribute("aria-valuetext", budgets.label[at]);
-    if (spot) {
-      const [[x, y], [u, v]] = [budgets.trade_off[asked], budgets.trade_off[at]];
-      spot.style.display = at === asked ? "none" : "inline";
-      spot.setAttribute("transform", `translate(${u - x} ${v - y})`);
-    }
     for (const term of terms) {
       const stays = term.dataset.kept[at] === "1";
       term.classList.toggle("leaving", !stays);

@@ -1,0 +1,59 @@
+"""Errors of every joint, sampled and proven, against the allowed one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.figures.figure import (
+    WIDTH,
+    Axis,
+    Curve,
+    Figure,
+    Item,
+    Panel,
+    Words,
+    decades_axis,
+    joint_label,
+)
+from gd_analyze.figures.run import Run
+
+
+def reach_figure(run: Run) -> Figure:
+    """Errors of every joint as multiples of the allowed one: sampled, proven, drawn from the limits."""
+    arm, beyond = run.arm, run.tables["beyond"]
+    allowed = run.tables["simplified_model"].allowed_error.values
+    looks: tuple[tuple[str, np.ndarray, str, Any], ...] = (
+        ("at the set points", run.tables["simplified_model"].largest_error.values, "accent", "circle"),
+        ("found in the box", beyond.worst_found.values, "inertia", "triangle"),
+        ("proven in the box", beyond.certified.values, "inertia", "square"),
+        ("within the arm's limits", beyond.within_limits.values, "rotation", "diamond"),
+        ("uncertainty of parameters", beyond.uncertainty.values, "ink", "cross"),
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = {label: values / allowed for label, values, *_ in looks}
+    every = np.concatenate([*ratios.values(), [0.1, 10.0]])
+    known = every[np.isfinite(every) & (every > 0)]
+    low, high = max(known.min(), 1e-3) / 1.3, min(known.max(), 1e5) * 1.3
+    n = arm.n_joints
+    names = tuple(joint_label(arm.joints, i, 80.0) for i in range(n))
+    y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
+    items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
+    right = -60.0
+    for label, _, colour, marker in looks:
+        shown = np.isfinite(ratios[label])
+        if shown.any():
+            told = ratios[label][shown]
+            tips = tuple(f"{label}: {ratio:.3g} times the allowed error" for ratio in told)
+            at = np.clip(told, low, high), -np.arange(1.0, n + 1)[shown]
+            items.append(Curve(*at, colour, 0.0, marker=marker, size=5.0, tips=tips))
+            key = f"{_SIGNS[marker]} {label}"
+            items.append(Words(low, y.low, key, colour, size=7.0, right=right, up=-24.0))
+            right += 84.0
+    margins = (84.0, 30.0, 12.0, 6.0)
+    panel = Panel("reach", "", decades_axis(low, high, "×"), y, tuple(items), margins=margins)
+    return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 17.0 * n)
+
+
+_SIGNS = {"circle": "●", "triangle": "▲", "square": "■", "diamond": "◆", "cross": "×"}
