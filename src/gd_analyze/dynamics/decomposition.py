@@ -131,6 +131,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "trajectory_velocities": trajectory.derivatives_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int("drive_torque" in arrays),
+        "drive_inertia": (arm.drive_inertia * ("drive_torque" in arrays)).tolist(),
         "torque_round_off": round_off_of(np.asarray(arrays["torque"]), explained),
     }
     if trajectory.whole is not None:

@@ -55,7 +55,8 @@ class LongMotion:
         cls, arm: RobotArm, motion: Trajectory, drives: bool | None, progress: Callable[[int], None]
     ) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
-        drives, extremes = arm.counts_drives(drives), Extremes(arm.n_joints, elements(arm.n_joints))
+        drives = arm.counts_drives(drives)
+        extremes = Extremes(arm.n_joints, elements(arm.n_joints), arm.drive_inertia * drives)
         values, places = [], []
         for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
