@@ -1,9 +1,9 @@
 """Dominance and consequence of every element, ranked by torque.
 
-Dominance, the founding text's measure: the size of each part along the trajectory, and whether one part alone
-represents the element. Consequence: the torque of element and parts as a share of the torque error allowed.
-An element is negligible by its consequence; dominance gives the verdict on any other. A tiny element dominated
-by one effect matters less than a large mixed one, so the ranking is by torque.
+Dominance is the founding text's measure: the size of each part along the trajectory, and whether one part
+alone represents the element. Consequence is the torque of element and parts as a share of the torque error
+allowed. Consequence decides whether an element is negligible; dominance gives the verdict on any other. A tiny
+element dominated by one effect matters less than a large mixed one, so the ranking is by torque.
 """
 
 from __future__ import annotations

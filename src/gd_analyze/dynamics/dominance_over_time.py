@@ -1,9 +1,10 @@
 """Dominance, consequence and verdict of each element at every set point.
 
 A part is needed at a set point if leaving it out changes the element by more than the threshold of its peak
-over the motion; where neither part is, the parts needed over the motion stand. Dominance thus keeps its meaning
-where parts cancel or the element passes through zero. Whether the element is negligible is decided by its
-torque at the set point. An element is negligible over the motion if it is so at every set point.
+over the motion. Where neither part is needed, those needed over the motion represent the element. Dominance
+thus keeps its meaning where parts cancel or the element passes through zero. The torque at the set point
+decides whether the element is negligible there; it is negligible over the motion if it is so at every set
+point.
 """
 
 from __future__ import annotations

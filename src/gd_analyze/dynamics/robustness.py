@@ -70,8 +70,9 @@ def robustness(
     -------
     xarray.Dataset
         `probability` (element, time, verdict) and `over_motion` (element, verdict), each summing to one along
-        `verdict` ("translation", "rotation", "both", "zero", as `dominant` of `rank`), and `redrawn` (link), the number of inconsistent samples. The attribute `exactly_known`
-        names the parameters without uncertainty. Beyond 500 set points, 500 evenly spaced ones are used.
+        `verdict` ("translation", "rotation", "both", "zero", as `dominant` of `rank`), and `redrawn` (link),
+        the number of inconsistent samples. The attribute `exactly_known` names the parameters without
+        uncertainty. Beyond 500 set points, 500 evenly spaced ones are used.
 
     Raises
     ------
@@ -239,8 +240,8 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
             64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
         )
         least = np.maximum(threshold * whole, noise[:, None])[:, None]
-        needed = np.array([np.abs(part) > least for part in parts])
-        overall = needed.any(axis=2)
+        needed: Array = np.abs(np.array(parts)) > least
+        overall: Array = needed.any(axis=2)
         # As in `dominance_over_time`: where neither part is needed, those needed over the motion stand.
         needed |= ~needed.any(axis=0) & overall[:, :, None]
         for out, flags in ((at_set_points, needed), (over_motion, overall)):
