@@ -53,7 +53,7 @@ def d11(dataset: xr.Dataset, **options) -> xr.Dataset:
         (0.05, 1.0, "rotation"),
         (0.0, -1.0, "rotation"),
         (1.0, 0.2, "both"),
-        (0.0, 0.0, "neither"),
+        (0.0, 0.0, "zero"),
         (1.0, 1e-17, "translation"),  # what cancellation leaves
         # Negligible on average is not enough: one set point where rotation matters makes it both.
         (1.0, [0.0, 0.3, 0.0], "both"),
@@ -63,7 +63,7 @@ def test_which_part_represents_the_element(translation, rotation, dominant):
     found = d11(dataset_of(translation, rotation, c=0.1))
     assert found.dominant == dominant
     # An element that is zero makes no torque.
-    assert found.verdict == ("negligible" if dominant == "neither" else dominant)
+    assert found.verdict == ("negligible" if dominant == "zero" else dominant)
 
 
 def test_at_the_threshold_and_at_the_floor_themselves():

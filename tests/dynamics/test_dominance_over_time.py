@@ -57,7 +57,7 @@ def test_every_share_is_that_of_a_loop_over_the_texts_equations(case):
                     assert abs(ours.share.values[k, effect] - part / whole) <= bound
             words = {(True, True): "both", (True, False): "translation", (False, True): "rotation"}
             if min(abs(abs(parts[k]) / peak - 0.1)) > 3 * noise / peak:
-                assert verdict.sel(element=label).values[k] == words.get(tuple(needed), "neither")
+                assert verdict.sel(element=label).values[k] == words.get(tuple(needed), "zero")
 
 
 @examples(50)
@@ -72,7 +72,7 @@ def test_shares_sum_to_one_and_verdicts_to_that_of_the_motion(case):
     # Each share has the rounding of one division.
     assert (np.abs(total.values - 1) <= 2 * EPS * (1 + largest.values))[known].all()
     union = over_time.needed.any("time").values @ [1, 2]
-    words = np.array(["neither", "translation", "rotation", "both"])[union]
+    words = np.array(["zero", "translation", "rotation", "both"])[union]
     assert words.tolist() == ranking.dominant.values.tolist()
     assert np.allclose(np.abs(over_time.torque).max("time"), ranking.torque_peak, rtol=1e-12, atol=0)
     assert (np.abs(over_time.dominance.sum("effect")).max("time") <= 1 + 4 * EPS).all()
@@ -97,7 +97,7 @@ def test_the_motion_in_stretches():
     assert [stretch["verdict"] for stretch in found] == ["both", "rotation", "both"]
     assert found[0]["begin"] == 0
     assert found[-1]["end"] == over_time.time.values[-1]
-    assert [stretch["verdict"] for stretch in every["D45"]] == ["neither"]
+    assert [stretch["verdict"] for stretch in every["D45"]] == ["zero"]
 
 
 def test_budget_shares_are_of_what_is_allowed_at_the_joint():

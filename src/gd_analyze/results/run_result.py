@@ -125,10 +125,8 @@ def verdict_section(findings: Findings) -> Section:
         note = "up to round-off" if name == "zero" else ""
         facts.append(Fact(name, label if text else "", labels, text=text, note=note))
     text = _drives_text(listed.drives, findings.arm.n_joints)
-    made = Fact(
-        "drives", "Drives make" if text else "", [asdict(drive) for drive in listed.drives], text=text
-    )
-    facts.insert(-2, made)
+    drives = [asdict(drive) for drive in listed.drives]
+    facts.insert(-2, Fact("drives", "Drives make" if text else "", drives, text=text))
     dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
     return Section("verdicts", "", (*facts, Fact("negligible_dominance", "", dominances)))
 

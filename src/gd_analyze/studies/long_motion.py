@@ -56,7 +56,8 @@ class LongMotion:
     ) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
         drives = arm.counts_drives(drives)
-        extremes = Extremes(arm.n_joints, elements(arm.n_joints), arm.drive_inertia * drives)
+        drive_inertia = arm.drive_inertia if drives else np.zeros(arm.n_joints)
+        extremes = Extremes(arm.n_joints, elements(arm.n_joints), drive_inertia)
         values, places = [], []
         for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
