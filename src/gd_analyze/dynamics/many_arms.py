@@ -59,7 +59,7 @@ class Peaks:
         translation, rotation = (is_there & (self.parts > threshold * self.whole)).astype(int)
         verdict = np.where(rotation, 1 + translation, 0)
         floor, diagonal = allowed / (n + 2), np.flatnonzero(np.equal(*np.triu_indices(n)))
-        is_small: Array = (np.where(exists[:, None], self.moved, 0.0) <= floor).all(axis=1)
+        is_small = np.asarray((np.where(exists[:, None], self.moved, 0.0) <= floor).all(axis=1))
         verdict = np.where(exists, np.where(is_small, 4, verdict), 5)
         with_drive = np.where(self.driven <= floor, 4, 3)
         verdict[diagonal] = np.where((self.drive > 0.0) & is_small[diagonal], with_drive, verdict[diagonal])

@@ -241,7 +241,7 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
         )
         least = np.maximum(threshold * whole, noise[:, None])[:, None]
         needed: Array = np.abs(np.array(parts)) > least
-        overall: Array = needed.any(axis=2)
+        overall = np.asarray(needed.any(axis=2))
         # As in `dominance_over_time`: where neither part is needed, those needed over the motion stand.
         needed |= ~needed.any(axis=0) & overall[:, :, None]
         for out, flags in ((at_set_points, needed), (over_motion, overall)):
