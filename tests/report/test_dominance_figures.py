@@ -65,7 +65,7 @@ def test_axes_of_ones_own(puma_findings):
 
 def test_the_report_says_when_and_how_surely(puma_findings):
     rows = {row["element"]: row for row in element_rows(puma_findings)}
-    assert " s, rotation until " in changes_text(rows["D25"])
+    assert " s, drive until " in changes_text(rows["D55"])
     assert changes_text(rows["c4"]).startswith("gravity until ")
     assert changes_text(rows["D24"]) == ""
     found = gd.robustness(puma_findings.arm, puma_findings.trajectory)
