@@ -37,6 +37,13 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     }
     shares = over_time.dominance.sel(element=labels).values.swapaxes(0, 1)
     assert np.array_equal(cells.numbers[..., :2], np.rint(100 * shares))
+    # By its links D66 makes 0.02 % of its torque: where its drive counts, the torque told is the drive's, in
+    # three digits, which are within 0.5 %.
+    (row,) = (k for k, label in enumerate(labels) if label == "D66")
+    drive = np.abs(over_time.drive_torque.sel(element="D66").values)
+    is_drive = cells.colours[row] == "drive"
+    assert is_drive.any()
+    np.testing.assert_allclose(np.abs(cells.numbers[row, is_drive, 2]), drive[is_drive], rtol=6e-3)
     drawn = ElementTree.fromstring(panel_svg(panel, figure))
     told = next(json.loads(g.get("data-cells")) for g in drawn.iter("g") if g.get("data-cells"))
     assert np.array_equal(told["numbers"], cells.numbers)

@@ -40,14 +40,15 @@ def dominance_figure(run: Run) -> Figure:
     over_time = run.tables["dominance_over_time"].sel(element=labels)
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
     time, parts = over_time.time.values, over_time.dominance.values.swapaxes(0, 1)
-    torque = (over_time.torque + over_time.drive_torque).values.T
+    words = verdicts(over_time).values.T
+    # The torque of what the colour names: the links' parts, or the element with its drive.
+    torque = (over_time.torque + over_time.drive_torque * (words.T == "drive")).values.T
     peaks = np.abs(run.exact_torque).max(axis=0)[ranking.torque_joint.values - 1, None]
     share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
     rounded = [[float(f"{value:.3g}") for value in row] for row in torque.tolist()]
     numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
-    words = verdicts(over_time).values.T
     colours = np.where(words == "negligible", "", words)
     shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
     # The motion is unknown across a gap: an empty column.
