@@ -53,7 +53,6 @@ from gd_analyze.robots.catalogue import load_arm as load_arm
 from gd_analyze.simplification.budget import Budget as Budget
 from gd_analyze.simplification.evaluation import evaluate as evaluate
 from gd_analyze.simplification.evaluation import payload_effect as payload_effect
-from gd_analyze.simplification.evaluation import rank_terms as rank_terms
 from gd_analyze.simplification.exact import ExactDynamics as ExactDynamics
 from gd_analyze.simplification.exact import torque_uncertainty as torque_uncertainty
 from gd_analyze.simplification.levels import LEVELS as LEVELS
@@ -61,6 +60,7 @@ from gd_analyze.simplification.model import SimplifiedModel as SimplifiedModel
 from gd_analyze.simplification.model_file import load_model as load_model
 from gd_analyze.simplification.model_file import save_model as save_model
 from gd_analyze.simplification.simplify import simplify as simplify
+from gd_analyze.simplification.term_ranking import rank_terms as rank_terms
 from gd_analyze.simplification.trade_off import trade_off as trade_off
 from gd_analyze.studies.batch import batch as batch
 from gd_analyze.studies.control import ControlStudy as ControlStudy

@@ -22,7 +22,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import Candidates, TooManyTermsError
 from gd_analyze.simplification.effort import ROUGH, Work
 from gd_analyze.simplification.element import Part, parts_of, torque_by_part
-from gd_analyze.simplification.evaluation import rank_terms
+from gd_analyze.simplification.term_ranking import rank_terms
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions

@@ -46,8 +46,8 @@ def bound_along(
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
     Boxes are halved where the error may be largest, until the bound is close to an error found or, with a
-    `limit`, until it is known whether the error exceeds it. `counts` (pieces,) are weights of errors, included
-    in the error found.
+    `limit`, until it is known whether the error exceeds it. `counts` (pieces,) are weights of errors,
+    included in the error found.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])

@@ -175,10 +175,11 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
     """
     with output.working() as stage:
         from gd_analyze.results.term_results import ranking_result
+        from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 
         exact, _ = given.exact()
         stage("ranking")
-        result = ranking_result(gd.rank_terms(exact, gd.LEVELS[level]), exact, level, top)
+        result = ranking_result(gd.rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
     output.give(result)
 
 

@@ -23,15 +23,13 @@ from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.model import (
-    SimplifiedModel,
-    coriolis_centrifugal_program,
+from gd_analyze.simplification.functions import (
+    Functions,
     coriolis_matrix_program,
     forward_dynamics_program,
-    gravity_loading_program,
-    inertia_program,
     torque_derivatives_program,
 )
+from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import rounded_up
 
 _KINDS = ("q", "qd", "qdd", "tau", "payload", "sin", "cos")
@@ -138,13 +136,13 @@ class ExportInput:
                 found=f"bounds of {len(certificate.certified)} joints over {certificate.where}",
                 next_step="make one with gd.certify(model)",
             )
-        functions = _torque_functions(model.program, n, model.level.is_mechanical)
+        functions = _torque_functions(model.program, n, model.functions)
         return cls(_prefix(name, arm.name), arm, model.drives, functions, model, certificate)
 
     @classmethod
     def of_exact(cls, form: ExactForm, name: str | None = None) -> ExportInput:
         """Export exact dynamics."""
-        functions = _torque_functions(form.program, form.arm.n_joints, symmetric=True)
+        functions = _torque_functions(form.program, form.arm.n_joints, form.functions)
         return cls(_prefix(name, form.arm.name), form.arm, form.drives, functions)
 
     @classmethod
@@ -157,8 +155,12 @@ class ExportInput:
     def with_functions(self, what: Sequence[str]) -> ExportInput:
         """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
         assert self.torque is not None  # checked by callers
-        symmetric = self.model is None or self.model.level.is_mechanical
-        more = _further_functions(self.arm, self.torque.program, symmetric)
+        level = None if self.model is None else self.model.level
+        symmetric, skew = (
+            (level is None or level.has_symmetric_inertia),
+            (level is None or level.is_mechanical),
+        )
+        more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
         return replace(self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in what)))
 
     @property
@@ -198,10 +200,9 @@ class ExportInput:
         return found
 
 
-def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Function, ...]:
-    """Torque, D, h and c, from the program of the torque of n joints; a symmetric D is mirrored."""
-    inertia = inertia_program(torque, n, symmetric)
-    h, c = coriolis_centrifugal_program(torque, n), gravity_loading_program(torque, n)
+def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Function, ...]:
+    """Torque of n joints, D, h and c."""
+    inertia, h, c = functions
     rows = (
         ("torque", "generalized torque tau = D(q) qdd + h(q, qd) + c(q)", 3, Output("tau", (n,)), torque),
         ("inertia", "mass matrix D(q), row by row", 1, Output("D", (n, n)), inertia),
@@ -218,7 +219,9 @@ def _torque_functions(torque: Program, n: int, symmetric: bool) -> tuple[Functio
 FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction")
 
 
-def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[str, Callable[[], Function]]:
+def _further_functions(
+    arm: RobotArm, torque: Program, symmetric: bool, *, skew: bool
+) -> dict[str, Callable[[], Function]]:
     n = arm.n_joints
     square = (n, n)
 
@@ -229,8 +232,8 @@ def _further_functions(arm: RobotArm, torque: Program, symmetric: bool) -> dict[
         return Function("torque_derivatives", says, ("q", "qd", "qdd"), outputs, program)
 
     def coriolis_matrix() -> Function:
-        skew = "; dD/dt - 2 C is skew-symmetric" if symmetric else ""
-        says = f"Coriolis matrix C(q, qd) with C qd = h{skew}, row by row"
+        property_ = "; dD/dt - 2 C is skew-symmetric" if skew else ""
+        says = f"Coriolis matrix C(q, qd) with C qd = h{property_}, row by row"
         program = rewritten(coriolis_matrix_program(torque, n))
         return Function("coriolis_matrix", says, ("q", "qd"), (Output("C", square),), program)
 

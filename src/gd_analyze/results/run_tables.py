@@ -21,15 +21,11 @@ from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
-from gd_analyze.simplification.evaluation import PayloadEffect, TermRanking, losses
+from gd_analyze.simplification.evaluation import PayloadEffect, losses
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Terms
-from gd_analyze.simplification.model import (
-    SimplifiedModel,
-    coriolis_centrifugal_program,
-    gravity_loading_program,
-    inertia_program,
-)
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.term_ranking import TermRanking
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
 
 if TYPE_CHECKING:
@@ -104,7 +100,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
     return table(
         "parts",
         {
-            "kept": kept,
+            "kept_by_element": kept,
             "peak": peak,
             "torque_peak": np.where(nothing, 0.0, torque),
             "torque_joint": joints,
@@ -122,15 +118,10 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 
 def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
     """Tabulate torque errors and operations of models by verdicts, our own and the founding text's."""
-    form, n = exact.form, exact.arm.n_joints
+    form = exact.form
     names = VERDICTS if text_verdicts(exact.arm.name) else VERDICTS[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
-    programs = (
-        inertia_program(form.program, n, symmetric=True),
-        coriolis_centrifugal_program(form.program, n),
-        gravity_loading_program(form.program, n),
-    )
-    fewest = [program.count.total for program in programs]
+    fewest = [program.count.total for program in form.functions]
     every = ELEMENT.terms(form)
     counts = {
         "exact": [*fewest, sum(fewest), form.operations.total],

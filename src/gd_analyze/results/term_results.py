@@ -10,10 +10,10 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.evaluation import TermRanking
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.term_ranking import TermRanking
 from gd_analyze.simplification.trade_off import KINDS, TradeOffPoint, curves
 
 # Shares of peak torque for which the result states the number of terms.

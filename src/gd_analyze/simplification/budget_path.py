@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError, candidates_of
 from gd_analyze.simplification.effort import POINT
@@ -41,17 +42,21 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
     last, models = everything, []
     for factor, trial in zip(PATH_FACTORS, trials, strict=True):
         allowed = factor * given.accuracy.allowed
-        if trial is given or (
-            trial is not None and (trial.accuracy.errors.counting <= allowed).all() and _may_follow(last, trial)
-        ):
+        if trial is not None and _may_follow(last, trial, given, allowed):
             last = trial
         accuracy = replace(last.accuracy, allowed=allowed, budget=str(budget.scaled(factor)))
         models.append(replace(last, accuracy=accuracy))
     return tuple(models)
 
 
-def _may_follow(last: SimplifiedModel, trial: SimplifiedModel) -> bool:
-    """Whether a model for a larger budget takes fewer terms, or fewer operations in a recursion."""
+def _may_follow(
+    last: SimplifiedModel, trial: SimplifiedModel, given: SimplifiedModel, allowed: FloatArray
+) -> bool:
+    """Whether a model is within its budget, and takes fewer terms, or fewer operations in a recursion."""
+    if trial is given:
+        return True
+    if not (trial.accuracy.errors.counting <= allowed).all():
+        return False
     if isinstance(trial.level, CandidateLevel):
         return len(trial.terms) < len(last.terms)
     return trial.operations.total < last.operations.total
@@ -109,7 +114,11 @@ def _larger(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[Terms]:
     for factor in PATH_FACTORS:
         if factor > 1.0:
             descend(selection, stays, limit=factor)
-            yield {term: given.terms[term] for term, is_in in zip(listed, selection.selected, strict=True) if is_in}
+            yield {
+                term: given.terms[term]
+                for term, is_in in zip(listed, selection.selected, strict=True)
+                if is_in
+            }
 
 
 def _along_steps(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[SimplifiedModel | None]:

@@ -83,7 +83,9 @@ class Candidates:
         """Selection of some terms, by default all; those that stay are always part of it."""
         if terms is None:
             return Selection(self.choice, np.ones(len(self), dtype=bool))
-        return Selection(self.choice, np.array([term in terms for term in self.terms], dtype=bool) | self.stays)
+        return Selection(
+            self.choice, np.array([term in terms for term in self.terms], dtype=bool) | self.stays
+        )
 
     def price(self, terms: Terms, effort: Effort) -> int:
         """Operations of these terms as the level counts them, with the price of sines and cosines."""

@@ -1,4 +1,4 @@
-"""Torque of very many terms at states: a term acts on one or two joints, so that only these rows are stored."""
+"""Torque of very many terms at states: each acts on one or two joints, and only these rows are stored."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import ErrorTable, NormShare, share_of
-from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel

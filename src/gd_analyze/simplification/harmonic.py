@@ -268,6 +268,7 @@ class EnergyLevel(HarmonicLevel):
 
 TERM: TermLevel = TermLevel()
 ENERGY: EnergyLevel = EnergyLevel()
+HARMONIC_LEVELS: dict[str, HarmonicLevel] = {level.name: level for level in (TERM, ENERGY)}
 
 
 def _numbered(energies: Energies) -> dict[EnergyTerm, int]:

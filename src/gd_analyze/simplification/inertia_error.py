@@ -1,7 +1,7 @@
 """How far a simplified D is from D, and what its terms contribute where it cannot be used as a D.
 
-The measure is gamma, the largest |eigenvalue of D^-1 Ds - I|, with the simplified D as Ds. If gamma is below 1,
-Ds is positive definite where it is symmetric, and feedback through it converges, the faster the smaller gamma.
+The measure is gamma, the largest |eigenvalue of D^-1 Ds - I|, with the simplified D as Ds. If gamma is below
+1, a symmetric Ds is positive definite, and feedback through it converges, the faster the smaller gamma is.
 """
 
 from __future__ import annotations
@@ -66,16 +66,16 @@ class InertiaTerms:
     def excess(
         self, inertia: FloatArray, selected: Mask, limit: float
     ) -> tuple[FloatArray, FloatArray] | None:
-        """Where gamma of a selection exceeds a limit: what each term adds to Ds there, and what the rest lacks.
+        """Where gamma of a selection exceeds a limit: what terms add to Ds there, and what the rest lacks.
 
-        At a position, gamma is reached in one direction x of qd, scaled so that x^T D x = 1. There x^T (D - Ds) x
-        is a sum over dropped terms, as an error of the torque is.
+        At a position, gamma is reached in one direction x of qd, scaled so that x^T D x = 1. There
+        x^T (D - Ds) x is a sum over dropped terms, as an error of the torque is.
 
         Returns
         -------
         tuple
-            x^T (its D) x of every term, shape (K, N), and of everything that is no term here, shape (N,), zero
-            where gamma is below half the limit; None if it exceeds the limit nowhere.
+            x^T (its D) x of every term, shape (K, N), and of everything that is no term here, shape (N,),
+            zero where gamma is below half the limit; None if it exceeds the limit nowhere.
         """
         root = np.linalg.inv(np.linalg.cholesky(inertia))
         change: Array = root @ (self.inertia(selected) - inertia) @ root.swapaxes(1, 2)

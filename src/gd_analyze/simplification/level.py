@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import EnergyTerm, Torques
@@ -22,7 +21,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.effort import THOROUGH, Effort
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.text import LARGEST_COEFFICIENT
 
 # Content of a model: a number by term, or by change of a program, of the level's own type.
@@ -50,7 +49,9 @@ class Level(ABC):
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     always_refits: ClassVar[bool] = False
     has_symmetric_inertia: ClassVar[bool] = False
-    is_structured: ClassVar[bool] = False  # a search minimises the operations of D, h and c, not of the torque
+    is_structured: ClassVar[bool] = (
+        False  # a search minimises the operations of D, h and c, not of the torque
+    )
     is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
     entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
@@ -138,7 +139,7 @@ class CandidateLevel(Level):
 
     @abstractmethod
     def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
-        """Estimate the operations by the set of terms that need them; a sine or cosine counts `sine_price`."""
+        """Estimate operations by the set of terms that need them; a sine or cosine counts as `sine_price`."""
 
     def indispensable(self, form: ExactForm, terms: Sequence[Any]) -> set[Any]:
         """One term of every D'_ii: its constant, or else the term with the largest coefficient."""

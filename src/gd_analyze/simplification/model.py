@@ -26,7 +26,6 @@ from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
 
-
 # Most terms of equations shown in a notebook.
 _MOST_SHOWN = 500
 
@@ -205,7 +204,7 @@ class SimplifiedModel:
 
     @cached_property
     def functions(self) -> Functions:
-        """D, h and c as programs of their own, each from its terms or from the torque, whichever is shorter."""
+        """D, h and c as programs of their own, from their terms or from the torque, whichever is shorter."""
         symmetric = self.level.has_symmetric_inertia
         functions = functions_of(self.program, self.arm.n_joints, symmetric)
         if not self.level.has_torque_terms:
@@ -218,7 +217,7 @@ class SimplifiedModel:
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest |eigenvalue of D^-1 Ds - I| at given states, with its own D as Ds.
 
-        Below 1, a symmetric Ds is positive definite there, and inverse-dynamics feedback through it converges.
+        Below 1, a symmetric Ds is positive definite there, and feedback through it converges.
         """
         return float(gammas(exact.inertia, self.inertia(exact.states.q)).max(initial=0.0))
 

@@ -1,4 +1,4 @@
-"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit if asked for."""
+"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Progress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.95
-# Most directions of every position in which D is limited, and attempts after each, as a share of the usual ones.
+# Most directions of every position in which D is limited, and attempts after each, as a share of the usual.
 _DIRECTIONS, _AFTER_D = 12, 0.25
 
 

@@ -118,7 +118,7 @@ class Selection:
         """Operations that dropping each term alone saves, shape (K,)."""
         step, term = self.choice.users
         alone = self.choice.weights[step] * (self.needed[step] == 1)
-        return np.bincount(term, weights=alone, minlength=len(self.choice))
+        return np.bincount(term, weights=alone, minlength=len(self.choice)).astype(float)
 
     def drop(self, term: int) -> None:
         """Leave a term out."""
@@ -227,7 +227,7 @@ def improve(
         best.setdefault(trial.selected.tobytes(), trial)
         if cost < cheapest:
             cheapest, waited = cost, 0
-    ordered = sorted(reversed(best.values()), key=lambda one: one.cost)
+    ordered = sorted(best.values(), key=lambda selection: selection.cost)
     return ordered[: settings.several]
 
 

@@ -114,10 +114,12 @@ def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRankin
     rows = []
     for rank, (k, without) in enumerate(zip(reversed(order), reversed(errors), strict=False), start=1):
         joint, worst = int(alone[k].argmax()), int(without.argmax())
+        term, weight = listed[chosen[k]]
         rows.append(
             RankedTerm(
-                rank,
-                *listed[chosen[k]],
+                rank=rank,
+                term=term,
+                weight=weight,
                 alone_torque=float(alone[k, joint] * whole[joint]),
                 alone_joint=joint + 1,
                 alone_share=float(alone[k, joint]),
@@ -136,7 +138,7 @@ def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRankin
 
 
 def _order_of_elimination(effects: FloatArray) -> list[int]:
-    """Terms, effects (K, n, N), in the order in which each adds least to the squared error of those dropped."""
+    """Terms, of effects (K, n, N), in the order in which each adds least to the squared error so far."""
     flat = effects.reshape(len(effects), -1)
     gram = flat @ flat.T
     size, slope = np.diag(gram), np.zeros(len(gram))

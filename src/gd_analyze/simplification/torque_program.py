@@ -13,8 +13,8 @@ from gd_analyze.harmonics.terms import QUANTITIES, Factor, Monomial, Torques, To
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.functions import Functions, inertia_program
 from gd_analyze.simplification.effort import POINT, Effort
+from gd_analyze.simplification.functions import Functions, inertia_program
 
 
 class TorqueVariables:

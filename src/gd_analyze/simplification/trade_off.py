@@ -64,8 +64,8 @@ def trade_off(
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
 
-    A model within a smaller budget is also within a larger one: no point takes more operations than one of its
-    kind for a smaller budget.
+    A model within a smaller budget is also within a larger one: no point takes more operations than one of
+    its kind for a smaller budget.
 
     Parameters
     ----------

@@ -42,15 +42,16 @@ from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import with_uncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.budget_path import PATH_FACTORS, budget_path
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.evaluation import TermRanking, payload_effect, rank_terms
+from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.budget_path import PATH_FACTORS, budget_path
+from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
