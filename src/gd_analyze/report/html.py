@@ -12,7 +12,7 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from gd_analyze.figures.figure import COLOURS, Figure
-from gd_analyze.figures.svg import panel_svg
+from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import Numbers, is_seen
@@ -172,11 +172,7 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
     for r, c, panel in figure.places:
         place = f' style="grid-area:{r + 1}/{c + 1}"' if None in figure.rows[r] else ""
         panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
-    keys = "".join(
-        f'<span><i class="key key-{key.kind}" style="color:var(--{key.colour})'
-        f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
-        for key in figure.legend
-    )
+    keys = "".join(f"<span>{key_svg(key)}{text(key.label)}</span> " for key in figure.legend)
     legend = f'<p class="legend">{keys}</p>\n' if keys else ""
     caption = f"{numbers.of_figure(drawing.key)}{text(drawing.title)}"
     return (
