@@ -4,92 +4,100 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gd_analyze.figures.arm import arm_figure
-from gd_analyze.figures.dominance import dominance_figure
-from gd_analyze.figures.joints import contributions_figure
-from gd_analyze.figures.trade_off import kind_name, trade_off_figure
+from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
+from gd_analyze.figures.structure import matrix_figure, shares_figure
+from gd_analyze.report.answer import VerdictList, validity, verdict_lists
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Column, Drawing, Part, Result, Section, Table
+from gd_analyze.result import Drawing, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
-from gd_analyze.results.rows import dominance_note
 from gd_analyze.results.run_result import (
     first_facts,
     notices,
     provenance_lines,
     run_headline,
     subtitle,
+    text_comparison,
     tube_bound,
 )
+
+# Notices before the answer; the others follow it.
+_FIRST = 2
 
 
 class MainReport(NamedTuple):
     """Parts of the main report, and the numbers of figures and tables."""
 
-    opening: Result  # title, headline, facts and notices
-    arm: Drawing
-    contributions: Drawing
-    dominance: Drawing
+    opening: Result  # title, headline, facts and the first notices
+    validity: str
+    verdicts: tuple[VerdictList, ...]
+    structure: Drawing
+    shares: Drawing
+    effects: tuple[Drawing, ...]  # D and h by effect
     errors: Table
-    trade_off: tuple[Drawing, Table] | None  # if any budget gives fewer operations than the exact torque
+    notes: tuple[str, ...]  # notices that do not stand before the answer
     appendices: tuple[Section, ...]
     numbers: Numbers
 
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
+    every = (*notices(findings), *findings.warnings)
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=(*findings.warnings, *notices(findings)),
+        notices=every[:_FIRST],
         provenance=dict(provenance_lines(findings)),
     )
-    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
-    contributions = Drawing(
-        "contributions",
-        "Torque by contribution over time.",
-        contributions_figure(findings),
-        "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
+    structure = Drawing(
+        "structure",
+        "Every element of D (symmetric), h and c in its place.",
+        matrix_figure(findings),
+        "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
+        "On the diagonal the drive is included.",
     )
-    dominance = Drawing(
-        "dominance",
-        "Dominant effect of each element of D and h over time.",
-        dominance_figure(findings),
-        dominance_note(findings),
+    shares = Drawing(
+        "shares",
+        "What makes each joint's torque.",
+        shares_figure(findings),
+        "T, R: D q̈ by translation and rotation. Shares of the sum of RMS.",
     )
+    effects = effect_drawings(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")
-    operations = findings.tables["trade_off"].operations.values
-    has_fewer = bool((operations < findings.model.operations_full.total).any())
-    trade_off = (_trade_off(findings), _trade_off_table(findings)) if has_fewer else None
     appendices = sections(findings)
-    parts: tuple[Part, ...] = (arm, dominance, contributions, errors, *(trade_off or ()), *appendices)
-    numbers = Numbers.of(parts)
-    return MainReport(opening, arm, contributions, dominance, errors, trade_off, appendices, numbers)
-
-
-def _trade_off(findings: Findings) -> Drawing:
-    accuracy = findings.model.accuracy
-    note = (
-        "Dashed: the models of the slider. Other levels come from one quick search each; a longer search may "
-        "find fewer operations."
+    numbers = Numbers.of((structure, shares, errors, *effects, *appendices))
+    return MainReport(
+        opening,
+        validity(findings),
+        verdict_lists(findings),
+        structure,
+        shares,
+        effects,
+        errors,
+        every[_FIRST:],
+        appendices,
+        numbers,
     )
-    if accuracy.asked.shares_of != "peak torque":
-        note += f" Errors are shares of the error allowed by {accuracy.budget}."
-    words = "Operations against error for other budgets and levels; the star is this report's model."
-    return Drawing("trade_off", words, trade_off_figure(findings), note)
 
 
-def _trade_off_table(findings: Findings) -> Table:
-    """Operations and error of every kind of model, by budget."""
-    table = findings.tables["trade_off"]
-    columns = [Column("", "budget", table.budget.values.tolist(), shown="text")]
-    names = ("level", "refit", "operations", "largest_share")
-    for level, refit, counts, shares in zip(*(table[name].values for name in names), strict=True):
-        columns.append(Column("", kind_name(level, refit), counts.tolist(), shown="count"))
-        columns.append(Column("", "error", shares.tolist(), shown="percent"))
-    title = f"Operations, and largest error of the {findings.model.accuracy.asked.shares_of}, by budget"
-    note = "Choose a point with `--operations N` or `--budget`, and a level with `--level` and `--refit`."
-    return Table("trade_off", title, tuple(columns), note)
+def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
+    """D and h by effect against the set points, in the order of [FGL87] Figs. 3.10 and 3.11."""
+    is_marked = findings.trajectory.n_set_points <= MARKED
+    hidden = "combined", "centrifugal", "coriolis"
+    look = Look(x="set point", marked=is_marked, hidden=hidden)
+    is_shown = text_comparison(findings) is not None
+    like = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
+    marks = " Dots and dashes: every set point." if is_marked else ""
+    matrix = "D by effect. At the right of a title: the dominant effect, T or R."
+    vector = "h by effect."
+    return (
+        Drawing("inertia", f"{matrix}{like[0]}", inertia_figure(findings, look), marks),
+        Drawing(
+            "coriolis_centrifugal",
+            f"{vector}{like[1]}",
+            vector_figure(findings, "coriolis_centrifugal", look),
+        ),
+    )

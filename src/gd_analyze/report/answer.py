@@ -1,0 +1,150 @@
+"""The answer of the main report: verdict lists, what they are valid for, and every element by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import evenly
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.dominance_over_time import verdicts
+from gd_analyze.figures.elements import subscripted
+from gd_analyze.figures.structure import Cell, cells
+from gd_analyze.formulas.formula import Formula, Product
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import element_formulas
+from gd_analyze.report.budget import budget_words, summands
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.rows import changes_text, element_rows
+from gd_analyze.results.run_result import margins
+from gd_analyze.text import amount, percent, pretty
+
+# Verdicts in the order of the lists, and their headings.
+HEADINGS = {
+    "translation": "Translation dominates",
+    "rotation": "Rotation dominates",
+    "both": "Both count in",
+    "gravity": "Gravity acts in",
+    "drive": "Drives make",
+    "negligible": "Negligible",
+    "zero": "Zero",
+}
+# Terms of an exact equation that the page writes out, and columns of dominance over time.
+_TERMS, _COLUMNS = 16, 120
+
+
+class VerdictList(NamedTuple):
+    """Elements with one verdict, largest share of peak torque first."""
+
+    verdict: str
+    heading: str
+    elements: tuple[str, ...]
+
+
+def verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
+    """Every element in the list of its verdict; lists of effects are there even if empty."""
+    of = cells(findings)
+    ordered = sorted(of.values(), key=lambda cell: -cell.share)
+    out = []
+    for verdict, heading in HEADINGS.items():
+        labels = tuple(cell.label for cell in ordered if cell.verdict == verdict)
+        if labels or verdict in ("translation", "rotation", "both"):
+            out.append(VerdictList(verdict, heading, labels))
+    return tuple(out)
+
+
+def validity(findings: Findings) -> str:
+    """What the answer holds for: motion, margins and budget."""
+    budget = budget_words(findings.model.accuracy.budget)
+    motions = findings.trajectory.motions
+    along = "these motions" if motions else "this motion"
+    return (
+        f"Valid for {along} and {margins(findings)} around it, torque errors allowed: {budget}. "
+        "Another motion can have another answer."
+    )
+
+
+def element_details(findings: Findings) -> list[dict[str, Any]]:
+    """Every element for the page that opens it: words, dominance over time, exact and kept equation."""
+    of, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
+    over_time = findings.tables["dominance_over_time"]
+    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
+    order = np.array(["neither", "translation", "rotation", "both"])
+    words = verdicts(over_time).values
+    marks = np.argmax(words[..., None] == order, axis=-1)
+    at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
+    exact, kept = _exact(findings), _kept(findings)
+    out = []
+    for element in elements(findings.arm.n_joints):
+        label = element.label
+        row = rows[label]
+        detail = {
+            "label": label,
+            "name": subscripted(label),
+            "words": _words(row, of[label]),
+            "changes": changes_text(row),
+            "over_time": "" if label[0] == "c" else "".join(map(str, at[label])),
+        }
+        if exact is not None:
+            detail["exact"] = exact.get(label, "0")
+        if kept is not None:
+            detail["kept"] = kept.get(label, "0")
+        out.append(detail)
+    return out
+
+
+def _words(row: dict[str, Any], cell: Cell) -> str:
+    """Parts and torque of an element in two sentences."""
+    verdict = {"drive": "its drive counts, its links are negligible", "both": "both effects count"}
+    said = verdict.get(cell.verdict, cell.verdict)
+    if cell.verdict in ("translation", "rotation"):
+        said = f"{cell.verdict} dominates"
+    parts = [pretty(amount(row[f"part_peak_{name}"], row["unit"])) for name in ("translation", "rotation")]
+    if row["quantity"] == "gravity_loading":
+        split = f"up to {parts[0]}"
+    else:
+        split = f"translation up to {parts[0]}, rotation up to {parts[1]}"
+    torque = pretty(amount(row["torque_peak"], row["torque_unit"]))
+    words = f"{said[:1].upper()}{said[1:]}: {split} at the set points."
+    words += f" Torque up to {torque} at joint {row['torque_joint']}"
+    words += f", {percent(row['torque_share'])} of its peak torque."
+    if "drives" in cell.parts:
+        words += f" With the drive: {percent(cell.share)}."
+    return words
+
+
+def _exact(findings: Findings) -> dict[str, str] | None:
+    """Exact elements in plain characters, the largest terms first; None if they are too long to write out."""
+    if not findings.ranked_terms:
+        return None
+    own = findings.model.form.velocities.in_joint_velocities(findings.ranked_terms)
+    return dict(_plain(element_formulas(own, _drives(findings))))
+
+
+def _kept(findings: Findings) -> dict[str, str] | None:
+    """Elements of the model; None if it has no equations by element."""
+    model = findings.model
+    if not model.level.has_torque_terms:
+        return None
+    own = model.form.velocities.in_joint_velocities(model.torques)
+    return dict(_plain(element_formulas(own, _drives(findings))))
+
+
+def _drives(findings: Findings) -> list[float]:
+    return findings.arm.drive_inertia.tolist() if findings.model.drives else []
+
+
+def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
+    plain = Plain()
+    for formula in formulas:
+        terms = sorted(summands(formula), key=lambda summand: -abs(summand.weight))
+        out = ""
+        for factors, velocities, weight in terms[:_TERMS]:
+            sign = "−" if weight < 0.0 else "+" if out else ""
+            space = " " if out else ""
+            out += f"{space}{sign}{space}{plain.product(Product(abs(weight), factors + velocities))}"
+        if len(terms) > _TERMS:
+            out += f" + {len(terms) - _TERMS} smaller terms"
+        yield f"{formula.left.letter}{formula.left.index}", out
