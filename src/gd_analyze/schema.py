@@ -22,7 +22,7 @@ from gd_analyze.text import LEVEL_NAMES
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 9
+SCHEMA_VERSION = 10
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150

@@ -19,8 +19,8 @@ from strategies import examples, motions
 EPS = float(np.finfo(float).eps)
 
 
-def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0) -> xr.Dataset:
-    """One joint, given numbers (or series of them)."""
+def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0, drive=0.0) -> xr.Dataset:
+    """One joint, given numbers (or series of them), and the inertia of its drive."""
     parts = [np.atleast_1d(np.asarray(x, dtype=float)) for x in (d_tran, d_rot, h_tran, h_rot, c, qdd)]
     dt, dr, ht, hr, c, qdd = np.broadcast_arrays(*parts)
     return xr.Dataset(
@@ -28,7 +28,7 @@ def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0) -> xr.Datas
             "inertia": (("time", "effect", "joint", "joint_j"), np.stack([dt, dr], 1)[:, :, None, None]),
             "coriolis_centrifugal": (("time", "effect", "joint"), np.stack([ht, hr], 1)[:, :, None]),
             "gravity_loading": (("time", "joint"), c[:, None]),
-            "torque": (("time", "joint"), ((dt + dr) * qdd + ht + hr + c)[:, None]),
+            "torque": (("time", "joint"), ((dt + dr + drive) * qdd + ht + hr + c)[:, None]),
             "qdd": (("time", "joint"), qdd[:, None]),
         },
         coords={
@@ -37,7 +37,12 @@ def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0) -> xr.Datas
             "joint_j": [1],
             "joint_kind": ("joint", ["revolute"]),
         },
-        attrs={"arm": "synthetic", "trajectory": "synthetic", "torque_round_off": 0.0},
+        attrs={
+            "arm": "synthetic",
+            "trajectory": "synthetic",
+            "torque_round_off": 0.0,
+            "drive_inertia": [drive],
+        },
     )
 
 
@@ -53,7 +58,7 @@ def d11(dataset: xr.Dataset, **options) -> xr.Dataset:
         (0.05, 1.0, "rotation"),
         (0.0, -1.0, "rotation"),
         (1.0, 0.2, "both"),
-        (0.0, 0.0, "neither"),
+        (0.0, 0.0, "zero"),
         (1.0, 1e-17, "translation"),  # what cancellation leaves
         # Negligible on average is not enough: one set point where rotation matters makes it both.
         (1.0, [0.0, 0.3, 0.0], "both"),
@@ -62,8 +67,7 @@ def d11(dataset: xr.Dataset, **options) -> xr.Dataset:
 def test_which_part_represents_the_element(translation, rotation, dominant):
     found = d11(dataset_of(translation, rotation, c=0.1))
     assert found.dominant == dominant
-    # An element that is zero makes no torque.
-    assert found.verdict == ("negligible" if dominant == "neither" else dominant)
+    assert found.verdict == dominant
 
 
 def test_at_the_threshold_and_at_the_floor_themselves():
@@ -86,6 +90,34 @@ def test_negligible_is_about_torque_not_size():
     assert d11(dataset_of(5.0, 5.0, c=100.0, qdd=1.0)).verdict == "both"
 
 
+@pytest.mark.parametrize(
+    ("parts", "drive", "verdict"),
+    [
+        # Peak torque 4: an element of this joint may make a third of the budget of 0.75, that is 1 N m.
+        ((2.0, 0.0), 1.0, "translation"),  # the links count, with a drive or without
+        ((0.0, 1.0), 2.0, "drive"),
+        ((0.0, 0.0), 2.0, "drive"),
+        ((0.25, 0.25), 0.5, "negligible"),
+        ((0.75, 0.0), 0.5, "drive"),  # neither alone is more than 1 N m, but both together
+        ((0.0, 0.0), 0.5, "negligible"),  # not zero: there is an inertia
+        ((0.0, 0.0), 0.0, "zero"),
+    ],
+)
+def test_a_drive_is_a_part_of_its_element(parts, drive, verdict):
+    dataset = dataset_of(*parts, c=4.0 - sum(parts) - drive, drive=drive)
+    found = d11(dataset, budget=0.75)
+    assert found.verdict == verdict
+    assert (found.drive, found.drive_torque_peak, found.drive_torque_share) == (drive, drive, drive / 4)
+    # The budget is 3 N m; quotients of the same numbers.
+    assert found.part_consequence.values.tolist() == [x / 3 for x in (*parts, drive)]
+    assert found.consequence == (sum(parts) + drive) / 3
+    assert found.dominant == ("zero" if not any(parts) else d11(dataset_of(*parts, c=1.0)).dominant)
+    over_time = gd.dominance_over_time(dataset.assign_coords(time=[0.0]), gd.rank(dataset, budget=0.75))
+    at = over_time.sel(element="D11").isel(time=0)
+    assert (at.verdict, at.drive_torque) == (verdict, drive)
+    assert at.part_consequence.values.tolist() == found.part_consequence.values.tolist()
+
+
 def test_shares_and_peaks_of_parts():
     found = d11(dataset_of([3.0, -3.0], [1.0, 1.0], qdd=[1.0, 2.0]))
     for names, value in (("part_peak part_rms", [3.0, 1.0]), ("part_share change_without", [0.75, 0.25])):
@@ -102,20 +134,20 @@ def test_ranking_is_by_torque_share():
     # No torque is left at the joint, yet its parts are large: an infinite share, no warning, no NaN.
     cancelled = gd.rank(dataset_of(1.0, 0.0, h_tran=-1.0))
     assert cancelled.torque_share.values.tolist() == [np.inf, np.inf, 0.0]
-    assert cancelled.verdict.values.tolist() == ["translation", "translation", "negligible"]
+    assert cancelled.verdict.values.tolist() == ["translation", "translation", "zero"]
 
 
 def test_joints_without_torque_get_no_share(two_link):
     still = np.zeros((3, 2))
     rest = gd.Trajectory(np.arange(3.0), still, still, still)
     ranking = gd.rank(gd.decompose(dataclasses.replace(two_link, gravity=np.zeros(3)), rest))
-    assert set(ranking.verdict.values) == {"negligible"}
+    assert set(ranking.verdict.values) == {"negligible", "zero"}
     assert not ranking.torque_peak.values.any()
     # A flange that turns about its own axis, at rest and level: its torque is round-off, not a joint's peak.
     links = [Link(name, 1.0, np.zeros(3), size * np.eye(3)) for name, size in (("a", 0.0), ("b", 0.1))]
     arm = gd.RobotArm("level", (Joint("lift", "prismatic"), Joint("turn")), tuple(links))
     ranking = gd.rank(gd.decompose(arm, rest))
-    assert ranking.sel(element="c2").verdict == "negligible"
+    assert ranking.sel(element="c2").verdict == "zero"
     assert ranking.element.values[0] == "c1"
     assert ranking.sel(element="c1").torque_peak == pytest.approx(2 * 9.8062, rel=4 * EPS)
 
@@ -133,7 +165,7 @@ def test_rankings_of_random_arms(case, budget):
     # The floor's promise: what its n + 2 entries per joint lose together stays within the budget. What is
     # below 64 eps of its quantity's largest counts as round-off: that much may come on top, times the
     # acceleration and the n + 2 entries.
-    negligible = set(ranking.element.values[ranking.verdict.values == "negligible"])
+    negligible = set(ranking.element.values[np.isin(ranking.verdict.values, ["negligible", "zero"])])
     parts = tuple(part for part in parts_of(n) if part.element.label in negligible)
     lost = np.abs(torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0)).max(axis=1)
     noise = (n + 2) * 64 * EPS * max(largest.values()) * max(1.0, float(np.abs(motion.qdd).max()))

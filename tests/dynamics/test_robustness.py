@@ -67,6 +67,8 @@ def test_probabilities_are_those_of_plain_monte_carlo():
             peak = np.abs(part_of(dataset, label).sum(axis=1)).max()
             # Joints 4 to 6 meet in a point: some elements are zero, in our arithmetic to round-off.
             needed = parts > max(0.1 * peak, 1e-13)
+            # Where neither part is needed, those needed over the motion stand.
+            needed |= ~needed.any(axis=1, keepdims=True) & needed.any(axis=0)
             for out, flags in ((over_motion[k], needed.any(axis=0)[None]), (at_set_points[k], needed)):
                 rows = np.array([3, 0, 1, 2])[flags[:, 0] + 2 * flags[:, 1]]
                 if out.ndim == 1:

@@ -146,11 +146,11 @@ def test_the_legend_names_every_shared_velocity(harmonics, torques):
 
 
 def test_parts_of_elements_with_drives():
-    kept = {"D11": "both", "D12": "translation", "D22": "neither", "h1": "neither", "h2": "rotation"}
-    kept |= {"c1": "translation", "c2": "neither"}
+    kept = {"D11": "both", "D12": "translation", "D22": "nothing", "h1": "nothing", "h2": "rotation"}
+    kept |= {"c1": "translation", "c2": "nothing"}
     first, second = map(PLAIN.line, parts_formulas(kept, 2, drives=True))
     assert first == "tau1 = (D11 + J1) qdd1 + D12^tran qdd2 + c1"
     assert second == "tau2 = D12^tran qdd1 + J2 qdd2 + h2^rot"
-    assert PLAIN.right(parts_formulas(dict.fromkeys(kept, "neither"), 2, drives=False)[0]) == "0"
+    assert PLAIN.right(parts_formulas(dict.fromkeys(kept, "nothing"), 2, drives=False)[0]) == "0"
     assert "<mtext>tran</mtext>" in PAGE.symbol(part_symbol("D12", "translation"))
     assert "<mtext>" not in PAGE.symbol(part_symbol("c1", "translation"))

@@ -23,7 +23,7 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     zero = ("D45", "D56")
     assert labels == [e for e in over_time.element.values if e[0] != "c" and e not in zero]
     verdicts = gd.verdicts(over_time).sel(element=labels).values.T
-    assert np.array_equal(np.where(cells.colours == "", "neither", cells.colours), verdicts)
+    assert np.array_equal(np.where(cells.colours == "", "zero", cells.colours), verdicts)
     shares = over_time.dominance.sel(element=labels).values.swapaxes(0, 1)
     assert np.array_equal(cells.numbers[..., :2], np.rint(100 * shares))
     drawn = ElementTree.fromstring(panel_svg(panel, figure))

@@ -231,7 +231,7 @@ dominance = together(
     ),
 )
 
-top = number("--top", 12, "Rows of the ranking to print.")
+top = number("--top", 0, "Rows of the ranking to print.")
 
 BUDGET = (
     "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "

@@ -121,6 +121,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     """Make a table of arrays named as in `gd_analyze.schema.GROUPS`, time first."""
     coords = decomposition_coordinates(arm, trajectory, arrays)
     explained = round_off_bounds(arm, trajectory.q, trajectory.qd, trajectory.qdd)["torque"]
+    drive_inertia = arm.drive_inertia if "drive_torque" in arrays else np.zeros(arm.n_joints)
     attrs = {
         "schema": SCHEMA_VERSION,
         "arm": arm.name,
@@ -131,6 +132,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
         "trajectory_velocities": trajectory.derivatives_from,
         "trajectory_fingerprint": trajectory.fingerprint,
         "drives": int("drive_torque" in arrays),
+        "drive_inertia": drive_inertia.tolist(),
         "torque_round_off": round_off_of(np.asarray(arrays["torque"]), explained),
     }
     if trajectory.whole is not None:

@@ -1,8 +1,9 @@
-"""Dominant part of every element, ranked by torque.
+"""Dominance and consequence of every element, ranked by torque.
 
-For every element of D, h and c: the size of each part along the trajectory, whether one part alone represents
-the element, and the element's torque. A tiny element dominated by one effect matters less than a large mixed
-one, so the ranking is by torque.
+Dominance is the founding text's measure: the size of each part along the trajectory, and whether one part
+alone represents the element. Consequence is the torque of element and parts as a share of the torque error
+allowed. Consequence decides whether an element is negligible; dominance gives the verdict on any other. A
+tiny element dominated by one effect matters less than a large mixed one, so the ranking is by torque.
 """
 
 from __future__ import annotations
@@ -45,6 +46,11 @@ class Element:
         """Index in the quantity's array."""
         return tuple(joint for joint in (self.i, self.j, self.k) if joint is not None)
 
+    @property
+    def is_diagonal(self) -> bool:
+        """Whether this is D_ii, to which drive i adds its inertia."""
+        return self.k is None and self.i == self.j
+
     def parts(self, quantities: Mapping[Any, Any]) -> FloatArray:
         """Both parts of the element in arrays of `decompose`, (2, N); gravity is translation."""
         if self.quantity == "gravity_loading":
@@ -81,6 +87,10 @@ def elements(n_joints: int, *, christoffel: bool = False) -> tuple[Element, ...]
 
 
 DOMINANCE_THRESHOLD = 0.10
+# Effects that represent an element, indexed by those needed: translation counts 1, rotation 2.
+DOMINANT = np.array(["zero", "translation", "rotation", "both"])
+# Parts of an element; the drive's is its constant inertia, on the diagonal of D.
+PARTS = ("translation", "rotation", "drive")
 DEFAULT_BUDGET = 0.01
 
 
@@ -92,9 +102,10 @@ def rank(
     christoffel: bool = False,
     extremes: Extremes | None = None,
 ) -> xr.Dataset:
-    """Rank the elements of D, h and c by their torque, and find the dominant effect of each.
+    """Rank the elements of D, h and c by their torque, and give the verdict on each.
 
-    Torques of elements are those of the links; shares are of the dataset's peak torque, drives included.
+    Torques of elements are those of the links, except where drives are named; shares are of the dataset's
+    peak torque, drives included.
 
     Parameters
     ----------
@@ -105,8 +116,9 @@ def rank(
         element's peak magnitude.
     budget
         Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's row
-        has n elements of D, one of h and one of c; an element is negligible if its torque at every joint
-        stays below budget / (n + 2), so that all negligible elements may be dropped together.
+        has n elements of D, one of h and one of c. An element is negligible if its torque, its drive's
+        included, is at most budget / (n + 2) at every joint and set point, so that all negligible elements
+        may be dropped together.
     christoffel
         Also rank every h_ijk of the dataset, the coefficients of h.
     extremes
@@ -119,8 +131,12 @@ def rank(
         One entry per element along `element`, largest torque share first. `peak`, `rms` of the whole element
         and, along `effect`, `part_peak`, `part_rms` and `part_share` (the part's RMS among both parts'),
         `change_without` (largest change of the element without the part, over its peak), `torque_peak` (N m
-        at joint `torque_joint`), `torque_share` (of that joint's peak torque), `dominant` ("translation",
-        "rotation", "both"; "neither" for an element that is zero) and `verdict` (the same, or "negligible").
+        at joint `torque_joint`) and `torque_share` (of that joint's peak torque). `drive` is the drive's
+        inertia, on the diagonal of D, with `drive_torque_peak` and `drive_torque_share`. `consequence` is the
+        largest torque of the element, drive included, over the budget of the joint, `part_consequence` that
+        of each part. `dominant` is "translation", "rotation", "both", or "zero" for links' parts that are
+        zero. `verdict` is "zero", "negligible", "drive" if the links' parts are negligible but the element
+        is not, or else `dominant`.
 
     Raises
     ------
@@ -146,45 +162,57 @@ def rank(
     allowed = given * peak_torque if given.ndim == 0 else given
     floor = allowed / (n + 2)
     every = elements(n, christoffel=christoffel)
+    drive_inertia = np.asarray(dataset.attrs["drive_inertia"])
+    drive = np.array([drive_inertia[element.i] * element.is_diagonal for element in every])
     if extremes is None:
-        extremes = Extremes(n, every)
+        extremes = Extremes(n, every, drive_inertia)
         for chunk in chunks(dataset.sizes["time"]):
             extremes.add({name: x.values for name, x in dataset[extremes.read].isel(time=chunk).items()})
-    peaks, torque_peaks = extremes.peaks, extremes.torques
+    peaks = extremes.peaks
     # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
     # the quantity's largest element.
     noise = 64 * np.finfo(float).eps * np.array([extremes.largest[element.quantity] for element in every])
     is_there: Array = peaks[:, :2] > noise[:, None]
     rms = np.sqrt(extremes.squares / extremes.count)
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
-    # The whole is the sum of both parts, or the only one there is.
-    whole = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
-    exists = np.asarray(is_there.any(axis=1))
-    peak, acts = peaks[whole] * exists, torque_peaks[..., 0] >= 0.0
-    torques = np.where(acts, torque_peaks.swapaxes(1, 2)[whole], 0.0) * exists[:, None]
-    if not peak_torque.any():
-        torques[torques <= round_off] = 0.0
-    shares = _ratio(torques, peak_torque)
-    joint = whole[0], np.where(acts, shares, -1.0).argmax(axis=1)
-    shares, change_without = shares[joint], _ratio(part_peak, peak[:, None])
+    # The links' element is the sum of both parts, or the only one there is.
+    links = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
+    exists, has_drive = np.asarray(is_there.any(axis=1)), drive > 0.0
+    peak, acts = peaks[links] * exists, extremes.torques[..., 0] >= 0.0
+    # Without any torque to give, what elements make is round-off.
+    no_torque = 0.0 if peak_torque.any() else round_off
+    made = np.where(acts[..., None] & (extremes.torques > no_torque), extremes.torques, 0.0).swapaxes(1, 2)
+    torques = made[links] * exists[:, None]
+    whole = np.where(has_drive[:, None], np.where(exists[:, None], made[:, 4], made[:, 3]), torques)
+    of_parts = made[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
+    shares = ratio(torques, peak_torque)
+    joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
+    shares, change_without = shares[joint], ratio(part_peak, peak[:, None])
     which = [peak == 0.0, change_without[:, 1] <= threshold, change_without[:, 0] <= threshold]
-    dominant = np.select(which, ["neither", "translation", "rotation"], "both")
+    dominant = np.select(which, ["zero", "translation", "rotation"], "both")
+    is_small, are_links_small = ((torque <= floor).all(axis=1) for torque in (whole, torques))
+    which = [~exists & ~has_drive, is_small, are_links_small]
     columns = {
         "quantity": np.array([element.quantity for element in every]),
         "i": np.array([element.i + 1 for element in every]),
         "j": np.array([0 if element.j is None else element.j + 1 for element in every]),
         "k": np.array([0 if element.k is None else element.k + 1 for element in every]),
         "peak": peak,
-        "rms": rms[whole] * exists,
+        "rms": rms[links] * exists,
         "part_peak": part_peak,
         "part_rms": part_rms,
-        "part_share": _ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
+        "part_share": ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
         "change_without": change_without,
         "torque_peak": torques[joint],
         "torque_joint": joint[1] + 1,
         "torque_share": shares,
+        "drive": drive,
+        "drive_torque_peak": of_parts[:, 2].max(axis=1),
+        "drive_torque_share": ratio(of_parts[:, 2], peak_torque).max(axis=1),
+        "consequence": ratio(whole, allowed).max(axis=1),
+        "part_consequence": ratio(of_parts, allowed).max(axis=2),
         "dominant": dominant,
-        "verdict": np.where((torques <= floor).all(axis=1), "negligible", dominant),
+        "verdict": np.select(which, ["zero", "negligible", "drive"], dominant),
     }
     # An infinite share, at a joint where all torques cancel, ranks like the whole of a joint's torque.
     most = shares[np.isfinite(shares)].max(initial=1.0)
@@ -201,12 +229,15 @@ def rank(
         {
             "element": [one.label for one in ranked],
             "effect": dataset.effect.values,
+            "part": list(PARTS),
             "unit": ("element", units),
             "torque_unit": ("element", torque_units),
         },
         {
             "threshold": float(threshold),
+            "allowed": allowed.tolist(),
             "floor": floor.tolist(),
+            "no_torque": no_torque,
             "ranked_by": "torque_share",
             "arm": dataset.attrs["arm"],
             "trajectory": dataset.attrs["trajectory"],
@@ -217,19 +248,23 @@ def rank(
 class Extremes:
     """Extremes of elements along a motion, given block by block: translation, rotation and their sum.
 
+    Of torques also the drive's, and that of all parts together.
+
     Parameters
     ----------
     n_joints, every
         Number of joints, and the elements, E in number.
+    drive_inertia
+        Inertia of every drive, kg m^2 (kg), shape (n,); 0 where drives are not included.
     """
 
-    def __init__(self, n_joints: int, every: Sequence[Element]) -> None:
-        self.every, self.count = every, 0
+    def __init__(self, n_joints: int, every: Sequence[Element], drive_inertia: FloatArray) -> None:
+        self.every, self.count, self.drive_inertia = every, 0, drive_inertia
         # Largest magnitudes and sums of squares; largest torques, -1 at joints where an element does not act;
         # and the set points, from 0, where they occur.
         self.peaks, self.squares = np.zeros((2, len(every), 3))
-        self.torques = np.full((len(every), n_joints, 3), -1.0)
-        self.reached = np.zeros((len(every), n_joints + 1, 3), dtype=np.intp)
+        self.torques = np.full((len(every), n_joints, 5), -1.0)
+        self.reached = np.zeros((len(every), n_joints + 1, 5), dtype=np.intp)
         self.largest = dict.fromkeys((element.quantity for element in every), 0.0)  # of a whole quantity
         self.read = [*self.largest, "qdd", *(["qd"] if "christoffel" in self.largest else [])]
 
@@ -242,19 +277,21 @@ class Extremes:
             curves = np.vstack([parts, parts.sum(axis=0)])
             self._reach(self.peaks[k], self.reached[k, -1], curves)
             self.squares[k] += np.einsum("cn,cn->c", curves, curves)
+            if element.is_diagonal and (drive := self.drive_inertia[element.i]):
+                curves = np.vstack([curves, np.full_like(curves[2], drive), curves[2] + drive])
             for joint, factor in element.torque_factors(block).items():
                 self._reach(self.torques[k, joint], self.reached[k, joint], curves * factor)
         self.count += len(block["qdd"])
 
     def _reach(self, peaks: FloatArray, reached: Array, curves: FloatArray) -> None:
-        size = np.abs(curves)
+        size, peaks, reached = np.abs(curves), peaks[: len(curves)], reached[: len(curves)]
         at = size.argmax(axis=1)
         top = size[np.arange(len(at)), at]
         beyond = top > peaks
         peaks[beyond], reached[beyond] = top[beyond], self.count + at[beyond]
 
 
-def _ratio(values: FloatArray, whole: FloatArray) -> FloatArray:
+def ratio(values: FloatArray, whole: FloatArray) -> FloatArray:
     """Share of a whole: infinite if the whole is zero, 0 if the value is zero."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(values == 0.0, 0.0, values / whole)

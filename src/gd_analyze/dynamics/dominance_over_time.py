@@ -1,8 +1,10 @@
-"""Dominant effect of each element at every set point.
+"""Dominance, consequence and verdict of each element at every set point.
 
 A part is needed at a set point if leaving it out changes the element by more than the threshold of its peak
-over the motion. A verdict thus keeps its meaning where parts cancel or the element passes through zero, and
-the verdict over the motion is the union of those at its set points.
+over the motion. Where neither part is needed, those needed over the motion represent the element. Dominance
+thus keeps its meaning where parts cancel or the element passes through zero. The torque at the set point
+decides whether the element is negligible there; it is negligible over the motion if it is so at every set
+point.
 """
 
 from __future__ import annotations
@@ -12,18 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import elements, rank
+from gd_analyze.dynamics.dominance import DOMINANT, PARTS, elements, rank, ratio
 from gd_analyze.schema import table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Indexed by the parts needed: translation counts 1, rotation 2.
-VERDICTS = np.array(["neither", "translation", "rotation", "both"])
-
 
 def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) -> xr.Dataset:
-    """Find the share of each part, and the parts needed, of every element at every set point.
+    """Find the share of each part, the torque it makes, and the verdict on every element at every set point.
 
     Parameters
     ----------
@@ -38,9 +37,11 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     xarray.Dataset
         `dominance` (time, element, effect), the part over the element's peak, with its sign; `share`, the
         part over the element's value at the set point, nan where that is zero; `needed`, whether the element
-        changes by more than the threshold of its peak without the part; `torque` (time, element), the
-        element's torque at joint `torque_joint`; `budget_share`, its magnitude over the torque error allowed
-        there. Gravity loading has one part, translation.
+        changes by more than the threshold of its peak without the part; `torque` (time, element), the links'
+        torque at joint `torque_joint`, and `drive_torque` the drive's; `consequence`, the element's torque,
+        drive included, over the torque error allowed, at the joint where that is largest, and
+        `part_consequence` (time, element, part) the same of each part; `verdict`, see `verdicts`. Gravity
+        loading has one part, translation.
 
     Examples
     --------
@@ -49,40 +50,60 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     >>> over_time.dominance.sel(element="D15").dims
     ('time', 'effect')
     >>> gd.verdicts(over_time).sel(element="D15").values[:2].tolist()
-    ['translation', 'translation']
+    ['negligible', 'negligible']
     """
     ranking = rank(dataset) if ranking is None else ranking
     labels, joints, peaks = (ranking[name].values for name in ("element", "torque_joint", "peak"))
     n, threshold = dataset.sizes["joint"], float(ranking.attrs["threshold"])
+    allowed, floor = (np.asarray(ranking.attrs[name]) for name in ("allowed", "floor"))
     by_label = {element.label: element for element in elements(n, christoffel="k" in ranking)}
     ranked = [by_label[label] for label in labels]
+    names = {"qd", "qdd", *(element.quantity for element in ranked)} & {*dataset.data_vars}
+    quantities = {name: dataset[name].values for name in names}
     is_there = ranking.part_peak.values.T[:, :, None] > 0.0
-    parts = np.where(is_there, np.stack([element.parts(dataset) for element in ranked], axis=1), 0.0)
-    whole = parts.sum(axis=0)
-    factors = [one.torque_factors(dataset)[joint - 1] for one, joint in zip(ranked, joints, strict=True)]
-    torque = whole * np.stack(factors)
-    allowed = np.asarray(ranking.attrs["floor"])[joints - 1] * (n + 2)
+    parts = np.where(is_there, np.stack([element.parts(quantities) for element in ranked], axis=1), 0.0)
+    links, drive = parts.sum(axis=0), ranking.drive.values[:, None]
+    # Translation, rotation, drive, both links' parts, and all.
+    curves = np.stack([*parts, np.broadcast_to(drive, links.shape), links, links + drive])
+    shares, counts = np.zeros(curves.shape), np.zeros(curves.shape, dtype=bool)
+    torque = np.zeros((2, *links.shape))
+    for k, element in enumerate(ranked):
+        for joint, factor in element.torque_factors(quantities).items():
+            made = curves[:, k] * factor
+            size = np.where(np.abs(made) > ranking.attrs["no_torque"], np.abs(made), 0.0)
+            shares[:, k] = np.maximum(shares[:, k], ratio(size, allowed[joint]))
+            counts[:, k] |= size > floor[joint]
+            if joint == joints[k] - 1:
+                torque[:, k] = made[3], made[2]
     with np.errstate(divide="ignore", invalid="ignore"):
         of_peak = np.where(is_there, parts / peaks[:, None], 0.0)
         # Where parts cancel, their sum is round-off of the peak of either.
-        is_zero = np.abs(whole) <= 64 * np.finfo(float).eps * ranking.part_peak.values.max(axis=1)[:, None]
-        of_value = np.where(is_zero, np.nan, parts / whole + 0.0)
-        budget_share = np.where(torque == 0.0, 0.0, np.abs(torque) / allowed[:, None])
+        is_zero = np.abs(links) <= 64 * np.finfo(float).eps * ranking.part_peak.values.max(axis=1)[:, None]
+        of_value = np.where(is_zero, np.nan, parts / links + 0.0)
+    needed, dominant = np.abs(of_peak) > threshold, ranking.dominant.values
+    over_motion = np.stack([np.isin(dominant, [effect, "both"]) for effect in DOMINANT[1:3]])[..., None]
+    representing = needed | (~needed.any(axis=0) & over_motion)
+    which = [(dominant == "zero")[:, None] & (drive == 0.0), ~counts[4], ~counts[3]]
+    words = np.select(which, ["zero", "negligible", "drive"], DOMINANT[representing[0] + 2 * representing[1]])
     revolute = (dataset.joint_kind.values == "revolute").tolist()
     return table(
         "dominance_over_time",
         {
             "dominance": of_peak.T,
             "share": of_value.T,
-            "needed": np.abs(of_peak.T) > threshold,
-            "torque": torque.T,
-            "budget_share": budget_share.T,
+            "needed": needed.T,
+            "torque": torque[0].T,
+            "drive_torque": torque[1].T,
+            "consequence": shares[4].T,
+            "part_consequence": shares[:3].T,
+            "verdict": words.T,
         },
         revolute,
         {
             "time": dataset.time,
             "element": labels,
             "effect": dataset.effect.values,
+            "part": list(PARTS),
             "torque_joint": ("element", joints),
             "torque_unit": ("element", ranking.torque_unit.values),
         },
@@ -91,7 +112,11 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
 
 
 def verdicts(over_time: xr.Dataset) -> xr.DataArray:
-    """Give the verdict at every set point: translation, rotation, both or neither.
+    """Give the verdict at every set point, in the words of `rank`.
+
+    "zero", for an element that is zero along the motion; "negligible", if its torque, drive included, is at
+    most its share of the budget there; "drive", if that holds for the links' parts only; otherwise the parts
+    that represent it: "translation", "rotation" or "both".
 
     Parameters
     ----------
@@ -103,8 +128,7 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     xarray.DataArray
         Verdicts as words, (time, element).
     """
-    needed = over_time.needed.transpose("time", "element", "effect")
-    return needed.isel(effect=0, drop=True).copy(data=VERDICTS[needed.values @ [1, 2]])
+    return over_time.verdict.transpose("time", "element")
 
 
 def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:

@@ -27,7 +27,7 @@ CONTRIBUTIONS = (
 )  # fmt: skip
 # Verdicts in the numbering of `Peaks.verdicts`.
 VERDICT_NAMES = np.array(
-    ["translation", "rotation", "both", "neither", "negligible", "within budget", "beyond budget"]
+    ["translation", "rotation", "both", "drive", "negligible", "zero", "within budget", "beyond budget"]
 )
 # Set points at a time, and set points times arms, that stay in the cache.
 _SET_POINTS, _CELLS = 512, 4096
@@ -40,6 +40,8 @@ class Peaks:
     parts: FloatArray  # of elements by effect, (2, E, S)
     whole: FloatArray  # of elements, (E, S)
     moved: FloatArray  # torque of an element at a joint, N m (N), (E, n, S); -1 where it does not act
+    drive: FloatArray  # drive inertia, kg m^2 (kg), (n, S); 0 without drives
+    driven: FloatArray  # torque of D_ii at joint i, the drive's included, N m (N), (n, S)
     torque: FloatArray  # of joints, N m (N), (n, S)
     contributions: FloatArray  # of joints by `CONTRIBUTIONS`, N m (N), (6, n, S)
 
@@ -56,10 +58,12 @@ class Peaks:
         exists = np.asarray(is_there.any(axis=0))
         translation, rotation = (is_there & (self.parts > threshold * self.whole)).astype(int)
         verdict = np.where(rotation, 1 + translation, 0)
-        verdict = np.where(exists, verdict, 3)
-        small = np.where(exists[:, None], self.moved, 0.0) <= allowed / (n + 2)
-        verdict = np.where(small.all(axis=1), 4, verdict)
-        return np.vstack([verdict, np.where(self.whole[ends[1] : ends[2]] <= allowed, 5, 6)])
+        floor, diagonal = allowed / (n + 2), np.flatnonzero(np.equal(*np.triu_indices(n)))
+        is_small = np.asarray((np.where(exists[:, None], self.moved, 0.0) <= floor).all(axis=1))
+        verdict = np.where(exists, np.where(is_small, 4, verdict), 5)
+        with_drive = np.where(self.driven <= floor, 4, 3)
+        verdict[diagonal] = np.where((self.drive > 0.0) & is_small[diagonal], with_drive, verdict[diagonal])
+        return np.vstack([verdict, np.where(self.whole[ends[1] : ends[2]] <= allowed, 6, 7)])
 
 
 def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed: FloatArray) -> Peaks:
@@ -83,6 +87,8 @@ def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed:
         np.zeros((2, len(every), most)),
         np.zeros((len(every), most)),
         np.repeat(_acts(every, n)[..., None] - 1.0, most, axis=-1),
+        bodies.drive_inertia.T if bodies.drive_inertia.size else np.zeros((n, most)),
+        np.zeros((n, most)),
         np.zeros((n, most)),
         np.zeros((len(CONTRIBUTIONS), n, most)),
     )
@@ -142,6 +148,7 @@ def _note(
     raise_to(found.contributions[4, :, block], translation[c])
     if np.ndim(drives):
         raise_to(found.contributions[5, :, block], drives, square)
+        raise_to(found.driven[:, block], whole[: h.start][first == second] * qdd[..., None] + drives, square)
     raise_to(found.torque[:, block], (whole[count:] + whole[h] + drives) * square + whole[c])
 
 

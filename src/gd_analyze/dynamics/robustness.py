@@ -28,7 +28,7 @@ from gd_analyze.schema import table
 if TYPE_CHECKING:
     import xarray as xr
 
-VERDICTS = ["translation", "rotation", "both", "neither"]
+VERDICTS = ["translation", "rotation", "both", "zero"]
 
 # Longer motions are thinned evenly: the time grows with samples times set points.
 _MOST_SET_POINTS = 500
@@ -47,7 +47,7 @@ def robustness(
     samples: int = 10_000,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Find the probability of each verdict on each element of D and h, by set point and over the motion.
+    """Find the probability that translation, rotation or both dominate each element of D and h.
 
     The uncertain parameters are drawn independently from normal distributions. A sampled link that is
     physically inconsistent is drawn again, unless the given link is inconsistent or a limiting case, as a
@@ -70,8 +70,9 @@ def robustness(
     -------
     xarray.Dataset
         `probability` (element, time, verdict) and `over_motion` (element, verdict), each summing to one along
-        `verdict`, and `redrawn` (link), the number of inconsistent samples. The attribute `exactly_known`
-        names the parameters without uncertainty. Beyond 500 set points, 500 evenly spaced ones are used.
+        `verdict` ("translation", "rotation", "both", "zero", as `dominant` of `rank`), and `redrawn` (link),
+        the number of inconsistent samples. The attribute `exactly_known` names the parameters without
+        uncertainty. Beyond 500 set points, 500 evenly spaced ones are used.
 
     Raises
     ------
@@ -239,8 +240,11 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
             64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
         )
         least = np.maximum(threshold * whole, noise[:, None])[:, None]
-        needed = [np.abs(part) > least for part in parts]
-        for out, flags in ((at_set_points, needed), (over_motion, [flag.any(axis=1) for flag in needed])):
+        needed: Array = np.abs(np.array(parts)) > least
+        overall = np.asarray(needed.any(axis=2))
+        # As in `dominance_over_time`: where neither part is needed, those needed over the motion stand.
+        needed |= ~needed.any(axis=0) & overall[:, :, None]
+        for out, flags in ((at_set_points, needed), (over_motion, overall)):
             for k, flag in enumerate((*flags, flags[0] & flags[1])):
                 out[..., k] += np.add.reduce(flag.view(np.uint8), axis=-1, dtype=np.uint8)
     return _by_verdict(at_set_points, samples), _by_verdict(over_motion, samples)

@@ -1,4 +1,4 @@
-"""Overview of the dominant effect of each element at every set point; elements as figures and numbers."""
+"""Overview of the verdict on each element at every set point; elements as figures and numbers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from gd_analyze.arrays import evenly
-from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
@@ -26,6 +25,7 @@ _LEGEND = (
     Key("translation", "translation", "area"),
     Key("rotation", "rotation", "area"),
     Key("both", "both", "area"),
+    Key("drive", "drive", "area"),
     Key("darker: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
 )
 
@@ -33,20 +33,20 @@ _LEGEND = (
 def dominance_figure(run: Run) -> Figure:
     """Elements of D and h against time, largest torque first: verdicts in colours, shaded by torque."""
     ranking = run.dominance
-    is_shown = (ranking.quantity.values != "gravity_loading") & (ranking.peak.values > 0.0)
+    is_shown = (ranking.quantity.values != "gravity_loading") & (ranking.verdict.values != "zero")
     ranking = ranking.isel(element=np.flatnonzero(is_shown)[:_ROWS])
     labels = ranking.element.values.tolist()
     over_time = run.tables["dominance_over_time"].sel(element=labels)
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
-    time, torque = over_time.time.values, over_time.torque.values.T
-    parts, needed = (over_time[k].values.swapaxes(0, 1) for k in ("dominance", "needed"))
+    time, parts = over_time.time.values, over_time.dominance.values.swapaxes(0, 1)
+    torque = (over_time.torque + over_time.drive_torque).values.T
     peaks = np.abs(run.exact_torque).max(axis=0)[ranking.torque_joint.values - 1, None]
     share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
     rounded = [[float(f"{value:.3g}") for value in row] for row in torque.tolist()]
     numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
-    colours = np.array(["", "translation", "rotation", "both"])[needed @ [1, 2]]
+    colours = np.where(over_time.verdict == "negligible", "", over_time.verdict).T
     shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
     # The motion is unknown across a gap: an empty column.
     for behind in np.unique(np.searchsorted(time, run.trajectory.time[list(run.trajectory.gaps)]))[::-1]:
@@ -68,26 +68,20 @@ def dominance_figure(run: Run) -> Figure:
     x = time_axis(time)
     panel = Panel("dominance", "", x, y, (cells, *_beside(run, labels, x.high)), margins=_MARGINS)
     height = min(rows * _PITCH, _ROOM) + _MARGINS[1] + _MARGINS[3]
-    return Figure("Dominant effect of each element over time", ((panel,),), WIDTH, height, _LEGEND)
+    return Figure("Verdict on each element over time", ((panel,),), WIDTH, height, _LEGEND)
 
 
 def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
-    """Verdict over the motion, what the founding text's method keeps, and the largest torque, by element."""
+    """Verdict over the motion, and the largest torques of links and drive, by element."""
     ranking = run.dominance.sel(element=labels)
-    units = zip(ranking.torque_peak.values.tolist(), ranking.torque_unit.values.tolist(), strict=True)
-    columns = {
-        "verdict": [(LETTERS[verdict], verdict) for verdict in ranking.dominant.values.tolist()],
-        "kept": [],
-        "peak torque": [(pretty(amount(peak, unit)), "") for peak, unit in units],
-    }
-    if "parts" in run.tables:
-        parts = run.tables["parts"]
-        kept = set(parts.part.values[parts.kept.values].tolist())
-        effects = [[k for k in EFFECTS if f"{label} {k}" in kept] for label in labels]
-        columns["kept"] = [("+".join(LETTERS[k] for k in some) or "–", "") for some in effects]
+    units = ranking.torque_unit.values.tolist()
+    columns = {"verdict": [(LETTERS[verdict], verdict) for verdict in ranking.verdict.values.tolist()]}
+    for head, name in (("of links", "torque_peak"), ("of drive", "drive_torque_peak")):
+        peaks = zip(ranking[name].values.tolist(), units, strict=True)
+        columns[head] = [(pretty(amount(peak, unit)) if peak else "", "") for peak, unit in peaks]
     out = []
-    for right, (head, cells) in zip((6.0, 34.0, 54.0), columns.items(), strict=True):
-        out += [Words(end, 0.0, head, right=right, up=3.0)] * bool(cells)
+    for right, (head, cells) in zip((6.0, 34.0, 66.0), columns.items(), strict=True):
+        out.append(Words(end, 0.0, head, right=right, up=3.0))
         for row, (text, verdict) in enumerate(cells):
             colour = f"{verdict}-text" if f"{verdict}-text" in ON_PAPER else "ink"
             out.append(Words(end, row + 0.75, text, colour, right=right))
@@ -114,7 +108,7 @@ def element_figures(
 
 
 def element_numbers(run: Run, labels: Sequence[str]) -> str:
-    """CSV of elements at every set point: parts, shares, verdict, torque; all elements without labels."""
+    """CSV of elements at every set point: parts, shares, torque, verdict; all elements without labels."""
     over_time, ranking = run.tables["dominance_over_time"], run.dominance
     if labels:
         over_time, ranking = over_time.sel(element=list(labels)), ranking.sel(element=list(labels))
@@ -122,5 +116,7 @@ def element_numbers(run: Run, labels: Sequence[str]) -> str:
     columns = {"unit": ranking.unit.reset_coords(drop=True)}
     for suffix, parts in ({"": over_time.dominance * ranking.peak} | shares).items():
         columns |= {f"{effect}{suffix}": parts.sel(effect=effect, drop=True) for effect in EFFECTS}
-    table = over_time[["torque", "budget_share"]].assign(columns | {"verdict": verdicts(over_time)})
+    for part in over_time.part.values.tolist():
+        columns[f"{part}_consequence"] = over_time.part_consequence.sel(part=part, drop=True)
+    table = over_time[["torque", "drive_torque", "consequence", "verdict"]].assign(columns)
     return str(table.to_dataframe(dim_order=["element", "time"]).to_csv(lineterminator="\n"))

@@ -31,8 +31,16 @@ from gd_analyze.figures.figure import (
 from gd_analyze.figures.run import Run
 from gd_analyze.text import prefixed, pretty
 
-# Short marks of the effect that is kept or dominates.
-LETTERS = {"translation": "T", "rotation": "R", "both": "T+R", "neither": "0", "gravity": "✓"}
+# Short marks of verdicts; a drive has the symbol of its inertia.
+LETTERS = {
+    "translation": "T",
+    "rotation": "R",
+    "both": "T+R",
+    "gravity": "✓",
+    "drive": "J",
+    "negligible": "–",
+    "zero": "0",
+}
 
 # Width, dashes and marker distinguish curves in grey print.
 _LOOKS: dict[str, tuple[float, tuple[float, ...]]] = {
@@ -148,9 +156,9 @@ def _rank(run: Run, element: Element) -> int:
 
 
 def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
-    """Translation, rotation and both together, titled by label, unit and dominant effect."""
+    """Translation, rotation and both together, titled by label, unit and verdict."""
     rank = _rank(run, element)
-    unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "dominant"))
+    unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "verdict"))
     curves, points = element_curves(run, element), run.drawn[0]
     curves = {role: curve for role, curve in curves.items() if role in look.effects}
     time, gaps = run.trajectory.time[points], run.gaps_among(points)

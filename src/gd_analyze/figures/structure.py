@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, evenly
 from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.dynamics.dominance import Element, elements
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Item, Key, Panel, Words, hatching, joint_label
 from gd_analyze.figures.joints import torque_by_cause
@@ -53,47 +53,22 @@ class Cell:
 
 
 def cells(run: Run) -> dict[str, Cell]:
-    """Every element of D, h and c by its label; a diagonal element holds its drive.
-
-    Peaks are those at the set points that are drawn, which include the extremes of every element.
-    """
-    ranking, (points, dataset) = run.dominance.set_index(element="element"), run.drawn
-    peaks, out = np.abs(run.exact_torque).max(axis=0), {}
-    drives = run.decomposition.get("drive_torque")
-    held = None if drives is None else drives.values[points]
-    qdd = run.decomposition.qdd.values[points]
-    for element in elements(run.arm.n_joints):
-        row = ranking.sel(element=element.label)
-        sizes = dict(zip(("translation", "rotation"), row.part_rms.values.tolist(), strict=True))
-        share, joint = float(row.torque_share), int(row.torque_joint)
-        if element.quantity == "gravity_loading":
+    """Every element of D, h and c by its label; on the diagonal the drive's largest torque is added."""
+    ranking, out = run.dominance, {}
+    columns = {str(name): values.values for name, values in ranking.data_vars.items()}
+    for k, label in enumerate(ranking.element.values.tolist()):
+        sizes = dict(zip(("translation", "rotation"), columns["part_rms"][k].tolist(), strict=True))
+        verdict = str(columns["verdict"][k])
+        if columns["quantity"][k] == "gravity_loading":
             sizes = {"gravity": sizes["translation"]}
-        if held is not None and element.i == element.j:
-            i = element.i
-            link = element.parts(dataset).sum(axis=0) * qdd[:, i]
-            peak = float(np.abs(link + held[:, i]).max())
-            share = peak / peaks[i] if peaks[i] else share
-            # Inertia times acceleration, as the links' parts are: J is the quotient.
-            sizes["drives"] = float(run.arm.drive_inertia[i])
+            verdict = verdict if verdict in ("zero", "negligible") else "gravity"
+        # Both are inertias, whose torques are these times the acceleration.
+        sizes["drives"] = float(columns["drive"][k])
         total = sum(sizes.values())
-        parts = {name: size / total for name, size in sizes.items() if size} if total else {}
-        out[element.label] = Cell(element.label, share, joint, parts, verdict_of(run, element))
+        parts = {name: size / total for name, size in sizes.items() if size}
+        share = float(columns["torque_share"][k] + columns["drive_torque_share"][k])
+        out[label] = Cell(label, share, int(columns["torque_joint"][k]), parts, verdict)
     return out
-
-
-def verdict_of(run: Run, element: Element) -> str:
-    """Verdict on an element in the words of the lists."""
-    row = run.dominance.sel(element=element.label)
-    verdict = str(row.verdict.values)
-    if verdict == "neither" or not float(row.peak):
-        verdict = "zero"
-    if verdict == "negligible" and element.i == element.j and "drive_torque" in run.decomposition:
-        i = element.i
-        floor = float(np.asarray(run.dominance.attrs["floor"])[i])
-        if float(np.abs(run.decomposition.drive_torque.values[:, i]).max()) > floor:
-            verdict = "drive"
-    gravity = element.quantity == "gravity_loading" and verdict not in ("zero", "negligible")
-    return "gravity" if gravity else verdict
 
 
 def matrix_figure(run: Run) -> Figure:
@@ -125,7 +100,7 @@ def _key(name: str) -> Key:
 
 def _cell(cell: Cell, side: float, most: float) -> Panel:
     """Label, share, and a square of the share's area, cut by parts from the left."""
-    size = min(0.19 * side, 8.0)
+    size = min(0.18 * side, 8.0)
     edge, head = 1.0, 1.35 * size + 1.0
     room = side - head - 3.0 * edge
     is_grey = cell.verdict in ("negligible", "zero")
@@ -143,14 +118,20 @@ def _cell(cell: Cell, side: float, most: float) -> Panel:
             left = right
     colour = "soft" if is_grey else "ink"
     top = side - edge - 1.05 * size
-    items.append(Words(edge + 2.0, top, subscripted(cell.label), colour, size=size, bold=not is_grey))
+    items.append(Words(edge + 1.5, top, subscripted(cell.label), colour, size=size, bold=not is_grey))
     if cell.verdict == "zero":
         items.append(Words(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
     elif side > 26.0 and not is_grey:
-        shown = percent(cell.share) if math.isfinite(cell.share) else "∞"
-        items.append(Words(side - edge - 2.0, top, shown, colour, "end", 0.82 * size))
+        items.append(Words(side - edge - 1.5, top, _share(cell.share), colour, "end", 0.8 * size))
     axis = Axis(0.0, side)
     return Panel(cell.label, "", axis, axis, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))
+
+
+def _share(share: float) -> str:
+    """A share in as few characters as a cell has room for."""
+    if not math.isfinite(share):
+        return "∞"
+    return percent(share if share >= 0.095 else float(f"{share:.1g}"))
 
 
 def _box(left: float, right: float, low: float, high: float, colour: str) -> Area:

@@ -30,7 +30,10 @@ if TYPE_CHECKING:
 
 # Most rows of elements, and maps; most marked draws.
 _ROWS, _MAPS, _MARKED = 30, 12, 500
-_COLOURS = {"translation": "translation", "rotation": "rotation", "both": "both", "beyond budget": "warn"}
+_COLOURS = {
+    **{verdict: verdict for verdict in ("translation", "rotation", "both", "drive")},
+    "beyond budget": "warn",
+}
 _LEGEND = tuple(Key(verdict, colour, "area") for verdict, colour in _COLOURS.items())
 # Colour and dashes of the contributions to a joint's torque.
 _LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {

@@ -214,7 +214,7 @@ def part_symbol(label: str, effect: str = "both") -> Symbol:
 def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
     """Formulas of all joints' torques with the kept effects of elements; [FGL87] Eq. (3.4-24).
 
-    `kept` is "translation", "rotation", "both" or "neither" by the element's label; drives have inertia J.
+    `kept` is "translation", "rotation", "both" or "nothing" by the element's label; drives have inertia J.
     """
     out = []
     for i in range(n_joints):
@@ -222,12 +222,12 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
         pieces: list[Piece] = []
         for j in range(n_joints):
             label = inertia_label(i, j)
-            symbols = [] if kept[label] == "neither" else [part_symbol(label, kept[label])]
+            symbols = [] if kept[label] == "nothing" else [part_symbol(label, kept[label])]
             symbols += [Symbol("J", own)] if drives and i == j else []
             acceleration = (Power(_joint_symbol("q", j, 2)),)
             pieces += parts.bracketed("inertia", tuple(map(parts.one, symbols)), acceleration)
         for label, quantity in ((f"h{own}", "coriolis_centrifugal"), (f"c{own}", "gravity_loading")):
-            if kept[label] != "neither":
+            if kept[label] != "nothing":
                 pieces.append(Piece(parts.one(part_symbol(label, kept[label])), quantity))
         out.append(Formula(Symbol("tau", own), tuple(pieces) or NOTHING))
     return tuple(out)

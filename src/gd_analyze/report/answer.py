@@ -9,50 +9,45 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.structure import Cell, cells
 from gd_analyze.formulas.formula import Formula, Product
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.report.budget import budget_words, summands
+from gd_analyze.result import Fact
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import changes_text, element_rows
-from gd_analyze.results.run_result import margins
+from gd_analyze.results.run_result import margins, verdict_section
 from gd_analyze.text import amount, percent, pretty
 
-# Verdicts in the order of the lists, and their headings.
-HEADINGS = {
-    "translation": "Translation dominates",
-    "rotation": "Rotation dominates",
-    "both": "Both count in",
-    "gravity": "Gravity acts in",
-    "drive": "Drives make",
-    "negligible": "Negligible",
-    "zero": "Zero",
-}
 # Terms of an exact equation that the page writes out, and columns of dominance over time.
 _TERMS, _COLUMNS = 16, 120
 
 
+# Digits of verdicts in the strip of an element.
+_MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
+
+
 class VerdictList(NamedTuple):
-    """Elements with one verdict, largest share of peak torque first."""
+    """Elements with one verdict, largest torque first; or words where there are no elements to list."""
 
     verdict: str
     heading: str
     elements: tuple[str, ...]
+    words: str
 
 
 def verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
-    """Every element in the list of its verdict; lists of effects are there even if empty."""
-    of = cells(findings)
-    ordered = sorted(of.values(), key=lambda cell: -cell.share)
-    out = []
-    for verdict, heading in HEADINGS.items():
-        labels = tuple(cell.label for cell in ordered if cell.verdict == verdict)
-        if labels or verdict in ("translation", "rotation", "both"):
-            out.append(VerdictList(verdict, heading, labels))
-    return tuple(out)
+    """Facts of `verdict_section` that people see."""
+    section = verdict_section(findings)
+    facts = (part for part in section.parts if isinstance(part, Fact) and part.label)
+    return tuple(
+        VerdictList(fact.key, fact.label, (), fact.written)
+        if fact.key == "drives" or not fact.value
+        else VerdictList(fact.key, fact.label, tuple(fact.value), f"({fact.note})" if fact.note else "")
+        for fact in facts
+    )
 
 
 def validity(findings: Findings) -> str:
@@ -60,10 +55,7 @@ def validity(findings: Findings) -> str:
     budget = budget_words(findings.model.accuracy.budget)
     motions = findings.trajectory.motions
     along = "these motions" if motions else "this motion"
-    return (
-        f"Valid for {along} and {margins(findings)} around it, torque errors allowed: {budget}. "
-        "Another motion can have another answer."
-    )
+    return f"Valid within {margins(findings)} of {along}. Torque error allowed: {budget}."
 
 
 def element_details(findings: Findings) -> list[dict[str, Any]]:
@@ -71,9 +63,7 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
     of, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
-    order = np.array(["neither", "translation", "rotation", "both"])
-    words = verdicts(over_time).values
-    marks = np.argmax(words[..., None] == order, axis=-1)
+    marks = np.argmax(over_time.verdict.values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
     exact, kept = _exact(findings), _kept(findings)
     out = []
@@ -111,7 +101,8 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
     words += f" Torque up to {torque} at joint {row['torque_joint']}"
     words += f", {percent(row['torque_share'])} of its peak torque."
     if "drives" in cell.parts:
-        words += f" With the drive: {percent(cell.share)}."
+        drive = pretty(amount(row["drive"], row["unit"]))
+        words += f" Its drive has {drive}; with it the torque reaches {percent(cell.share)}."
     return words
 
 

@@ -12,7 +12,7 @@ from gd_analyze.figures import structure
 from gd_analyze.figures.arm import playable
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.formulas.writing import part_symbol
-from gd_analyze.report.answer import element_details
+from gd_analyze.report.answer import VerdictList, element_details
 from gd_analyze.report.budget import BudgetPath, budget_equations, budget_words, place
 from gd_analyze.report.html import (
     caption_html,
@@ -96,7 +96,7 @@ def _answer(findings: Findings, report: MainReport) -> str:
     """What the answer is valid for, verdict lists, and the matrix with the joints' bars beside it."""
     n, numbers = findings.arm.n_joints, report.numbers
     lists = "".join(
-        f'<div class="{group.verdict}"><dt>{group.heading}</dt><dd>{_elements(group.elements)}</dd></div>\n'
+        f'<div class="{group.verdict}"><dt>{group.heading}</dt><dd>{_elements(group)}</dd></div>\n'
         for group in report.verdicts
     )
     of, matrix, bars = structure.cells(findings), report.structure.figure, report.shares.figure
@@ -131,8 +131,9 @@ def _answer(findings: Findings, report: MainReport) -> str:
     )
 
 
-def _elements(labels: Sequence[str]) -> str:
-    return ", ".join(maths(part_symbol(label)) for label in labels) or "none"
+def _elements(group: VerdictList) -> str:
+    symbols = ", ".join(maths(part_symbol(label)) for label in group.elements)
+    return f"{symbols} {text(group.words)}".strip()
 
 
 def _stops(findings: Findings) -> str:

@@ -57,7 +57,7 @@ def main_report(findings: Findings) -> MainReport:
         "Every element of D (symmetric), h and c in its place.",
         matrix_figure(findings),
         "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
-        "On the diagonal the drive is included.",
+        "On the diagonal the drive's is added.",
     )
     shares = Drawing(
         "shares",
@@ -91,7 +91,7 @@ def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
     is_shown = text_comparison(findings) is not None
     like = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
     marks = " Dots and dashes: every set point." if is_marked else ""
-    matrix = "D by effect. At the right of a title: the dominant effect, T or R."
+    matrix = "D by effect. At the right of a title: the verdict (J: drive, –: negligible, 0: zero)."
     vector = "h by effect."
     return (
         Drawing("inertia", f"{matrix}{like[0]}", inertia_figure(findings, look), marks),

@@ -19,10 +19,10 @@ from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import dropped_parts, effect_of, element_rows, joint_rows, table_of
+from gd_analyze.results.rows import dropped_parts, joint_rows, table_of
 from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
 from gd_analyze.results.simplified_result import recursion_parts
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, kept_effects
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import inertia_label, joined, number, pretty, thousands
@@ -143,11 +143,12 @@ def _matrix(
 def _kept_matrix(findings: Findings) -> Table:
     """Parts of D, h and c that the model by the founding text's own method keeps."""
     n = findings.arm.n_joints
-    kept = {row["element"]: effect_of(row, "kept") for row in element_rows(findings)}
+    kept = kept_effects(n, findings.element_model.terms)
+    kept |= {f"c{joined((i,))}": "gravity" for i in range(n) if kept[f"c{joined((i,))}"] != "nothing"}
     labels = [
         [*(inertia_label(i, j) for j in range(n)), f"h{joined((i,))}", f"c{joined((i,))}"] for i in range(n)
     ]
-    cells = [[f"{kept[label]} {LETTERS[kept[label]]}" for label in row] for row in labels]
+    cells = [[f"{kept[label]} {LETTERS.get(kept[label], '0')}" for label in row] for row in labels]
     title = "Parts kept of D (symmetric), h and c: T translation, R rotation, ✓ gravity, 0 nothing"
     heads = [*map(str, range(1, n + 1)), "h", "c"]
     return _matrix("kept_parts", title, [torque_symbol(i) for i in range(n)], heads, cells)

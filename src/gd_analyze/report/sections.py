@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import LETTERS, Look, vector_figure
@@ -26,8 +27,8 @@ from gd_analyze.results import motion_result
 from gd_analyze.results import rows as row_parts
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joint_rows, mark_of, rows_of, table_of
-from gd_analyze.results.run_result import VERDICTS, not_worth_keeping, text_comparison
+from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joint_rows, rows_of, table_of
+from gd_analyze.results.run_result import not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import amount, given, number, percent, pretty
@@ -162,16 +163,14 @@ def _ranking(findings: Findings) -> Section:
         "change_without_rotation": ("without R", "", "percent"),
         "verdict": ("verdict", "", "effect"),
         **({"sure": ("probability", "", "text")} if "robustness" in findings.tables else {}),
-        "kept": ("kept", "", "effect"),
         **({"beside": ("[FGL87]", "", "text")} if text else {}),
     }
     rows = []
     for row in element_rows(findings):
-        effect, kept, found = effect_of(row), effect_of(row, "kept"), row["text_verdict"]
+        effect, found = effect_of(row), row["text_verdict"]
         shown = {
             "symbol": _symbol(row["element"]),
-            "verdict": f"{effect} {VERDICTS[effect]}",
-            "kept": f"{kept} {LETTERS[kept]}",
+            "verdict": f"{effect} {effect}",
             "sure": row_parts.sure_text(row),
             "beside": f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–",
         }
@@ -225,12 +224,12 @@ def _motions(findings: Findings) -> Section:
         if len(rows) <= motion_result.MOST_COLUMNS:
             for k, motion in enumerate(rows):
                 found = [row["verdicts"][k] for row in changing]
-                marks = [f"{verdict} {mark_of(verdict)}" for verdict in found]
+                marks = [f"{verdict} {LETTERS[verdict]}" for verdict in found]
                 columns.append(Column("", f"{k + 1} {motion['motion']}", marks, shown="effect"))
         else:
-            for verdict, word in VERDICTS.items():
+            for verdict in LISTS:
                 counts = [row["verdicts"].count(verdict) for row in changing]
-                columns.append(Column("", word, counts, shown="count"))
+                columns.append(Column("", verdict, counts, shown="count"))
         title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
         parts.append(Table("verdicts", title, tuple(columns)))
     note = "The budget is measured along each motion by itself, and holds on each."

@@ -120,7 +120,7 @@ def error_text(model: SimplifiedModel) -> str:
     if asked is not None:
         return f"Error {norms_text([asked])} of the torque's norm"
     worst = worst_error(model)
-    return f"Torque error at most {worst.text} (joint {worst.joint})"
+    return f"Torque error up to {worst.text} (joint {worst.joint}) at the states tried"
 
 
 def headline(model: SimplifiedModel, error: str | None = None) -> str:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
+from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import NOTHING, Row, effect_of, mark_of, rows_of, table_of
+from gd_analyze.results.rows import NOTHING, Row, effect_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import UNITS
 from gd_analyze.simplification.accuracy import share_of
@@ -168,7 +169,7 @@ def verdict_rows(findings: Findings) -> list[Row]:
     for element, quantity, found, shares in zip(
         *(table[name].values.tolist() for name in names), strict=True
     ):
-        verdicts = [effect_of({"quantity": quantity, "verdict": verdict}) for verdict in found]
+        verdicts = [effect_of({"quantity": quantity}, verdict) for verdict in found]
         changes = len({"" if verdict in NOTHING else verdict for verdict in verdicts}) > 1
         rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows
@@ -207,9 +208,9 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
     if changing and len(rows) <= MOST_COLUMNS:
         columns = [Column("", "element", names, shown="text")]
         for k, row in enumerate(rows):
-            marks = [mark_of(one["verdicts"][k]) for one in changing]
+            marks = [LETTERS[one["verdicts"][k]] for one in changing]
             columns.append(Column("", row["motion"], marks, shown="text"))
-        title = "Dominant effect along each motion: T translation, R rotation, – negligible"
+        title = "Verdict along each motion: T translation, R rotation, J drive, – negligible"
         parts.append(Table("", title, tuple(columns), top=top))
     return (Section("motions", "", tuple(parts)),)
 
@@ -232,7 +233,7 @@ def strict_notice(findings: Findings) -> str:
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
     needs = amount(float(table.peak_torque.values[least, joint]), arm.joints[joint].effort_unit)
     said = (
-        f"Joint {joint + 1} needs at most {needs} along {names[least]} and is allowed "
+        f"Joint {joint + 1} needs up to {needs} along {names[least]} and is allowed "
         f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
     )
     if findings.model.notice:

@@ -10,10 +10,8 @@ import numpy as np
 
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
-from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Shown, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.simplification.element import kept_effects
 from gd_analyze.text import joint_name, percent
 
 if TYPE_CHECKING:
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 # Verdicts of elements that do not matter.
-NOTHING = {"negligible", "neither"}
+NOTHING = {"negligible", "zero"}
 
 
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
@@ -41,12 +39,11 @@ SURE = 0.95
 def element_rows(findings: Findings) -> list[Row]:
     """One row per element, ranked.
 
-    The table "dominance" is extended by the rank, the effect kept by the founding text's own method, the
-    founding text's verdict ("" if it has none), the changes of the verdict over time, and its probability
-    over the motion (None if no uncertainty is stated).
+    The table "dominance" is extended by the rank, the founding text's verdict ("" if it has none), the
+    changes of the verdict over time, and the probability of the dominant effect over the motion (None if no
+    uncertainty is stated).
     """
     reference = text_verdicts(findings.arm.name)
-    kept = kept_effects(findings.arm.n_joints, findings.element_model.terms)
     verdicts = reference.verdicts if reference else {}
     found = stretches(findings.tables["dominance_over_time"])
     sure = findings.tables.get("robustness")
@@ -55,7 +52,6 @@ def element_rows(findings: Findings) -> list[Row]:
         {
             "rank": rank,
             **row,
-            "kept": kept[row["element"]],
             "text_verdict": verdicts.get(row["element"], ""),
             "stretches": found[row["element"]],
             "probability": probable.get((row["element"], row["dominant"])),
@@ -64,21 +60,19 @@ def element_rows(findings: Findings) -> list[Row]:
     ]
 
 
-def effect_of(row: Row, what: str = "verdict") -> str:
-    """The "verdict", "dominant" or "kept" effect of a row of `element_rows`; gravity has no effects."""
-    effect: str = row[what]
-    return "gravity" if row["quantity"] == "gravity_loading" and effect not in NOTHING else effect
-
-
-def mark_of(verdict: str) -> str:
-    """Short mark of a verdict."""
-    return "–" if verdict == "negligible" else LETTERS[verdict]
+def effect_of(row: Row, verdict: str | None = None) -> str:
+    """The verdict of a row of `element_rows`, or one on its element; that on gravity is "gravity"."""
+    verdict = verdict or row["verdict"]
+    return "gravity" if row["quantity"] == "gravity_loading" and verdict not in NOTHING else verdict
 
 
 def threshold_text(findings: Findings) -> str:
-    """Definition of dominance."""
+    """Definition of the verdict."""
     share = percent(float(findings.dominance.attrs["threshold"]))
-    return f"parts whose loss changes the element by more than {share} of its peak"
+    return (
+        f"parts whose loss changes the element by more than {share} of its peak; negligible, if its torque "
+        f"is at most 1/{findings.arm.n_joints + 2} of the budget"
+    )
 
 
 def is_doubtful(row: Row) -> bool:
@@ -97,7 +91,7 @@ def sure_text(row: Row) -> str:
 def dominance_note(findings: Findings) -> str:
     """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
-    note = f"Coloured: {threshold_text(findings)}; white: neither. Kept: by the founding text's method."
+    note = f"Coloured: {threshold_text(findings)} (white)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
         begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]
@@ -110,8 +104,8 @@ def dominance_note(findings: Findings) -> str:
 def changes_text(row: Row) -> str:
     """When the verdict on an element changes: "both until 0.96 s, then rotation"; "" if never."""
     *before, last = row["stretches"]
-    ends = (f"{one['verdict']} until {one['end']:.3g} s" for one in before)
-    return f"{', '.join(ends)}, then {last['verdict']}" if before else ""
+    ends = (f"{effect_of(row, one['verdict'])} until {one['end']:.3g} s" for one in before)
+    return f"{', '.join(ends)}, then {effect_of(row, last['verdict'])}" if before else ""
 
 
 def changes_table(findings: Findings) -> Table | None:
@@ -135,7 +129,7 @@ class DroppedParts(NamedTuple):
 
 def dropped_parts(findings: Findings) -> DroppedParts:
     """Sort the dropped parts by reason."""
-    gone = [row for row in rows_of(findings.tables["parts"], "part") if not row["kept"]]
+    gone = [row for row in rows_of(findings.tables["parts"], "part") if not row["kept_by_element"]]
     return DroppedParts(
         sorted((row for row in gone if row["torque_peak"]), key=lambda row: -row["torque_share"]),
         [row for row in gone if not row["peak"]],

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.dominance import text_verdicts
+from gd_analyze.dynamics.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Fact, Result, Table
+from gd_analyze.result import Fact, Result, Section, Table
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -34,7 +36,6 @@ from gd_analyze.results.rows import (
     element_rows,
     is_doubtful,
     joint_rows,
-    mark_of,
     rows_of,
     table_of,
     threshold_text,
@@ -42,26 +43,35 @@ from gd_analyze.results.rows import (
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import LevelTried
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import amount, joined, number, percent, thousands
+from gd_analyze.text import amount, joined, named_joints, number, percent, thousands
 
-# Verdicts in the order of the reports, and their names.
-VERDICTS = {name: name for name in ("translation", "rotation", "both", "gravity", "negligible")}
-VERDICTS["neither"] = "zero"
+# What stands before each list of elements.
+_LISTED = {
+    "translation": "Translation dominates",
+    "rotation": "Rotation dominates",
+    "both": "Both count in",
+    "gravity": "Gravity",
+    "drive": "Drive only",
+    "negligible": "Negligible",
+    "zero": "Zero",
+}
+# Most elements of a list that people see; JSON has all.
+_MOST_LISTED = 12
 _BESIDE = ("level", "operations", "refitted", "of_allowed", "proven")
 
 
-def run_result(findings: Findings, top: int = 12) -> Result:
-    """All results of a run, with `top` rows of the rankings for people."""
+def run_result(findings: Findings, top: int = 0) -> Result:
+    """All results of a run; people see the answer, with `top` rows of the rankings, and JSON has the rest."""
     arm, model = findings.arm, findings.model
+    details = (*first_facts(findings), *_settings(findings), *more_facts(findings))
     return Result(
         title=arm.title or arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
-        facts=first_facts(findings),
         parts=(
-            *_settings(findings),
+            verdict_section(findings),
             joint_errors(model, tube_bound(findings)),
-            *more_facts(findings),
+            *(replace(fact, label="") for fact in details),
             *motion_result.measured_parts(findings),
             *motion_result.motion_parts(findings, top),
             *motion_result.recording_parts(findings),
@@ -94,12 +104,41 @@ def run_headline(findings: Findings) -> str:
     if tried := int(tube.attrs["tried"]):
         known = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
         near = worst_error(model, tube.tube_worst_found.values).text
-        error = f"{near} near {motion} ({thousands(tried)} states tried; {known})"
+        error = f"up to {near} near {motion} ({thousands(tried)} states tried; {known})"
     elif bound is None:
-        error = f"{worst_error(model).text} at the set points, not proven between them"
+        error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
-        error = f"{worst_error(model, bound).text} near {motion} (proven)"
-    return f"{contradicted}{headline(model, f'Torque error at most {error}')}{beside_text(beside(findings))}"
+        error = f"at most {worst_error(model, bound).text} near {motion} (proven)"
+    return f"{contradicted}{headline(model, f'Torque error {error}')}{beside_text(beside(findings))}"
+
+
+def verdict_section(findings: Findings) -> Section:
+    """The founding text's answer: elements listed by verdict, and joints where drives make most torque."""
+    listed = verdict_lists(findings.dominance)
+    facts = []
+    for name, label in _LISTED.items():
+        labels = listed.labels(name)
+        shown, more = labels[:_MOST_LISTED], len(labels) - _MOST_LISTED
+        text = ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+        if name in ("translation", "rotation", "both"):
+            text = text or "none that counts"
+        note = "up to round-off" if name == "zero" else ""
+        facts.append(Fact(name, label if text else "", labels, text=text, note=note))
+    text = _drives_text(listed.drives, findings.arm.n_joints)
+    drives = [asdict(drive) for drive in listed.drives]
+    facts.insert(-2, Fact("drives", "Drives make" if text else "", drives, text=text))
+    dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
+    return Section("verdicts", "", (*facts, Fact("negligible_dominance", "", dominances)))
+
+
+def _drives_text(drives: Sequence[DriveShare], n_joints: int) -> str:
+    """Their shares and joints: "98 to 100 % of peak torque at joints 4, 5 and 6 (D44, D55, D66)"."""
+    if not drives:
+        return ""
+    least, most = (f"{100 * pick(drive.share for drive in drives):.0f}" for pick in (min, max))
+    share = f"{least} %" if least == most else f"{least} to {most} %"
+    where = named_joints([drive.joint for drive in drives], n_joints)
+    return f"{share} of peak torque at {where} ({', '.join(drive.element for drive in drives)})"
 
 
 def beside(findings: Findings) -> LevelTried | None:
@@ -129,7 +168,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     return (
         *found,
         proven,
-        worst_error(model).fact("sampled_error", "Torque error at the set points"),
+        worst_error(model).fact("sampled_error", "Largest torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
         Fact("kept_terms", "Model", len(model.terms), text=kept if model.saves else "everything"),
         Fact("beside", "", None if (other := beside(findings)) is None else other._asdict()),
@@ -260,7 +299,7 @@ def _drives_notice(findings: Findings) -> str:
     least = amount(float(peaks[joint]), "kg m^2" if arm.is_revolute[joint] else "kg")
     return (
         f"The robot's file states no drive inertia, and none is included. It would matter most at joint "
-        f"{joint + 1}: {labels[joint]} is at most {least}. State it with --drive-inertia."
+        f"{joint + 1}: {labels[joint]} reaches {least}. State it with --drive-inertia."
     )
 
 
@@ -300,7 +339,7 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     # For verdicts of translation, and remarks in favour of rotation.
     says = {
         "rotation": "our numbers support the remark, not the verdict",
-        "neither": "the element is zero here, which supports neither",
+        "zero": "the element is zero here, which supports neither",
     }
     remarks = []
     for name, remark in reference.remarks.items():
@@ -317,12 +356,11 @@ def not_worth_keeping(findings: Findings) -> int | None:
 
 
 def ranking_table(findings: Findings, top: int | None = None) -> Table:
-    """Elements by torque: parts, dominant effect, and effect kept."""
+    """Elements by torque: parts, largest torques of links and drive, verdict."""
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
     for row in rows:
-        row["shown_verdict"] = mark_of(effect_of(row)) + "?" * is_doubtful(row)
-        row["shown_kept"] = LETTERS[effect_of(row, "kept")]
+        row["shown_verdict"] = LETTERS[effect_of(row)] + "?" * is_doubtful(row)
         row["shown_text"] = LETTERS.get(row["text_verdict"], "")
     labels = {
         "element": ("element", "", "text"),
@@ -331,12 +369,11 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         "torque_peak": ("torque", "@torque_unit"),
         "torque_joint": ("joint", "", "count"),
         "torque_share": ("of peak", "", "percent"),
-        "shown_verdict": ("effect", "", "text"),
-        "shown_kept": ("kept", "", "text"),
+        "shown_verdict": ("verdict", "", "text"),
         **({"shown_text": ("FGL87", "", "text")} if with_text else {}),
     }
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
-    note = f"Effect: {threshold_text(findings)}; ?: less than {percent(SURE)} sure."
+    note = f"Verdict: {threshold_text(findings)}; ?: less than {percent(SURE)} sure."
     return table_of("dominance", title, rows, labels, note, top=top)
 
 
@@ -344,7 +381,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
     """Further tables for JSON."""
     tables, elements, tube = findings.tables, findings.element_model, findings.tables["tube"].attrs
     of_elements = {
-        "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept"]],
+        "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept_by_element"]],
         "dropped": [row for group in dropped_parts(findings) for row in group],
         "operations": asdict(elements.operations),
         "operations_full": asdict(elements.operations_full),

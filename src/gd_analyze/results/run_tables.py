@@ -105,7 +105,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
     return table(
         "parts",
         {
-            "kept": kept,
+            "kept_by_element": kept,
             "peak": peak,
             "torque_peak": np.where(nothing, 0.0, torque),
             "torque_joint": joints,

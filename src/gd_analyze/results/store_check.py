@@ -87,7 +87,7 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
         largest = tube.tube_along.max("segment")
         yield "tube_certified of tube", tube.tube_certified.values.tolist(), largest.values.tolist()
     for name in ("torque_peak", "torque_share"):
-        yield f"{name} of parts", bool((parts[name].notnull() | parts.kept).all()), True
+        yield f"{name} of parts", bool((parts[name].notnull() | parts.kept_by_element).all()), True
     level = level_named(shown.attrs["level"])
     kept = {"kept"} if level.has_torque_terms else {"kept_parts"} if level is ELEMENT else set()
     yield "what budgets keep", {"kept", "kept_parts"} & {*path}, kept

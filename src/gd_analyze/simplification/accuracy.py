@@ -96,9 +96,9 @@ class LevelTried(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Summary: "78 operations, error 95 % of the allowed one (proven)"."""
+        """Summary: "78 operations, uses 95 % of the budget (proven)"."""
         error = (
-            f", error {percent(self.of_allowed)} of the allowed one" if self.of_allowed is not None else ""
+            f", uses {percent(self.of_allowed)} of the budget" if self.of_allowed is not None else ""
         )
         return f"{self.operations} operations{error}{' (proven)' * self.proven}"
 

@@ -56,8 +56,8 @@ def parts_of(n_joints: int) -> tuple[Part, ...]:
 
 
 def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
-    """Effect kept of every element, by its label: one effect, "both" or "neither"."""
-    names = {(): "neither", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
+    """Effect kept of every element, by its label: one effect, "both" or "nothing"."""
+    names = {(): "nothing", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
     chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
     for part in parts_of(n_joints):
         if part in kept:

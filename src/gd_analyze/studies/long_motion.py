@@ -55,7 +55,9 @@ class LongMotion:
         cls, arm: RobotArm, motion: Trajectory, drives: bool | None, progress: Callable[[int], None]
     ) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
-        drives, extremes = arm.counts_drives(drives), Extremes(arm.n_joints, elements(arm.n_joints))
+        drives = arm.counts_drives(drives)
+        drive_inertia = arm.drive_inertia if drives else np.zeros(arm.n_joints)
+        extremes = Extremes(arm.n_joints, elements(arm.n_joints), drive_inertia)
         values, places = [], []
         for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # Changes shown to people, for one parameter and for several.
 _TOP, _FEW = 40, 12
-_WHITE = "White: neither, negligible, or within budget."
+_WHITE = "White: negligible, zero, or within budget."
 
 
 def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]) -> Result:

@@ -124,15 +124,15 @@ document.body.classList.add("scripted");
   const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
   const maths = (words) => escaped(words).replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
-  const kinds = ["", "translation", "rotation", "both"], letters = ["0", "T", "R", "T+R"];
+  const kinds = ["zero", "negligible", "translation", "rotation", "both", "drive"], letters = ["0", "–", "T", "R", "T+R", "J"];
   function strip(marks) {
-    const runs = marks.match(/(.)\1*/g).map((run) => `<i class="${kinds[run[0]]}" style="flex:${run.length}" title="${kinds[run[0]] || "neither counts"}">${letters[run[0]]}</i>`);
+    const runs = marks.match(/(.)\1*/g).map((run) => `<i class="${kinds[run[0]]}" style="flex:${run.length}" title="${kinds[run[0]]}">${letters[run[0]]}</i>`);
     return `<div class="strip" aria-hidden="true">${runs.join("")}</div>`;
   }
   function show(label) {
     const one = of.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
     const line = (words) => `<dd>${maths(`${label} = ${words}`)}</dd>`;
-    const over = one.over_time && `<dt>Dominance over time${one.changes && `: ${one.changes}`}</dt><dd>${strip(one.over_time)}</dd>`;
+    const over = one.over_time && `<dt>Verdict over time${one.changes && `: ${one.changes}`}</dt><dd>${strip(one.over_time)}</dd>`;
     const exact = one.exact === undefined ? "" : `<dt>Exact</dt>${line(one.exact)}`;
     const kept = one.kept === undefined ? "" : `<dt>In this report's model</dt>${line(one.kept)}`;
     panel.innerHTML = `<h3>${one.name} <span>${escaped(one.words)}</span></h3><button type="button" class="close" aria-label="Close">✕</button><div class="curve"></div><dl>${over}${exact}${kept}</dl>`;
