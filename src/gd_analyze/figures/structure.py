@@ -184,7 +184,7 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
         said = f"{_PARTS[name][2]} {percent(share)}"
         for words in (said, said.split()[0]):
             # Text on its area, on a piece of paper where lines would run through it.
-            wide = 0.52 * size * len(words) + 3.0
+            wide = 0.6 * size * len(words) + 3.0
             if wide < right - left:
                 middle, mid = (left + right) / 2, (low + high) / 2
                 if _PARTS[name][1]:

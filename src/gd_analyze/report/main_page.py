@@ -114,11 +114,10 @@ def _answer(findings: Findings, report: MainReport) -> str:
         f'<div class="bar-of-joint" style="grid-area:{r + 2}/{last}">{panel_svg(panel, bars)}</div>\n'
         for r, _, panel in bars.places
     )
-    keys = dict.fromkeys((*bars.legend, *matrix.legend))
     return template("answer.html").format(
         validity=text(report.validity),
         verdicts=lists,
-        legend=legend_html(tuple(keys)),
+        legend=legend_html(matrix.legend),
         joints=n,
         columns=f"repeat({n},{side}fr) {gap}fr {side}fr {gap}fr {side}fr {2 * gap}fr {bars.width:g}fr",
         h=n + 2,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
@@ -52,17 +53,20 @@ def main_report(findings: Findings) -> MainReport:
         notices=every[:_FIRST],
         provenance=dict(provenance_lines(findings)),
     )
+    matrix, bars = matrix_figure(findings), shares_figure(findings)
+    # One legend explains both, which stand side by side.
+    legend = tuple(dict.fromkeys((*bars.legend, *matrix.legend)))
     structure = Drawing(
         "structure",
         "Every element of D (symmetric), h and c in its place.",
-        matrix_figure(findings),
+        replace(matrix, legend=legend),
         "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
         "On the diagonal the drive's is added.",
     )
     shares = Drawing(
         "shares",
         "What makes each joint's torque.",
-        shares_figure(findings),
+        replace(bars, legend=()),
         "T, R: D q̈ by translation and rotation. Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)

@@ -17,6 +17,8 @@ from gd_analyze.figures.figure import ON_PAPER, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
+from gd_analyze.formulas.writing import part_symbol
+from gd_analyze.report.answer import VerdictList
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import Numbers, flat, is_seen
@@ -42,17 +44,30 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     The returned callable typesets; the same findings give the same bytes.
     """
     report = report or main_report(findings)
-    first, numbers = (report.arm, report.contributions, report.dominance), report.numbers
+    first, numbers = (report.structure, report.shares, *report.effects), report.numbers
     data = result_data(report.opening) | {
+        "validity": pretty(report.validity),
+        "verdicts": [_verdict(group) for group in report.verdicts],
         "errors": _errors(findings, report),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
-        "trade_off": parts_data(report.trade_off or (), numbers),
         "model": parts_data(model_parts(findings), numbers),
+        "notes": [pretty(note) for note in report.notes],
         "appendices": parts_data(report.appendices, numbers),
         "small": findings.arm.n_joints < 4,
     }
-    drawings = drawings_of((*first, *(report.trade_off or ()), *report.appendices))
+    drawings = drawings_of((*first, *report.appendices))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
+
+
+def _verdict(group: VerdictList) -> dict[str, Any]:
+    """A list of elements: verdict, heading, symbols, and words."""
+    symbols = [_TYPST.symbol(part_symbol(label)) for label in group.elements]
+    return {
+        "verdict": group.verdict,
+        "heading": group.heading,
+        "symbols": symbols,
+        "words": pretty(group.words),
+    }
 
 
 def _errors(findings: Findings, report: MainReport) -> dict[str, Any]:
