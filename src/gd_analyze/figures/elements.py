@@ -95,6 +95,8 @@ class Look:
 ABSCISSAE = ("time", "set point")
 # Most set points that are marked.
 MARKED = 50
+# Most elements of a vector in one row.
+_ONE_ROW = 7
 # Height of all panels of D and h, pt: a page without its captions and legends.
 _ROOM = 600.0
 USUAL = Look()
@@ -114,10 +116,10 @@ def vector_figure(run: Run, quantity: str, look: Look = USUAL) -> Figure:
 def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Figure:
     """Panels of one size, so that all of D and h fill one page."""
     n = run.arm.n_joints
-    every = n * (n + 3) // 2
-    most = max(math.isqrt(every), 3)
-    rows = -(-(every - n) // most) + -(-n // most)
-    columns = min(len(chosen), most)
+    most = max(math.isqrt(n * (n + 3) // 2), 3)
+    of_vector = n if n <= _ONE_ROW else most
+    rows = -(-n * (n + 1) // 2 // most) + -(-n // of_vector)
+    columns = min(len(chosen), most if chosen[0].quantity == "inertia" else of_vector)
     panels = [_panel(run, element, WIDTH / columns, look) for element in chosen]
     legend = _legend(look) if chosen[0].quantity != "gravity_loading" else ()
     return in_columns(label, panels, columns, min(_ROOM / rows, 110.0), legend)

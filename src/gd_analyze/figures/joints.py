@@ -45,8 +45,8 @@ CONTRIBUTIONS = {
 }
 # A limit beyond this multiple of the torque would leave no room for the contributions.
 _NEAR = 1.6
-# Height of the stacked torque on a first page, pt.
-_ROOM = 262.0
+# Height of the stacked torque, pt.
+_ROOM = 172.0
 # Length of the enlarged part, in periods of the cut-off, and its least number of readings.
 _PERIODS, _FEWEST = 6.0, 40
 
@@ -63,7 +63,7 @@ def motion_figure(run: Run) -> Figure:
             curve = over_time(motion.time, values, motion.gaps, label=letter)
             panels.append(Panel(f"{what}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
         rows.append(tuple(panels))
-    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(372.0 / run.arm.n_joints, 86.0))
+    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(240.0 / run.arm.n_joints, 86.0))
 
 
 def recording_figure(run: Run) -> Figure:
@@ -244,7 +244,7 @@ def error_figure(run: Run) -> Figure:
         Key("allowed", "accent-wash", "area"),
         *([Key("proven near the motion", "inertia")] if is_proven else []),
     )
-    height = min(560.0 / run.arm.n_joints, 110.0)
+    height = min(252.0 / run.arm.n_joints, 110.0)
     return Figure("Torque and error of every joint", tuple(rows), WIDTH / 2, height, legend)
 
 

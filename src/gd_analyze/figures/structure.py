@@ -35,9 +35,9 @@ _PARTS = {
 _NAMES = {
     "translation": "translation",
     "rotation": "rotation",
-    "velocity": "velocity h",
-    "gravity": "gravity c",
-    "drives": "drives J",
+    "velocity": "velocity",
+    "gravity": "gravity",
+    "drives": "drives",
 }
 
 

@@ -273,7 +273,7 @@ def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
             x, y = 0.0, y + _LEGEND
         parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key, on_paper)}</g>')
         parts.append(_text(x + mark, y + 9.6, key.label, size, on_paper("ink")))
-        x += mark + label + 14.0
+        x += mark + label + 9.0
     return "".join(parts), y + _LEGEND if keys else 0.0
 
 

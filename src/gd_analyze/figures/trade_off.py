@@ -121,7 +121,7 @@ def reach_figure(run: Run) -> Figure:
             right += 84.0
     margins = (84.0, 30.0, 12.0, 6.0)
     panel = Panel("reach", "", decades_axis(low, high, "×"), y, tuple(items), margins=margins)
-    return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 17.0 * n)
+    return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 13.0 * n)
 
 
 _SIGNS = {"circle": "●", "triangle": "▲", "square": "■", "diamond": "◆", "cross": "×"}

@@ -61,7 +61,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     numbers = report.numbers
     letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLMN", strict=False))
     appendices = (
-        _appendix(findings, section, letters[section.key], numbers) for section in report.appendices
+        _appendix(findings, report, section, letters[section.key]) for section in report.appendices
     )
     effects = "".join(drawing_html(drawing, numbers) for drawing in report.effects)
     body = template("main.html").format(
@@ -150,7 +150,7 @@ def _stops(findings: Findings) -> str:
     return f'<div class="stops" role="group" aria-label="Budgets">\n{buttons}</div>\n'
 
 
-def _arm(findings: Findings, drawing: Drawing, numbers: Numbers) -> str:
+def _arm(findings: Findings, drawing: Drawing) -> str:
     """The animated arm."""
     rows = "".join(
         f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
@@ -160,7 +160,7 @@ def _arm(findings: Findings, drawing: Drawing, numbers: Numbers) -> str:
     return template("arm.html").format(
         drawn=f'<div id="scene">{panel_svg(panel, drawing.figure)}</div>',
         rows=rows,
-        caption=f"{numbers.of_figure('arm')}{text(drawing.title)}",
+        caption=text(drawing.title),
     )
 
 
@@ -238,14 +238,11 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     return inside
 
 
-def _appendix(findings: Findings, section: Section, letter: str, numbers: Numbers) -> str:
+def _appendix(findings: Findings, report: MainReport, section: Section, letter: str) -> str:
     more = template("equations.html") if section.key == "equations" else ""
-    parts = section.parts
     if section.key == "motion":
-        arm, *others = parts
-        assert isinstance(arm, Drawing)
-        more, parts = _arm(findings, arm, numbers), tuple(others)
-    inside = parts_html(parts, numbers, level=3)
+        more = _arm(findings, report.arm)
+    inside = parts_html(section.parts, report.numbers, level=3)
     if section.key == "data":
         inside += provenance_html(dict(provenance_lines(findings)))
     return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 from gd_analyze.report.answer import VerdictList, validity, verdict_lists
@@ -33,6 +34,7 @@ class MainReport(NamedTuple):
     opening: Result  # title, headline, facts and the first notices
     validity: str
     verdicts: tuple[VerdictList, ...]
+    arm: Drawing  # for a page, which plays it
     structure: Drawing
     shares: Drawing
     effects: tuple[Drawing, ...]  # D and h by effect
@@ -67,7 +69,7 @@ def main_report(findings: Findings) -> MainReport:
         "shares",
         "What makes each joint's torque.",
         replace(bars, legend=()),
-        "T, R: D q̈ by translation and rotation. Shares of the sum of RMS.",
+        "T, R: D q̈ by translation and rotation; J: drives. Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")
@@ -77,6 +79,7 @@ def main_report(findings: Findings) -> MainReport:
         opening,
         validity(findings),
         verdict_lists(findings),
+        Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings)),
         structure,
         shares,
         effects,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gd_analyze.dynamics.verdict_lists import LISTS
-from gd_analyze.figures.arm import arm_figure, views_figure
+from gd_analyze.figures.arm import views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import LETTERS, Look, vector_figure
 from gd_analyze.figures.joints import (
@@ -75,7 +75,6 @@ def _motion(findings: Findings) -> Section:
     path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
     sampled = "Torque and error of every joint, sampled at the set points."
     parts = (
-        Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings)),
         Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), path),
         Drawing("motion", "The motion of every joint.", motion_figure(findings)),
         Drawing("errors", sampled, error_figure(findings)),
@@ -124,14 +123,8 @@ def _measured(findings: Findings) -> Section:
 def _torque(findings: Findings) -> Section:
     parts = (
         Drawing(
-            "contributions",
-            "Torque by contribution over time.",
-            contributions_figure(findings),
-            "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
-        ),
-        Drawing(
             "dominance",
-            "Dominant effect of each element of D and h over time.",
+            "Verdict on each element of D and h over time.",
             dominance_figure(findings),
             dominance_note(findings),
         ),
@@ -140,8 +133,14 @@ def _torque(findings: Findings) -> Section:
             "Gravity loading c, which acts on masses only and has no rotational part.",
             vector_figure(findings, "gravity_loading", Look(x="set point")),
         ),
+        Drawing(
+            "contributions",
+            "Torque by contribution over time.",
+            contributions_figure(findings),
+            "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
+        ),
     )
-    return Section("torque", "Torque and dominance over time", parts)
+    return Section("torque", "Verdicts and torque over time", parts)
 
 
 def _symbol(label: str) -> Symbol:
@@ -179,8 +178,6 @@ def _ranking(findings: Findings) -> Section:
             shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
         rows.append(row | shown)
     parts: list[Part] = [table_of("ranking", "Elements by torque", rows, labels)]
-    if changes := row_parts.changes_table(findings):
-        parts.append(changes)
     if text:
         said = [
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "

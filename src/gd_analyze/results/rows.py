@@ -108,17 +108,6 @@ def changes_text(row: Row) -> str:
     return f"{', '.join(ends)}, then {effect_of(row, last['verdict'])}" if before else ""
 
 
-def changes_table(findings: Findings) -> Table | None:
-    """Elements whose verdict changes along the motion, and when; None if there are none."""
-    changing = {row["element"]: text for row in element_rows(findings) if (text := changes_text(row))}
-    title = "Verdicts that change along the motion, largest torque first"
-    columns = (
-        Column("", "element", [*changing], shown="text"),
-        Column("", "verdict over time", [*changing.values()], shown="text"),
-    )
-    return Table("changes", title, columns) if changing else None
-
-
 class DroppedParts(NamedTuple):
     """Parts that the founding text's own method drops, by reason: rows of the table "parts"."""
 
