@@ -26,7 +26,7 @@ _LEGEND = (
     Key("rotation", "rotation", "area"),
     Key("both", "both", "area"),
     Key("drive", "drive", "area"),
-    Key("darker: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
+    Key("fuller colour: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
 )
 
 

@@ -63,13 +63,13 @@ def main_report(findings: Findings) -> MainReport:
         "Every element of D (symmetric), h and c in its place.",
         replace(matrix, legend=legend),
         "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
-        "On the diagonal the drive's is added.",
+        + "On the diagonal the drive's is added." * findings.model.drives,
     )
     shares = Drawing(
         "shares",
         "What makes each joint's torque.",
         replace(bars, legend=()),
-        "T, R: D q̈ by translation and rotation; J: drives. Shares of the sum of RMS.",
+        f"T, R: D q̈ by translation and rotation{'; J: drives' * findings.model.drives}. Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")

@@ -91,7 +91,7 @@ def sure_text(row: Row) -> str:
 def dominance_note(findings: Findings) -> str:
     """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
-    note = f"Coloured: {threshold_text(findings)} (white)."
+    note = f"Coloured: {threshold_text(findings)} (no colour)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
         begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]

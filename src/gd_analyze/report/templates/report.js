@@ -123,7 +123,7 @@ document.body.classList.add("scripted");
   const panel = element("element"), cells = all(".cell"), of = new Map(data.elements.map((one) => [one.label, one]));
   const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
-  const maths = (words) => escaped(words).replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
+  const maths = (words) => escaped(words).replace(/ - /g, " − ").replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
   const kinds = ["zero", "negligible", "translation", "rotation", "both", "drive"], letters = ["0", "–", "T", "R", "T+R", "J"];
   function strip(marks) {
     const runs = marks.match(/(.)\1*/g).map((run) => `<i class="${kinds[run[0]]}" style="flex:${run.length}" title="${kinds[run[0]]}">${letters[run[0]]}</i>`);
