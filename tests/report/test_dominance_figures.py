@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.dominance import dominance_figure
+from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
-from gd_analyze.results.rows import changes_text, dominance_note, element_rows
+from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
+from gd_analyze.results.run_result import run_result
 from recordings import swung
 
 
@@ -23,7 +26,15 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     zero = ("D45", "D56")
     assert labels == [e for e in over_time.element.values if e[0] != "c" and e not in zero]
     verdicts = gd.verdicts(over_time).sel(element=labels).values.T
-    assert np.array_equal(np.where(cells.colours == "", "zero", cells.colours), verdicts)
+    assert np.array_equal(np.where(cells.colours == "", "negligible", cells.colours), verdicts)
+    # Beside them the verdict over the motion, as in the table of elements and the lists.
+    marks = {words.y: words.text for words in panel.items[1:] if words.right == 6.0}
+    rows = {row["element"]: row["verdict"] for row in element_rows(puma_findings)}
+    assert [marks[k + 0.75] for k in range(len(labels))] == [LETTERS[rows[label]] for label in labels]
+    listed = run_result(puma_findings).document()["verdicts"]
+    assert {label: name for name in LISTS for label in listed[name]} == {
+        label: effect_of(row) for label, row in zip(rows, element_rows(puma_findings), strict=True)
+    }
     shares = over_time.dominance.sel(element=labels).values.swapaxes(0, 1)
     assert np.array_equal(cells.numbers[..., :2], np.rint(100 * shares))
     drawn = ElementTree.fromstring(panel_svg(panel, figure))
@@ -54,8 +65,9 @@ def test_axes_of_ones_own(puma_findings):
 
 def test_the_report_says_when_and_how_surely(puma_findings):
     rows = {row["element"]: row for row in element_rows(puma_findings)}
-    assert changes_text(rows["D24"]).startswith("translation until ")
-    assert changes_text(rows["D11"]) == ""
+    assert " s, drive until " in changes_text(rows["D55"])
+    assert changes_text(rows["c4"]).startswith("gravity until ")
+    assert changes_text(rows["D24"]) == ""
     found = gd.robustness(puma_findings.arm, puma_findings.trajectory)
     assert rows["D15"]["probability"] == found.over_motion.sel(element="D15", verdict="both").item()
     assert rows["c2"]["probability"] is None

@@ -49,7 +49,7 @@ def test_plain_xarray_opens_it(stored, puma_findings):
         np.testing.assert_array_equal(tree["decomposition/torque"], puma_findings.decomposition.torque)
         assert tree["decomposition/torque"].attrs["units"] == "N m"
         assert tree["decomposition"].attrs["arm"] == "puma560"
-        kept = tree["parts"]["part"].values[tree["parts/kept"].values]
+        kept = tree["parts"]["part"].values[tree["parts/kept_by_element"].values]
         assert set(kept) == {part.label for part in puma_findings.element_model.terms}
 
 

@@ -89,8 +89,8 @@ def elements(n_joints: int, *, christoffel: bool = False) -> tuple[Element, ...]
 DOMINANCE_THRESHOLD = 0.10
 # Effects that represent an element, indexed by those needed: translation counts 1, rotation 2.
 DOMINANT = np.array(["zero", "translation", "rotation", "both"])
-# Parts of an element; the drive's is its constant inertia, on the diagonal of D.
-PARTS = ("translation", "rotation", "drive")
+# Parts of an element by what makes them; the drive adds its constant inertia to the diagonal of D.
+SOURCES = ("translation", "rotation", "drive")
 DEFAULT_BUDGET = 0.01
 
 
@@ -229,7 +229,7 @@ def rank(
         {
             "element": [one.label for one in ranked],
             "effect": dataset.effect.values,
-            "part": list(PARTS),
+            "source": list(SOURCES),
             "unit": ("element", units),
             "torque_unit": ("element", torque_units),
         },

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import DOMINANT, PARTS, elements, rank, ratio
+from gd_analyze.dynamics.dominance import DOMINANT, SOURCES, elements, rank, ratio
 from gd_analyze.schema import table
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) -> xr.Dataset:
-    """Find the share of each part, the torque it makes, and the verdict on every element at every set point.
+    """Find the share of each part of every element, the torque it makes, and whether it counts, over time.
 
     Parameters
     ----------
@@ -40,8 +40,9 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
         changes by more than the threshold of its peak without the part; `torque` (time, element), the links'
         torque at joint `torque_joint`, and `drive_torque` the drive's; `consequence`, the element's torque,
         drive included, over the torque error allowed, at the joint where that is largest, and
-        `part_consequence` (time, element, part) the same of each part; `verdict`, see `verdicts`. Gravity
-        loading has one part, translation.
+        `part_consequence` (time, element, source) the same of each part; `negligible`, whether the element
+        is, and `links_negligible`, whether it is without its drive; `dominant` and `over_motion` (element),
+        what represents it over the motion, and the verdict there. Gravity loading has one part, translation.
 
     Examples
     --------
@@ -80,30 +81,28 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
         # Where parts cancel, their sum is round-off of the peak of either.
         is_zero = np.abs(links) <= 64 * np.finfo(float).eps * ranking.part_peak.values.max(axis=1)[:, None]
         of_value = np.where(is_zero, np.nan, parts / links + 0.0)
-    needed, dominant = np.abs(of_peak) > threshold, ranking.dominant.values
-    over_motion = np.stack([np.isin(dominant, [effect, "both"]) for effect in DOMINANT[1:3]])[..., None]
-    representing = needed | (~needed.any(axis=0) & over_motion)
-    which = [(dominant == "zero")[:, None] & (drive == 0.0), ~counts[4], ~counts[3]]
-    words = np.select(which, ["zero", "negligible", "drive"], DOMINANT[representing[0] + 2 * representing[1]])
     revolute = (dataset.joint_kind.values == "revolute").tolist()
     return table(
         "dominance_over_time",
         {
             "dominance": of_peak.T,
             "share": of_value.T,
-            "needed": needed.T,
+            "needed": np.abs(of_peak.T) > threshold,
             "torque": torque[0].T,
             "drive_torque": torque[1].T,
             "consequence": shares[4].T,
             "part_consequence": shares[:3].T,
-            "verdict": words.T,
+            "negligible": ~counts[4].T,
+            "links_negligible": ~counts[3].T,
+            "dominant": ranking.dominant.values,
+            "over_motion": ranking.verdict.values,
         },
         revolute,
         {
             "time": dataset.time,
             "element": labels,
             "effect": dataset.effect.values,
-            "part": list(PARTS),
+            "source": list(SOURCES),
             "torque_joint": ("element", joints),
             "torque_unit": ("element", ranking.torque_unit.values),
         },
@@ -128,7 +127,16 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     xarray.DataArray
         Verdicts as words, (time, element).
     """
-    return over_time.verdict.transpose("time", "element")
+    needed = over_time.needed.transpose("effect", "time", "element").values
+    dominant, over_motion = over_time.dominant.values, over_time.over_motion.values
+    standing = np.stack([np.isin(dominant, [effect, "both"]) for effect in DOMINANT[1:3]])
+    translation, rotation = needed | (~needed.any(axis=0) & standing[:, None])
+    negligible, links = (
+        over_time[k].transpose("time", "element") for k in ("negligible", "links_negligible")
+    )
+    which = [np.broadcast_to(over_motion == "zero", negligible.shape), negligible.values, links.values]
+    words = np.select(which, ["zero", "negligible", "drive"], DOMINANT[translation + 2 * rotation])
+    return negligible.copy(data=words).rename("verdict").drop_attrs()
 
 
 def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:

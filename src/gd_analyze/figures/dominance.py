@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gd_analyze.arrays import evenly
+from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
@@ -46,7 +47,8 @@ def dominance_figure(run: Run) -> Figure:
     told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
     rounded = [[float(f"{value:.3g}") for value in row] for row in torque.tolist()]
     numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
-    colours = np.where(over_time.verdict == "negligible", "", over_time.verdict).T
+    words = verdicts(over_time).values.T
+    colours = np.where(words == "negligible", "", words)
     shades = np.select([share >= least for least, _ in _SHADES], [shade for _, shade in _SHADES])
     # The motion is unknown across a gap: an empty column.
     for behind in np.unique(np.searchsorted(time, run.trajectory.time[list(run.trajectory.gaps)]))[::-1]:
@@ -116,7 +118,8 @@ def element_numbers(run: Run, labels: Sequence[str]) -> str:
     columns = {"unit": ranking.unit.reset_coords(drop=True)}
     for suffix, parts in ({"": over_time.dominance * ranking.peak} | shares).items():
         columns |= {f"{effect}{suffix}": parts.sel(effect=effect, drop=True) for effect in EFFECTS}
-    for part in over_time.part.values.tolist():
-        columns[f"{part}_consequence"] = over_time.part_consequence.sel(part=part, drop=True)
-    table = over_time[["torque", "drive_torque", "consequence", "verdict"]].assign(columns)
+    for source in over_time.source.values.tolist():
+        columns[f"{source}_consequence"] = over_time.part_consequence.sel(source=source, drop=True)
+    table = over_time[["torque", "drive_torque", "consequence"]].assign(columns)
+    table = table.assign(verdict=verdicts(over_time))
     return str(table.to_dataframe(dim_order=["element", "time"]).to_csv(lineterminator="\n"))

@@ -104,8 +104,11 @@ def dominance_note(findings: Findings) -> str:
 def changes_text(row: Row) -> str:
     """When the verdict on an element changes: "both until 0.96 s, then rotation"; "" if never."""
     *before, last = row["stretches"]
-    ends = (f"{effect_of(row, one['verdict'])} until {one['end']:.3g} s" for one in before)
-    return f"{', '.join(ends)}, then {effect_of(row, last['verdict'])}" if before else ""
+    words = []
+    for stretch in before:
+        when = "until" if stretch["begin"] < stretch["end"] else "at"
+        words.append(f"{effect_of(row, stretch['verdict'])} {when} {stretch['end']:.3g} s")
+    return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if before else ""
 
 
 class DroppedParts(NamedTuple):
