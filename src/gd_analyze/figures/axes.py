@@ -76,7 +76,7 @@ class Plots:
         return axes_of(dominance_figure(self.run), ax)
 
     def structure(self) -> list[Axes]:
-        """Elements of D, h and c in their places, by their share of the joint's peak torque; one axes each."""
+        """Elements of D, h and c in their places, by share of the joint's peak torque; one axes each."""
         return axes_of(matrix_figure(self.run))
 
     def shares(self) -> list[Axes]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -184,8 +185,9 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         items.append(over_time(time, curve, gaps, role, width, **more))
         if look.marked and role in _MARKS:
             marker, size, step = _MARKS[role]
-            marks = {"marker": marker, "size": size, "role": role, "hollow": role == "rotation"}
-            items.append(Curve(time[::step], curve[::step], role, 0.0, **marks))
+            look_of_marks: dict[str, Any] = {"marker": marker, "size": size, "hollow": role == "rotation"}
+            points = time[::step], curve[::step]
+            items.append(Curve(*points, role, 0.0, role=role, **look_of_marks))
     return Panel(
         element.label,
         subscripted(element.label),

@@ -248,9 +248,9 @@ def tick_label(value: float) -> str:
 
 
 def hatching(left: float, right: float, bottom: float, top: float, slope: str) -> Curve:
-    """Lines of the paper's colour across a rectangle, which tell areas apart in grey print.
+    r"""Lines of the paper's colour across a rectangle, which tell areas apart in grey print.
 
-    `slope` is "/", "\\" or "-". Coordinates are in pt.
+    `slope` is "/", "\" or "-". Coordinates are in pt; both sides are longer than 2 pt.
     """
     pitch = 2.6
     if slope == "-":

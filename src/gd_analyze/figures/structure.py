@@ -1,4 +1,4 @@
-"""The structure of the dynamics: every element of D, h and c in its place, and what makes each joint's torque.
+"""The structure of the dynamics: every element of D, h and c in its place, and what makes each torque.
 
 Row i of the matrix reads as the equation of joint i: tau_i = sum_j D_ij qdd_j + h_i + c_i.
 """
@@ -15,7 +15,18 @@ from gd_analyze.arrays import FloatArray, evenly
 from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.figures.elements import subscripted
-from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Item, Key, Panel, Words, hatching, joint_label
+from gd_analyze.figures.figure import (
+    Area,
+    Axis,
+    Curve,
+    Figure,
+    Item,
+    Key,
+    Panel,
+    Words,
+    hatching,
+    joint_label,
+)
 from gd_analyze.figures.joints import torque_by_cause
 from gd_analyze.figures.run import Run
 from gd_analyze.text import percent
@@ -84,7 +95,9 @@ def matrix_figure(run: Run) -> Figure:
         assert column is not None  # an element of D has a column
         panel = _cell(of[element.label], side, most)
         if place is not None:  # a line between D, h and c
-            panel = replace(panel, items=(*panel.items, Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9)))
+            panel = replace(
+                panel, items=(*panel.items, Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9))
+            )
         rows[element.i][column] = panel
     drives = ("drives",) if "drive_torque" in run.decomposition else ()
     legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))
@@ -105,8 +118,9 @@ def _cell(cell: Cell, side: float, most: float) -> Panel:
     room = side - head - 3.0 * edge
     is_grey = cell.verdict in ("negligible", "zero")
     ground = "grid" if cell.verdict == "negligible" else "paper"
-    frame = np.array([edge, side - edge, side - edge, edge, edge]), np.array(
-        [edge, edge, side - edge, side - edge, edge]
+    frame = (
+        np.array([edge, side - edge, side - edge, edge, edge]),
+        np.array([edge, edge, side - edge, side - edge, edge]),
     )
     items: list[Item] = [_box(edge, side - edge, edge, side - edge, ground), Curve(*frame, "line", 0.5)]
     if not is_grey:
@@ -142,7 +156,7 @@ def _part(name: str, left: float, right: float, low: float, high: float) -> list
     """A rectangle with its hatching."""
     colour, slope, _ = _PARTS[name]
     out: list[Item] = [_box(left, right, low, high, colour)]
-    if slope and min(right - left, high - low) > 1.2:
+    if slope and min(right - left, high - low) > 2.0:
         out.append(hatching(left, right, low, high, slope))
     return out
 

@@ -285,10 +285,11 @@ def key_svg(key: Key) -> str:
 def _key(key: Key, paint: Paint) -> str:
     """A piece of the area, or of the line with its marker, 15 pt wide."""
     if key.kind == "area":
-        x, y = np.array([0.0, 13.0]), np.array([-10.5, -3.5])
-        drawn = [Area(x, y[[0, 0]], y[[1, 1]], key.colour)]
-        lines = [hatching(*x.tolist(), *y.tolist(), key.hatching)] if key.hatching else []
-        items: list[Area | Curve] = [*drawn, *lines]
+        left, right, bottom, top = 0.0, 13.0, -10.5, -3.5
+        ends = np.array([left, right])
+        items: list[Area | Curve] = [Area(ends, np.full(2, bottom), np.full(2, top), key.colour)]
+        if key.hatching:
+            items.append(hatching(left, right, bottom, top, key.hatching))
     else:
         ends = np.array([0.0, 15.0])
         items = [Curve(ends, np.full(2, -7.5), key.colour, 1.4, key.dashes)]
@@ -296,7 +297,10 @@ def _key(key: Key, paint: Paint) -> str:
             mark = np.array([7.5]), np.array([-7.5])
             hollow = bool(key.dashes)
             items.append(Curve(*mark, key.colour, 0.0, marker=key.marker, size=4.2, hollow=hollow))
-    placed: Placed = lambda x, y: np.stack([x, -y], axis=-1)  # noqa: E731
+
+    def placed(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.stack([x, -y], axis=-1)
+
     return "".join(
         _area(item, placed, paint) if isinstance(item, Area) else "".join(_curve(item, placed, paint))
         for item in items

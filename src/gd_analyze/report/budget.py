@@ -147,7 +147,7 @@ _Line = dict[tuple[Power, ...], dict[tuple[Power, ...], dict[str, _Term]]]
 class _Writer(NamedTuple):
     """Writes elements with the terms of all budgets; without scripts, those of the report's model show."""
 
-    count: int  # of budgets
+    budgets: int  # their number
     asked: int  # index of the report's own
 
     def shown(self, terms: list[_Term]) -> list[_Term]:
@@ -157,7 +157,7 @@ class _Writer(NamedTuple):
         negative = term.negative != turned
         kind = "term" + " first" * first + " negative" * negative
         hidden = "" if self.asked in term.budgets else " hidden"
-        flags = "".join("1" if k in term.budgets else "0" for k in range(self.count))
+        flags = "".join("1" if k in term.budgets else "0" for k in range(self.budgets))
         inside = f"<wbr>{_sign(negative)}{term.body(bracketed=bracketed)}"
         return f'<span class="{kind}" data-kept="{flags}"{hidden}>{inside}</span>'
 
@@ -190,7 +190,8 @@ class _Writer(NamedTuple):
         return (
             f'<div class="equation-of {_QUANTITIES[left.letter]}" role="group" '
             f'aria-label="{left.letter}{left.index}"{" hidden" if first else ""}>\n'
-            f'<p class="left">{_MATHS.left(Formula(left, ()))}</p>\n<p class="line">{"".join(out)}</p>\n</div>\n'
+            f'<p class="left">{_MATHS.left(Formula(left, ()))}</p>\n'
+            f'<p class="line">{"".join(out)}</p>\n</div>\n'
         )
 
 

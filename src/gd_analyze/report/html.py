@@ -193,9 +193,7 @@ def legend_html(keys: Iterable[Key]) -> str:
 
 def caption_html(drawing: Drawing, numbers: Numbers) -> Markup:
     """Number, title and note of a figure."""
-    return Markup("{}{} {}").format(
-        numbers.of_figure(drawing.key), text(drawing.title), text(drawing.note)
-    )
+    return Markup("{}{} {}").format(numbers.of_figure(drawing.key), text(drawing.title), text(drawing.note))
 
 
 def _equations(part: Equations) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 from markupsafe import escape
@@ -60,9 +59,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     report, path = report or main_report(findings), BudgetPath.of(findings)
     numbers = report.numbers
     letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLMN", strict=False))
-    appendices = (
-        _appendix(findings, report, section, letters[section.key]) for section in report.appendices
-    )
+    appendices = (_appendix(findings, report, section, letters[section.key]) for section in report.appendices)
     effects = "".join(drawing_html(drawing, numbers) for drawing in report.effects)
     body = template("main.html").format(
         opening=opening(report.opening, "notes" if report.notes else ""),

@@ -69,7 +69,8 @@ def main_report(findings: Findings) -> MainReport:
         "shares",
         "What makes each joint's torque.",
         replace(bars, legend=()),
-        f"T, R: D q̈ by translation and rotation{'; J: drives' * findings.model.drives}. Shares of the sum of RMS.",
+        f"T, R: D q̈ by translation and rotation{'; J: drives' * findings.model.drives}. "
+        "Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")

@@ -30,8 +30,8 @@ from gd_analyze.text import inertia_label, joined, number, pretty, thousands
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
-    "D, J (drives), h and c by element, in joint velocities; elements that are not listed are zero. SI units; "
-    "three digits are shown, `model.json` has all."
+    "D, J (drives), h and c by element, in joint velocities; elements that are not listed are zero. SI "
+    "units; three digits are shown, `model.json` has all."
 )
 _ENERGY = (
     "Kinetic and potential energy; D' is the symmetric mass matrix of absolute velocities; elements not "

@@ -111,9 +111,7 @@ def result_data(result: Result) -> dict[str, Any]:
     }
 
 
-def parts_data(
-    parts: Sequence[Part], numbers: Numbers, most_rows: int | None = None
-) -> list[dict[str, Any]]:
+def parts_data(parts: Sequence[Part], numbers: Numbers, most_rows: int | None = None) -> list[dict[str, Any]]:
     """Parts for people as JSON values, each with its kind; of longer tables the first `most_rows` rows."""
     return [_part(part, numbers, most_rows) for part in parts if is_seen(part)]
 

@@ -97,9 +97,7 @@ class LevelTried(NamedTuple):
     @property
     def text(self) -> str:
         """Summary: "78 operations, uses 95 % of the budget (proven)"."""
-        error = (
-            f", uses {percent(self.of_allowed)} of the budget" if self.of_allowed is not None else ""
-        )
+        error = f", uses {percent(self.of_allowed)} of the budget" if self.of_allowed is not None else ""
         return f"{self.operations} operations{error}{' (proven)' * self.proven}"
 
 
