@@ -170,7 +170,8 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         time = 1.0 + points.astype(float)
         last = float(time[-1])
         # Labels in the first half leave room for the name of the axis behind the last one.
-        labels = (1.0, *(k for k in ticks(1.0, last, 3) if 1.0 < k <= last / 2), last)
+        between = ticks(1.0, last, 3) if last > 1.0 else []
+        labels = (1.0, *(k for k in between if 1.0 < k <= last / 2), last)
         axis = Axis(0.5, last + 0.5, tuple(dict.fromkeys(labels)), "set point")
     if look.marked:
         axis = replace(axis, dashes=tuple(time.tolist()))
@@ -186,8 +187,7 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         if look.marked and role in _MARKS:
             marker, size, step = _MARKS[role]
             look_of_marks: dict[str, Any] = {"marker": marker, "size": size, "hollow": role == "rotation"}
-            points = time[::step], curve[::step]
-            items.append(Curve(*points, role, 0.0, role=role, **look_of_marks))
+            items.append(Curve(time[::step], curve[::step], role, 0.0, role=role, **look_of_marks))
     return Panel(
         element.label,
         subscripted(element.label),

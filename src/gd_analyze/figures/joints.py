@@ -84,7 +84,7 @@ def recording_figure(run: Run) -> Figure:
         name, y = f"{i + 1} readings − smoothed", value_axis(unit, difference, most=3)
         rows.append((left, Panel(f"residue{i + 1}", name, time_axis(time), y, apart)))
     legend = (Key("readings", "combined"), Key("smoothed", "accent"))
-    height = min(410.0 / run.arm.n_joints, 84.0)
+    height = min(270.0 / run.arm.n_joints, 84.0)
     return Figure("Readings and smoothed motion", tuple(rows), WIDTH / 2, height, legend)
 
 
@@ -283,7 +283,7 @@ def measured_figure(run: Run) -> Figure:
     legend = [Key("as read", "line"), Key("measured", "combined"), Key("exact", "accent")]
     if is_fitted and joints:
         legend.append(Key("with friction; friction and offset", "rotation"))
-    height = min(360.0 / max(len(joints), 1), 92.0)
+    height = min(252.0 / max(len(joints), 1), 92.0)
     return Figure("Measured and exact torque", tuple(rows), WIDTH / 2, height, tuple(legend))
 
 

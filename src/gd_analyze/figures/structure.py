@@ -95,9 +95,8 @@ def matrix_figure(run: Run) -> Figure:
         assert column is not None  # an element of D has a column
         panel = _cell(of[element.label], side, most)
         if place is not None:  # a line between D, h and c
-            panel = replace(
-                panel, items=(*panel.items, Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9))
-            )
+            line = Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9)
+            panel = replace(panel, items=(*panel.items, line))
         rows[element.i][column] = panel
     drives = ("drives",) if "drive_torque" in run.decomposition else ()
     legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))

@@ -9,6 +9,7 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.structure import Cell, cells
 from gd_analyze.formulas.formula import Formula, Product
@@ -63,7 +64,7 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
     of, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
-    marks = np.argmax(over_time.verdict.values[..., None] == np.array(_MARKS), axis=-1)
+    marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
     exact, kept = _exact(findings), _kept(findings)
     out = []

@@ -128,8 +128,9 @@ def _answer(findings: Findings, report: MainReport) -> str:
 
 
 def _elements(group: VerdictList) -> str:
-    symbols = ", ".join(maths(part_symbol(label)) for label in group.elements)
-    return f"{symbols} {text(group.words)}".strip()
+    symbols = [maths(part_symbol(label)) for label in group.elements]
+    listed = [f"<span>{symbol},</span>" for symbol in symbols[:-1]] + symbols[-1:]
+    return " ".join([*listed, text(group.words)]).strip()
 
 
 def _stops(findings: Findings) -> str:
