@@ -311,14 +311,6 @@ def _int(value: float) -> int:
     return round(UNIT * value)
 
 
-def position(figure: Figure, x: float, y: float) -> tuple[int, int]:
-    """Position of numbers on the drawing of a one-panel figure, in units of the drawing."""
-    (panel,) = figure.panels
-    left, top, wide, high = _frame(panel, figure.width, figure.height)
-    across, upward = float(panel.x.place(np.array(x))), float(panel.y.place(np.array(y)))
-    return _int(left + wide * across), _int(top + high * (1 - upward))
-
-
 def _frame(panel: Panel, width: float, height: float) -> tuple[float, float, float, float]:
     """Left, top, width and height of the area within the margins."""
     left, bottom, right, top = panel.margins

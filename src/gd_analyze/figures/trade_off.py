@@ -45,7 +45,7 @@ def trade_off_figure(run: Run) -> Figure:
     y = _axis(np.concatenate([[model.operations.total, exact], operations.ravel(), counts]), "")
     items: list[Item] = [
         Curve(np.array([x.low, x.high]), np.full(2, max(exact, y.low)), "ink", 0.8, (1.0, 1.6)),
-        Curve(np.maximum(along, x.low), counts, "accent", 1.0, (4.0, 2.0), role="path"),
+        Curve(np.maximum(along, x.low), counts, "accent", 1.0, (4.0, 2.0)),
     ]
     names = [(exact, f"exact: {exact:.0f}", "ink")]
     kinds = zip(table.level.values, table.refit.values, errors, operations, strict=True)
@@ -65,7 +65,6 @@ def trade_off_figure(run: Run) -> Figure:
     tip = f"this report: {kind_name(model.level.name, model.refitted)}\nerror {own:.2g} %\n{count} operations"
     at = np.array([max(own, x.low)]), np.array([max(float(count), y.low)])
     items.append(Curve(*at, "accent", 0.0, marker="star", size=11.0, tips=(tip,)))
-    items.append(Curve(*at, "rotation", 0.0, marker="circle", size=5.0, role="at-budget", hidden=True))
     title, margins = "operations (multiplications and additions)", (34.0, 26.0, 96.0, 16.0)
     panel = Panel("trade-off", title, x, y, tuple(items), margins=margins)
     below = f"largest error along the trajectory, % of the {model.accuracy.asked.shares_of}"
