@@ -170,7 +170,7 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         time = 1.0 + points.astype(float)
         last = float(time[-1])
         # Labels in the first half leave room for the name of the axis behind the last one.
-        between = ticks(1.0, last, 3) if last > 1.0 else []
+        between = ticks(1.0, last, 3) if last > 1.0 and pitch > 90.0 else []
         labels = (1.0, *(k for k in between if 1.0 < k <= last / 2), last)
         axis = Axis(0.5, last + 0.5, tuple(dict.fromkeys(labels)), "set point")
     if look.marked:

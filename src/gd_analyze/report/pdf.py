@@ -33,7 +33,7 @@ _TYPST = Typst()
 # Largest share of the allowed error that a bar shows; beyond it the other bars would vanish.
 _LONGEST = 20.0
 # Most rows of a table in the main report.
-_ROWS = 12
+_ROWS = 10
 
 
 def pdf_of(result: Result, created: str) -> bytes:
