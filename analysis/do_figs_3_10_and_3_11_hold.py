@@ -58,7 +58,7 @@ def explain(text: str, rows: Sequence[Finding]) -> str:
     if not differing:
         return "agrees on all three"
     reasons = []
-    zero = [row for row in differing if row.dominant == "neither"]
+    zero = [row for row in differing if row.dominant == "zero"]
     if len(zero) == len(rows):
         return "both parts are zero to round-off on all three: there is nothing to dominate"
     if zero:
