@@ -15,6 +15,7 @@ from gd_analyze.figures.structure import Cell, cells
 from gd_analyze.formulas.formula import Formula, Product
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formulas
+from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.budget import budget_words, summands
 from gd_analyze.result import Fact
 from gd_analyze.results.findings import Findings
@@ -66,7 +67,10 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
     marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
-    exact, kept = _exact(findings), _kept(findings)
+    # An arm of too many terms has none that are ranked, and some levels have no terms.
+    exact = _by_element(findings, findings.ranked_terms) if findings.ranked_terms else None
+    model = findings.model
+    simplified = _by_element(findings, model.torques) if model.level.has_torque_terms else None
     out = []
     for element in elements(findings.arm.n_joints):
         label = element.label
@@ -80,8 +84,8 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
         }
         if exact is not None:
             detail["exact"] = exact.get(label, "0")
-        if kept is not None:
-            detail["kept"] = kept.get(label, "0")
+        if simplified is not None:
+            detail["simplified"] = simplified.get(label, "0")
         out.append(detail)
     return out
 
@@ -107,25 +111,11 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
     return words
 
 
-def _exact(findings: Findings) -> dict[str, str] | None:
-    """Exact elements in plain characters, the largest terms first; None if they are too long to write out."""
-    if not findings.ranked_terms:
-        return None
-    own = findings.model.form.velocities.in_joint_velocities(findings.ranked_terms)
-    return dict(_plain(element_formulas(own, _drives(findings))))
-
-
-def _kept(findings: Findings) -> dict[str, str] | None:
-    """Elements of the model; None if it has no equations by element."""
+def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
+    """Elements of torques in plain characters, the largest terms first."""
     model = findings.model
-    if not model.level.has_torque_terms:
-        return None
-    own = model.form.velocities.in_joint_velocities(model.torques)
-    return dict(_plain(element_formulas(own, _drives(findings))))
-
-
-def _drives(findings: Findings) -> list[float]:
-    return findings.arm.drive_inertia.tolist() if findings.model.drives else []
+    own = model.form.velocities.in_joint_velocities(torques)
+    return dict(_plain(element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())))
 
 
 def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:

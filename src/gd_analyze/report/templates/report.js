@@ -120,7 +120,7 @@ const viewer = (() => {
 // A cell of the matrix opens its element; arrow keys go from cell to cell.
 document.body.classList.add("scripted");
 (() => {
-  const panel = element("element"), cells = all(".cell"), of = new Map(data.elements.map((one) => [one.label, one]));
+  const panel = element("element"), cells = all(".cell"), details = new Map(data.elements.map((detail) => [detail.label, detail]));
   const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
   const maths = (words) => escaped(words).replace(/ - /g, " − ").replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
@@ -130,12 +130,12 @@ document.body.classList.add("scripted");
     return `<div class="strip" aria-hidden="true">${runs.join("")}</div>`;
   }
   function show(label) {
-    const one = of.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
+    const detail = details.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
     const line = (words) => `<dd>${maths(`${label} = ${words}`)}</dd>`;
-    const over = one.over_time && `<dt>Verdict over time${one.changes && `: ${one.changes}`}</dt><dd>${strip(one.over_time)}</dd>`;
-    const exact = one.exact === undefined ? "" : `<dt>Exact</dt>${line(one.exact)}`;
-    const kept = one.kept === undefined ? "" : `<dt>In this report's model</dt>${line(one.kept)}`;
-    panel.innerHTML = `<h3>${one.name} <span>${escaped(one.words)}</span></h3><button type="button" class="close" aria-label="Close">✕</button><div class="curve"></div><dl>${over}${exact}${kept}</dl>`;
+    const over = detail.over_time && `<dt>Verdict over time${detail.changes && `: ${detail.changes}`}</dt><dd>${strip(detail.over_time)}</dd>`;
+    const exact = detail.exact === undefined ? "" : `<dt>Exact</dt>${line(detail.exact)}`;
+    const simplified = detail.simplified === undefined ? "" : `<dt>In this report's model</dt>${line(detail.simplified)}`;
+    panel.innerHTML = `<h3>${detail.name} <span>${escaped(detail.words)}</span></h3><button type="button" class="close" aria-label="Close">✕</button><div class="curve"></div><dl>${over}${exact}${simplified}</dl>`;
     panel.querySelector(".curve").append(drawn);
     for (const curve of all(".combined", drawn)) curve.style.display = "inline";
     follow(drawn);
