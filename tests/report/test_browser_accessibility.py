@@ -59,10 +59,12 @@ def test_the_keyboard_goes_through_the_answer_in_the_order_it_is_read(browser: A
         seen = []
         for _ in range(40):
             tab.page.keyboard.press("Tab")
-            seen.append(tab.run("document.activeElement.id || document.activeElement.tagName"))
+            seen.append(
+                tab.run("((now) => now.id || now.dataset.element || now.tagName)(document.activeElement)")
+            )
             outline = tab.run("getComputedStyle(document.activeElement).outlineStyle")
             assert outline != "none", f"no sign of the focus on {seen[-1]}"
             if seen[-1] == "open-all":
                 break
-        wanted = ["theme", "play", "frame", "speed", "turn", "budget-slider", "open-all"]
+        wanted = ["theme", "D11", "budget-slider", "open-all"]
         assert [name for name in seen if name in wanted] == wanted

@@ -10,6 +10,7 @@ import pytest
 from browser import NARROW, Tab, opened
 
 import gd_analyze as gd
+from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import budget_rows
@@ -26,13 +27,14 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
 
 
 def test_equations_count_and_errors_follow(tab: Tab, puma_findings: Findings) -> None:
-    rows = budget_rows(puma_findings)
+    rows, path = budget_rows(puma_findings), BudgetPath.of(puma_findings)
     widths = []
     for place, row in enumerate(rows):
         tab.drag_budget(place)
         assert tab.page.inner_text("#budget-count") == str(row["operations"])
         assert tab.page.inner_text("#budget-kept") == str(len(row["kept"]))
-        assert tab.run(SHOWN) == len(row["kept"])
+        written = [*map(summands, path.formulas(puma_findings, place))]
+        assert tab.run(SHOWN) == sum(len([*terms]) for terms in written)
         widths.append(tab.run(WIDTHS))
     # Errors grow with the budget, those of single joints not at every step.
     assert all(last >= first for first, last in zip(widths[0], widths[-1], strict=True))
@@ -54,8 +56,8 @@ def test_signs_and_brackets_stay_right(tab: Tab) -> None:
     for place in range(0, 21, 4):
         tab.drag_budget(place)
         wrong = tab.run(
-            "[...document.querySelectorAll('.torque > div')].filter((torque) => {"
-            " const words = torque.innerText.replace(/[Dhc\\s\\u2061]/g, '');"
+            "[...document.querySelectorAll('.equation-of:not([hidden]) > .line')].filter((line) => {"
+            " const words = line.innerText.replace(/[\\s\\u2061]/g, '');"
             " const broken = words.includes('(+') || words.includes('()');"
             " return broken || words.startsWith('+') || words === ''; }).length"
         )
@@ -95,14 +97,15 @@ def test_what_is_proven_is_so_at_the_budget_of_the_report_only(tab: Tab) -> None
     assert not tab.page.is_visible(".proven-mark >> nth=0")
     assert "not proven" in tab.page.inner_text("#budget-about")
     tab.click("#budget-reset")
+    assert tab.page.is_visible(".proven-mark >> nth=0")
 
 
 def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:
     with opened(browser, file, NARROW) as tab:
-        tab.run("document.querySelector('.bars tbody tr:last-child').scrollIntoView({ block: 'center' })")
+        tab.run("document.querySelector('.equation-of').scrollIntoView({ block: 'center' })")
         tab.frame()
         box = tab.page.locator("#budget-slider").bounding_box()
-        assert 0 <= box["y"] <= 200
+        assert 0 <= box["y"] <= tab.run("innerHeight") - box["height"]
 
 
 def test_shares_of_what_is_allowed_follow_the_slider(browser: Any, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,23 @@ def test_the_arm_plays_and_turns(tab: Tab, puma_findings: Findings) -> None:
     tab.run("const u = document.getElementById('turn'); u.value = -50; u.dispatchEvent(new Event('input'))")
 
 
+def test_a_cell_opens_its_element(tab: Tab, puma_findings: Findings) -> None:
+    tab.page.focus(".cell[data-element='D11']")
+    tab.page.keyboard.press("ArrowRight")
+    tab.page.keyboard.press("Enter")
+    assert tab.run("document.querySelector('.cell[aria-pressed=true]').dataset.element") == "D12"
+    assert tab.page.is_visible("#element svg[data-key='D12'] .combined")
+    formulas = {f"{f.left.letter}{f.left.index}": f for f in puma_findings.model.equations.formulas}
+    kept = tab.page.locator("#element dd").last.inner_text()
+    assert kept.startswith("D12 = ")
+    assert len(re.findall(r"[+−]", kept.removeprefix("D12 = −"))) + 1 == len(formulas["D12"].pieces)
+    tab.page.keyboard.press("ArrowDown")
+    assert tab.run("document.activeElement.dataset.element") == "D22"
+    tab.page.click("#element .close")
+    assert not tab.page.is_visible("#element")
+    assert tab.run("document.activeElement.dataset.element") == "D12"
+
+
 def test_tables_sort(tab: Tab) -> None:
     ranks = (
         "[...document.querySelector('#table-ranking').tBodies[0].rows].map((row) => row.cells[0].innerText)"
@@ -87,8 +105,8 @@ def test_folded_the_page_is_short_and_never_scrolls_sideways(
     with opened(browser, file, width) as tab:
         assert tab.run("document.documentElement.scrollHeight") < most
         if width == WIDE:
-            for selector in ("h1", ".headline", "#scene", "#figure-dominance"):
-                assert tab.page.locator(selector).bounding_box()["y"] < 800
+            for selector in ("h1", ".headline", ".verdicts", ".cell[data-element='D66']", ".bar-of-joint"):
+                assert tab.page.locator(selector).last.bounding_box()["y"] < 800
         tab.unfold()
         assert tab.run("document.documentElement.scrollWidth") <= width
 
@@ -106,6 +124,7 @@ def test_links_and_addresses_open_what_they_lead_to(browser: Any, file: Path) ->
 
 def test_without_scripts_it_is_whole(browser: Any, file: Path) -> None:
     with opened(browser, file, java_script_enabled=False) as tab:
-        assert tab.page.is_visible(PANEL)
-        assert tab.page.is_visible("#scene svg")
+        assert tab.page.is_visible(".cell svg.panel >> nth=0")
+        assert tab.page.is_visible("#figure-inertia svg.panel >> nth=0")
+        assert not tab.page.is_visible(".only-script")
         assert not tab.page.is_visible("#budget-slider")

@@ -11,7 +11,7 @@ import pytest
 from page_reader import Page
 from report_cases import HOSTILE, made_findings
 
-from gd_analyze.report.budget import BudgetPath
+from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
@@ -73,9 +73,11 @@ def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page)
     path, table = BudgetPath.of(puma_findings), puma_findings.tables["budgets"]
     shown = page.data["budgets"]
     terms = page.of_class("span", "term")
-    for place, row in enumerate(path.rows):
-        assert sum(term["data-kept"][place] == "1" for term in terms) == len(row["kept"])
-    assert sum("hidden" not in term for term in terms) == len(puma_findings.model.torques)
+    for place in range(len(path.rows)):
+        written = [*map(summands, path.formulas(puma_findings, place))]
+        assert sum(term["data-kept"][place] == "1" for term in terms) == sum(len([*one]) for one in written)
+    written = [*map(summands, puma_findings.model.equations.formulas)]
+    assert sum("hidden" not in term for term in terms) == sum(len([*one]) for one in written)
     assert shown["operations"] == table.operations.values.tolist()
     assert shown["operations"][path.asked] == puma_findings.model.operations.total
     # Four digits are written.

@@ -28,7 +28,7 @@ from gd_analyze.robots.arm import RobotArm
 _POSES = 7
 # Points of the end effector's path, and poses that a page plays.
 _MOST_PLACES, MOST_FRAMES = 600, 240
-_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH / 2, 190.0)
+_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH / 2, 130.0)
 # Torques this far below the largest are round-off of sums that cancel.
 _ROUND_OFF = 1e-14
 

@@ -15,6 +15,7 @@ from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, Panel, Words
 from gd_analyze.figures.run import Run
+from gd_analyze.figures.structure import matrix_figure, shares_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,6 +70,14 @@ class Plots:
         """Dominant effect of each element at every set point, the largest torque first; one axes."""
         return axes_of(dominance_figure(self.run), ax)
 
+    def structure(self) -> list[Axes]:
+        """Elements of D, h and c in their places, by share of the joint's peak torque; one axes each."""
+        return axes_of(matrix_figure(self.run))
+
+    def shares(self) -> list[Axes]:
+        """What makes each joint's torque, as shares of the sum of RMS; one axes per joint."""
+        return axes_of(shares_figure(self.run))
+
     def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
         """Elements of D by effect.
 
@@ -116,7 +125,15 @@ def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
     handles = [
         Patch(color=ON_PAPER[key.colour], label=key.label)
         if key.kind == "area"
-        else Line2D([], [], color=ON_PAPER[key.colour], linestyle=_style(key.dashes), label=key.label)
+        else Line2D(
+            [],
+            [],
+            color=ON_PAPER[key.colour],
+            linestyle=_style(key.dashes),
+            marker=_MARKERS[key.marker] if key.marker else "",
+            markersize=3,
+            label=key.label,
+        )
         for key in figure.legend
     ]
     if ax is not None:
@@ -165,6 +182,9 @@ def _draw(axes: Axes, panel: Panel) -> None:
         getattr(axes, f"set_{name}ticks")(axis.ticks, axis.labels, fontsize=panel.text, minor=False)
     axes.minorticks_off()
     axes.tick_params(length=2, pad=1.5)
+    if panel.x.dashes:
+        axes.set_xticks(panel.x.dashes, minor=True)
+        axes.tick_params(axis="x", which="minor", length=1.2)
     axes.spines[["top", "right", "left"]].set_visible(False)
     if panel.is_bare:
         axes.set_axis_off()

@@ -21,13 +21,13 @@ _ROWS, _COLUMNS = 30, 120
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
 _MARGINS = (26.0, 13.0, 96.0, 16.0)
 # Height of a row, and of all rows on a first page, pt.
-_PITCH, _ROOM = 9.5, 205.0
+_PITCH, _ROOM = 9.5, 165.0
 _LEGEND = (
     Key("translation", "translation", "area"),
     Key("rotation", "rotation", "area"),
     Key("both", "both", "area"),
     Key("drive", "drive", "area"),
-    Key("darker: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
+    Key("fuller colour: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
 )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +17,15 @@ from gd_analyze.figures.figure import (
     COLOURS,
     WIDTH,
     Axis,
+    Curve,
     Figure,
+    Item,
     Key,
+    Marker,
     Panel,
     in_columns,
     over_time,
+    ticks,
     time_axis,
     value_axis,
 )
@@ -37,17 +43,22 @@ LETTERS = {
     "zero": "0",
 }
 
-# Dash and width distinguish curves in grey print.
+# Width, dashes and marker distinguish curves in grey print.
 _LOOKS: dict[str, tuple[float, tuple[float, ...]]] = {
-    "combined": (2.6, ()),
-    "translation": (1.1, ()),
-    "rotation": (1.1, (3.0, 1.5)),
+    "combined": (2.4, ()),
+    "translation": (0.9, ()),
+    "rotation": (0.9, (3.4, 2.0)),
     "centrifugal": (1.0, (1.0, 1.2)),
     "coriolis": (1.0, (4.0, 1.5, 1.0, 1.5)),
 }
+# Marker, size (pt) and step: a marker at every set point would hide the dashes of rotation.
+_MARKS: dict[str, tuple[Marker, float, int]] = {
+    "translation": ("circle", 1.9, 1),
+    "rotation": ("diamond", 2.9, 3),
+}
 _LEGEND = (
-    Key("translation", "translation"),
-    Key("rotation", "rotation", dashes=(3.0, 1.5)),
+    Key("translation", "translation", marker="circle"),
+    Key("rotation", "rotation", dashes=_LOOKS["rotation"][1], marker="diamond"),
     Key("both together", "combined"),
 )
 _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
@@ -61,6 +72,7 @@ class Look:
     x: str = "time"  # or "set point"
     effects: tuple[str, ...] = tuple(_LOOKS)  # names of curves
     marked: bool = False  # whether set points are marked
+    hidden: tuple[str, ...] = ("centrifugal", "coriolis")  # curves that a page shows only when asked for
 
     def __post_init__(self) -> None:
         for what, given, known in (("x", (self.x,), ABSCISSAE), ("effects", self.effects, tuple(_LOOKS))):
@@ -84,39 +96,38 @@ class Look:
 ABSCISSAE = ("time", "set point")
 # Most set points that are marked.
 MARKED = 50
+# Most elements of a vector in one row.
+_ONE_ROW = 7
+# Height of all panels of D and h, pt: a page without its captions and legends.
+_ROOM = 600.0
 USUAL = Look()
 
 
 def inertia_figure(run: Run, look: Look = USUAL) -> Figure:
-    """Elements of D by effect: the whole upper triangle, each at its place in the matrix, or some in rows."""
-    n, chosen = run.arm.n_joints, look.chosen(run, "inertia")
-    if look.elements:
-        return _in_rows(run, "Mass matrix by effect", chosen, look)
-    rows: list[list[Panel | None]] = [[None] * n for _ in range(n)]
-    pitch = min(WIDTH / n, 165.0)
-    for element in chosen:
-        i, j = element.index
-        rows[i][j] = _panel(run, element, pitch, look)
-    height = min(1.3 * pitch, 580.0 / n, 130.0)  # with heading and note on a page
-    return Figure("Mass matrix by effect", tuple(map(tuple, rows)), pitch, height, _legend(look))
+    """Elements of D by effect, row by row of the upper triangle; [FGL87] Fig. 3.10."""
+    return _in_rows(run, "Mass matrix by effect", look.chosen(run, "inertia"), look)
 
 
 def vector_figure(run: Run, quantity: str, look: Look = USUAL) -> Figure:
-    """Elements of a vector over time, "coriolis_centrifugal" or "gravity_loading"."""
+    """Elements of a vector, "coriolis_centrifugal" ([FGL87] Fig. 3.11) or "gravity_loading"."""
     words = {"coriolis_centrifugal": "Coriolis and centrifugal vector by effect"}
     return _in_rows(run, words.get(quantity, "Gravity loading vector"), look.chosen(run, quantity), look)
 
 
 def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Figure:
-    columns = min(len(chosen), 3 if len(chosen) <= 9 else 4)
-    height = min(250.0 / -(-len(chosen) // columns), 110.0)
+    """Panels of one size, so that all of D and h fill one page."""
+    n = run.arm.n_joints
+    most = max(math.isqrt(n * (n + 3) // 2), 3)
+    of_vector = n if n <= _ONE_ROW else most
+    rows = -(-n * (n + 1) // 2 // most) + -(-n // of_vector)
+    columns = min(len(chosen), most if chosen[0].quantity == "inertia" else of_vector)
     panels = [_panel(run, element, WIDTH / columns, look) for element in chosen]
-    legend = _legend(look) if look != USUAL and chosen[0].quantity != "gravity_loading" else ()
-    return in_columns(label, panels, columns, height, legend)
+    legend = _legend(look) if chosen[0].quantity != "gravity_loading" else ()
+    return in_columns(label, panels, columns, min(_ROOM / rows, 110.0), legend)
 
 
 def _legend(look: Look) -> tuple[Key, ...]:
-    return tuple(key for key in _LEGEND if key.colour in look.effects)
+    return tuple(key for key in _LEGEND if key.colour in look.effects and key.colour not in look.hidden)
 
 
 def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
@@ -149,7 +160,7 @@ def _rank(run: Run, element: Element) -> int:
 
 def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     """Translation, rotation and both together, titled by label, unit and verdict."""
-    rank, is_narrow = _rank(run, element), pitch < 60.0
+    rank = _rank(run, element)
     unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "verdict"))
     curves, points = element_curves(run, element), run.drawn[0]
     curves = {role: curve for role, curve in curves.items() if role in look.effects}
@@ -157,19 +168,26 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     axis = time_axis(time, 2)
     if look.x == "set point":
         time = 1.0 + points.astype(float)
-        axis = replace(time_axis(time, 1 if pitch < 120.0 else 3), unit="set point")
+        last = float(time[-1])
+        # Labels in the first half leave room for the name of the axis behind the last one.
+        between = ticks(1.0, last, 3) if last > 1.0 and pitch > 90.0 else []
+        labels = (1.0, *(k for k in between if 1.0 < k <= last / 2), last)
+        axis = Axis(0.5, last + 0.5, tuple(dict.fromkeys(labels)), "set point")
+    if look.marked:
+        axis = replace(axis, dashes=tuple(time.tolist()))
     # An element that is zero up to round-off must not fill its panel with noise.
     factor, shown = prefixed(float(peak), str(unit))
     y = value_axis(unit, *curves.values()) if peak else Axis(-1.0, 1.0, (0.0,))
     y = replace(y, unit=pretty(shown), factor=factor)
-    items = []
+    items: list[Item] = []
     for role, curve in curves.items():
         width, dashes = _LOOKS[role]
-        hidden, width = role in ("centrifugal", "coriolis"), width * (0.6 if is_narrow else 1.0)
-        more = {"dashes": dashes, "label": role, "role": role, "hidden": hidden and len(curves) > 2}
-        is_marked = look.marked and (role != "combined" or len(curves) == 1)
-        marks = {"marker": "circle", "size": width + (0.9 if is_narrow else 1.3)} if is_marked else {}
-        items.append(over_time(time, curve, gaps, role, width, **more, **marks))
+        more = {"dashes": dashes, "label": role, "role": role, "hidden": role in look.hidden}
+        items.append(over_time(time, curve, gaps, role, width, **more))
+        if look.marked and role in _MARKS:
+            marker, size, step = _MARKS[role]
+            look_of_marks: dict[str, Any] = {"marker": marker, "size": size, "hollow": role == "rotation"}
+            items.append(Curve(time[::step], curve[::step], role, 0.0, role=role, **look_of_marks))
     return Panel(
         element.label,
         subscripted(element.label),
@@ -178,6 +196,5 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
         tuple(items),
         LETTERS[verdict] if element.quantity != "gravity_loading" else "",
         f"{verdict}-text" if f"{verdict}-text" in COLOURS else "ink",
-        margins=(14.0, 8.0, 2.0, 9.0) if is_narrow else (22.0, 11.0, 5.0, 13.0),
-        text=4.0 if is_narrow else 6.0,
+        margins=(22.0, 11.0, 5.0, 13.0),
     )

@@ -109,6 +109,7 @@ class Axis:
     factor: float = 1.0  # one unit of the labels in units of the numbers
     is_logarithmic: bool = False  # whether equal distances are equal ratios
     grid: bool = False  # whether every tick has a line across the panel
+    dashes: tuple[float, ...] = ()  # values marked by a short dash without a label
     names: tuple[str, ...] = ()  # labels that are not numbers
 
     def place(self, values: FloatArray) -> FloatArray:
@@ -148,6 +149,8 @@ class Key:
     colour: str
     kind: Literal["line", "area"] = "line"
     dashes: tuple[float, ...] = ()
+    marker: Marker | None = None
+    hatching: str = ""  # of an area, see `hatching`
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +245,27 @@ def ticks(low: float, high: float, most: int = 3) -> list[float]:
 def tick_label(value: float) -> str:
     """Shortest text of a round value, with a true minus sign."""
     return f"{round(value, 9) + 0.0:g}".replace("-", "−")
+
+
+def hatching(left: float, right: float, bottom: float, top: float, slope: str) -> Curve:
+    r"""Lines of the paper's colour across a rectangle, which tell areas apart in grey print.
+
+    `slope` is "/", "\" or "-". Coordinates are in pt; both sides are longer than 2 pt.
+    """
+    pitch = 2.6
+    if slope == "-":
+        y = np.arange(bottom + pitch / 2, top, pitch)
+        ends = np.stack([np.full_like(y, left), y, np.full_like(y, right), y], axis=-1)
+    else:
+        # x of each line where it crosses the lower edge; lines rise at 45 degrees, and are clipped.
+        start = np.arange(left - (top - bottom), right, 1.4 * pitch) + pitch / 2
+        low, high = np.maximum(start, left), np.minimum(start + top - bottom, right)
+        start, low, high = (values[low < high] for values in (start, low, high))
+        ends = np.stack([low, bottom + low - start, high, bottom + high - start], axis=-1)
+        if slope == "\\":
+            ends[:, [1, 3]] = top + bottom - ends[:, [1, 3]]
+    x, y = (np.insert(ends[:, k], np.arange(2, ends[:, k].size + 1, 2), np.nan) for k in ([0, 2], [1, 3]))
+    return Curve(x, y, "paper", 0.55)
 
 
 def broken(values: FloatArray, gaps: Sequence[int] | np.ndarray) -> FloatArray:

@@ -45,8 +45,8 @@ CONTRIBUTIONS = {
 }
 # A limit beyond this multiple of the torque would leave no room for the contributions.
 _NEAR = 1.6
-# Height of the stacked torque on a first page, pt.
-_ROOM = 262.0
+# Height of the stacked torque, pt.
+_ROOM = 172.0
 # Length of the enlarged part, in periods of the cut-off, and its least number of readings.
 _PERIODS, _FEWEST = 6.0, 40
 
@@ -63,7 +63,7 @@ def motion_figure(run: Run) -> Figure:
             curve = over_time(motion.time, values, motion.gaps, label=letter)
             panels.append(Panel(f"{what}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
         rows.append(tuple(panels))
-    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(372.0 / run.arm.n_joints, 86.0))
+    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(240.0 / run.arm.n_joints, 86.0))
 
 
 def recording_figure(run: Run) -> Figure:
@@ -84,7 +84,7 @@ def recording_figure(run: Run) -> Figure:
         name, y = f"{i + 1} readings − smoothed", value_axis(unit, difference, most=3)
         rows.append((left, Panel(f"residue{i + 1}", name, time_axis(time), y, apart)))
     legend = (Key("readings", "combined"), Key("smoothed", "accent"))
-    height = min(410.0 / run.arm.n_joints, 84.0)
+    height = min(270.0 / run.arm.n_joints, 84.0)
     return Figure("Readings and smoothed motion", tuple(rows), WIDTH / 2, height, legend)
 
 
@@ -244,7 +244,7 @@ def error_figure(run: Run) -> Figure:
         Key("allowed", "accent-wash", "area"),
         *([Key("proven near the motion", "inertia")] if is_proven else []),
     )
-    height = min(560.0 / run.arm.n_joints, 110.0)
+    height = min(252.0 / run.arm.n_joints, 110.0)
     return Figure("Torque and error of every joint", tuple(rows), WIDTH / 2, height, legend)
 
 
@@ -283,7 +283,7 @@ def measured_figure(run: Run) -> Figure:
     legend = [Key("as read", "line"), Key("measured", "combined"), Key("exact", "accent")]
     if is_fitted and joints:
         legend.append(Key("with friction; friction and offset", "rotation"))
-    height = min(360.0 / max(len(joints), 1), 92.0)
+    height = min(252.0 / max(len(joints), 1), 92.0)
     return Figure("Measured and exact torque", tuple(rows), WIDTH / 2, height, tuple(legend))
 
 

@@ -13,7 +13,7 @@ from html import escape
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Curve, Figure, Key, Panel, Words
+from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Curve, Figure, Key, Panel, Words, hatching
 
 UNIT = 20
 # Points this near to a line, pt, may be left out.
@@ -113,6 +113,8 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     if not panel.y.is_logarithmic and panel.y.low < 0 < panel.y.high:
         zero = top + high * (1 - float(panel.y.place(np.array(0.0))))
         base.append(f"M{_int(left)} {_int(zero)}h{_int(wide)}")
+    for x in (left + wide * panel.x.place(np.array(panel.x.dashes))).tolist():
+        base.append(f"M{_int(x)} {_int(bottom)}v24")
     yield f'<path style="stroke:{paint("soft")}" stroke-width="11" d="{"".join(base)}"/>'
     soft = paint("soft")
     for y, label in zip(y_at, panel.y.labels, strict=True):
@@ -269,16 +271,40 @@ def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
         mark, label = 15.0 if key.kind == "area" else 18.0, 0.46 * size * len(key.label)
         if x and x + mark + label > width:
             x, y = 0.0, y + _LEGEND
-        colour, at = on_paper(key.colour), f"M{_int(x)} {_int(y) + (80 if key.kind == 'area' else 150)}"
-        if key.kind == "area":
-            parts.append(f'<path style="fill:{colour}" d="{at}h240v120h-240z"/>')
-        else:
-            dashes = " ".join(str(_int(1.4 * length)) for length in key.dashes)
-            dashes = f' stroke-dasharray="{dashes}"' * bool(dashes)
-            parts.append(f'<path style="stroke:{colour}" stroke-width="28"{dashes} d="{at}h300"/>')
+        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key, on_paper)}</g>')
         parts.append(_text(x + mark, y + 9.6, key.label, size, on_paper("ink")))
-        x += mark + label + 14.0
+        x += mark + label + 9.0
     return "".join(parts), y + _LEGEND if keys else 0.0
+
+
+def key_svg(key: Key) -> str:
+    """Draw the look of a legend's entry for a page."""
+    return f'<svg class="key" viewBox="0 60 300 180" aria-hidden="true">{_key(key, on_page)}</svg>'
+
+
+def _key(key: Key, paint: Paint) -> str:
+    """A piece of the area, or of the line with its marker, 15 pt wide."""
+    if key.kind == "area":
+        left, right, bottom, top = 0.0, 13.0, -10.5, -3.5
+        ends = np.array([left, right])
+        items: list[Area | Curve] = [Area(ends, np.full(2, bottom), np.full(2, top), key.colour)]
+        if key.hatching:
+            items.append(hatching(left, right, bottom, top, key.hatching))
+    else:
+        ends = np.array([0.0, 15.0])
+        items = [Curve(ends, np.full(2, -7.5), key.colour, 1.4, key.dashes)]
+        if key.marker:
+            mark = np.array([7.5]), np.array([-7.5])
+            hollow = bool(key.dashes)
+            items.append(Curve(*mark, key.colour, 0.0, marker=key.marker, size=4.2, hollow=hollow))
+
+    def placed(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.stack([x, -y], axis=-1)
+
+    return "".join(
+        _area(item, placed, paint) if isinstance(item, Area) else "".join(_curve(item, placed, paint))
+        for item in items
+    )
 
 
 def _int(value: float) -> int:

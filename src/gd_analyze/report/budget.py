@@ -1,19 +1,21 @@
-"""The budget slider: models on one path, and the terms that each keeps."""
+"""The budget slider: models on one path, and the terms of D, h and c that each keeps."""
 
 from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
-from gd_analyze.formulas.formula import NOTHING, Formula, Product
+from gd_analyze.formulas.formula import Formula, Power, Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.formulas.writing import carried, grouped, powers, torque_symbol, velocity_powers
-from gd_analyze.harmonics.terms import Torques, TorqueTerm, quantity_of
+from gd_analyze.formulas.writing import element_formulas
+from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, budget_rows
@@ -23,7 +25,7 @@ from gd_analyze.text import pretty
 _LOW, _HIGH = -2, 1
 _MATHS = PageMathML()
 _PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
-_LETTERS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c"}
+_QUANTITIES = {"D": "inertia", "J": "drive", "h": "coriolis_centrifugal", "c": "gravity_loading"}
 
 
 @dataclass(frozen=True)
@@ -31,23 +33,29 @@ class BudgetPath:
     """Models for increasing budgets."""
 
     rows: list[Row]  # of `gd_analyze.results.rows.budget_rows`
-    # By rank of a term or label of a part that any budget keeps: "1" or "0" for each budget
-    flags: dict[Any, str]
     asked: int  # index of the budget asked for
 
     @classmethod
     def of(cls, findings: Findings) -> BudgetPath:
         """Read the table."""
         rows = budget_rows(findings)
-        kept = [set(row["kept"]) for row in rows]
-        everything = sorted(set().union(*kept))
-        flags = {one: "".join("1" if one in of_row else "0" for of_row in kept) for one in everything}
-        return cls(rows, flags, [row["factor"] for row in rows].index(1.0))
+        return cls(rows, [row["factor"] for row in rows].index(1.0))
 
     @property
     def moves(self) -> bool:
         """Whether any budget gives a model other than the one asked for."""
         return len({row["operations"] for row in self.rows}) > 1
+
+    def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
+        """Elements of the model at a position; the report's own coefficients where it has the term."""
+        model = findings.model
+        torques: Torques = model.torques
+        if k != self.asked:
+            ranked = [*findings.ranked_terms.items()]
+            kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
+            torques = {term: model.torques.get(term, weight) for term, weight in kept}
+        own = model.form.velocities.in_joint_velocities(torques)
+        return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
 
     def data(self, findings: Findings) -> dict[str, Any]:
         """Values for the page's script; positions of errors are percent of their axis."""
@@ -85,100 +93,130 @@ def budget_words(budget: str) -> str:
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 
 
-class _Group(NamedTuple):
-    """Terms with the same velocities: in brackets before these, or alone, with nothing `behind`."""
+class Summand(NamedTuple):
+    """A summand of an element: its factors apart from velocities, the velocities, and the coefficient."""
 
-    terms: list[tuple[TorqueTerm, str]]  # each with its formula without sign
-    behind: str
-    negative: bool  # of the bracket
+    factors: tuple[Power, ...]
+    velocities: tuple[Power, ...]
+    weight: float
+
+
+def summands(formula: Formula) -> Iterator[Summand]:
+    """Split a formula of `element_formulas` into summands, brackets multiplied out."""
+    bracket: list[Product] = []
+    outer, is_open = 1.0, False
+    for piece in formula.pieces:
+        weight, powers = piece.product
+        if piece.opens:
+            is_open, outer = True, math.copysign(1.0, weight)
+        if not is_open:
+            velocities = tuple(power for power in powers if _is_velocity(power))
+            yield Summand(tuple(power for power in powers if power not in velocities), velocities, weight)
+            continue
+        bracket.append(Product(weight if not bracket else outer * weight, powers))
+        if piece.behind:
+            yield from (Summand(powers, piece.behind, weight) for weight, powers in bracket)
+            bracket, is_open = [], False
+
+
+def _is_velocity(power: Power) -> bool:
+    return isinstance(power.base, Symbol) and power.base.dots > 0
+
+
+@dataclass
+class _Term:
+    """A summand with one coefficient, and the budgets whose models have it."""
+
+    summand: Summand
+    budgets: set[int] = field(default_factory=set)
+
+    @property
+    def negative(self) -> bool:
+        return self.summand.weight < 0.0
+
+    def body(self, *, bracketed: bool) -> str:
+        factors, velocities, weight = self.summand
+        powers = factors if bracketed else factors + velocities
+        return f"<math>{_MATHS.product(Product(abs(weight), powers))}</math>"
+
+
+# Terms of an element by velocities, by other factors, and by the coefficient as it is written.
+_Line = dict[tuple[Power, ...], dict[tuple[Power, ...], dict[str, _Term]]]
 
 
 class _Writer(NamedTuple):
-    """The torques of a model of terms, with all terms that any budget keeps."""
+    """Writes elements with the terms of all budgets; without scripts, those of the report's model show."""
 
-    torques: Torques  # coefficients
-    flags: dict[TorqueTerm, str]  # "1" for every budget that keeps the term
-    now: Torques  # the report's own model, which is shown without scripts
+    budgets: int  # their number
+    asked: int  # index of the report's own
 
-    def group(self, terms: list[TorqueTerm]) -> _Group:
-        """Bracket several terms with velocities; the sign of the first one shown precedes the bracket."""
-        velocities = velocity_powers(terms[0].velocities)
-        bracketed = len(terms) > 1 and bool(velocities)
-        negative = (
-            bracketed and self.torques[next((term for term in terms if term in self.now), terms[0])] < 0
-        )
-        inside = () if bracketed else velocities
-        products = [Product(self.torques[term], powers(term.monomial) + inside) for term in terms]
-        bodies = [f"<math>{_MATHS.product(product)}</math>" for product in products]
-        behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>" if bracketed else ""
-        return _Group(list(zip(terms, bodies, strict=True)), behind, negative)
+    def shown(self, terms: list[_Term]) -> list[_Term]:
+        return [term for term in terms if self.asked in term.budgets]
 
-    def shown(self, group: _Group) -> list[TorqueTerm]:
-        return [term for term, _ in group.terms if term in self.now]
+    def term(self, term: _Term, *, bracketed: bool, turned: bool, first: bool) -> str:
+        negative = term.negative != turned
+        kind = "term" + " first" * first + " negative" * negative
+        hidden = "" if self.asked in term.budgets else " hidden"
+        flags = "".join("1" if k in term.budgets else "0" for k in range(self.budgets))
+        inside = f"<wbr>{_sign(negative)}{term.body(bracketed=bracketed)}"
+        return f'<span class="{kind}" data-kept="{flags}"{hidden}>{inside}</span>'
 
-    def html(self, group: _Group, *, first: bool) -> str:
-        """A group; its sign is hidden if it is the `first` of a torque."""
-        shown = self.shown(group)
-        leads = shown[:1] if first or group.behind else []
-        out = []
-        for term, body in group.terms:
-            negative = (self.torques[term] < 0) != group.negative
-            kind = "term" + " first" * (term in leads) + " negative" * negative
-            hidden = "" if term in self.now else " hidden"
-            inside = f"<wbr>{_sign(negative)}{body}"
-            out.append(f'<span class="{kind}" data-kept="{self.flags[term]}"{hidden}>{inside}</span>')
-        if not group.behind:
-            return "".join(out)
-        single = len(shown) == 1 and (self.torques[shown[0]] < 0) == group.negative
-        kind = "bracket" + " first" * first + " single" * single + " negative" * group.negative
-        return (
-            f'<span class="{kind}"{"" if shown else " hidden"}><wbr>{_sign(group.negative)}'
-            f"{_PAREN.format('(')}{''.join(out)}{_PAREN.format(')')}{group.behind}</span>"
-        )
-
-    def torque(self, joint: int, carries: str, lines: dict[str, list[_Group]]) -> str:
-        """Lines of one torque: torque of outer joints, then D, h and c."""
-        is_first, rows = not carries, [f'<p class="line carried">{carries}</p>\n' if carries else ""]
-        for quantity, groups in lines.items():
-            out = []
-            for group in groups:
-                out.append(self.html(group, first=is_first and bool(self.shown(group))))
-                is_first = is_first and not self.shown(group)
-            hidden = "" if any(map(self.shown, groups)) else " hidden"
-            name = quantity.replace("_", " and ", 1)
-            rows.append(
-                f'<p class="line {quantity}"{hidden}><b title="{name}">{_LETTERS[quantity]}</b>'
-                f"{''.join(out)}</p>\n"
+    def group(self, velocities: tuple[Power, ...], terms: list[_Term], *, first: bool) -> str:
+        """Terms with the same velocities, in a bracket if there are several; the first sign precedes it."""
+        shown = self.shown(terms)
+        leads = shown[:1]
+        if len(terms) == 1 or not velocities:
+            return "".join(
+                self.term(term, bracketed=False, turned=False, first=first and term in leads)
+                for term in terms
             )
-        left = _MATHS.left(Formula(torque_symbol(joint), NOTHING))
+        turned = (leads or terms)[0].negative
+        kind = "bracket" + " first" * (first and bool(shown)) + " single" * (len(shown) == 1)
+        inside = "".join(
+            self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms
+        )
+        behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>"
         return (
-            f'<div class="torque" role="group" aria-label="Torque of joint {joint + 1}">\n'
-            f'<p class="left">{left}</p>\n<div>{"".join(rows)}<p class="line nothing"'
-            f"{'' if is_first else ' hidden'}><math><mn>0</mn></math></p></div>\n</div>\n"
+            f'<span class="{kind}{" negative" * turned}"{"" if shown else " hidden"}><wbr>{_sign(turned)}'
+            f"{_PAREN.format('(')}{inside}{_PAREN.format(')')}{behind}</span>"
+        )
+
+    def element(self, left: Symbol, line: _Line) -> str:
+        out, first = [], True
+        for velocities, by_factors in line.items():
+            terms = [term for versions in by_factors.values() for term in versions.values()]
+            out.append(self.group(velocities, terms, first=first))
+            first = first and not self.shown(terms)
+        return (
+            f'<div class="equation-of {_QUANTITIES[left.letter]}" role="group" '
+            f'aria-label="{left.letter}{left.index}"{" hidden" if first else ""}>\n'
+            f'<p class="left">{_MATHS.left(Formula(left, ()))}</p>\n'
+            f'<p class="line">{"".join(out)}</p>\n</div>\n'
         )
 
 
 def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
-    """Write the torques of a model of terms with all terms that any budget keeps.
+    """Write D, J (drives), h and c by element, with all terms that any budget keeps.
 
-    Coefficients are the model's, refitted if it is, and the exact ones for terms that it drops.
+    Coefficients are the model's, refitted if it is, and the exact ones of terms that it drops.
     """
-    model, velocities = findings.model, findings.model.form.velocities
-    ranked = enumerate(findings.ranked_terms, start=1)
-    flags = {term: path.flags[rank] for rank, term in ranked if rank in path.flags}
-    torques = {term: findings.ranked_terms[term] for term in flags} | dict(model.torques)
-    # Terms that cancel in the exact torque are not ranked, but a model of energies may have them.
-    here = "".join("1" if k == path.asked else "0" for k in range(len(path.rows)))
-    writer = _Writer(torques, dict.fromkeys(model.torques, here) | flags, model.torques)
-    out = []
-    for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
-        lines: dict[str, list[_Group]] = {}
-        for before, terms in groups:
-            lines.setdefault(quantity_of(before), []).append(writer.group(terms))
-        outer = Formula(torque_symbol(joint), tuple(carried(velocities, joint)))
-        carries = f"<math>{_MATHS.right(outer)}</math>" if outer.pieces else ""
-        out.append(writer.torque(joint, carries, lines))
-    return Markup("".join(out))
+    elements: dict[Symbol, _Line] = defaultdict(lambda: defaultdict(lambda: defaultdict(dict)))
+    # The report's own model first, so that its terms keep their order.
+    for k in sorted(range(len(path.rows)), key=lambda k: abs(k - path.asked)):
+        for formula in path.formulas(findings, k):
+            for summand in summands(formula):
+                written = _MATHS.product(Product(summand.weight)) + "-" * (summand.weight < 0.0)
+                versions = elements[formula.left][summand.velocities][summand.factors]
+                versions.setdefault(written, _Term(summand)).budgets.add(k)
+    writer, order = _Writer(len(path.rows), path.asked), [*_QUANTITIES]
+    ordered = sorted(elements, key=lambda left: (order.index(left.letter), _place(left)))
+    return Markup("".join(writer.element(left, elements[left]) for left in ordered))
+
+
+def _place(left: Symbol) -> list[int]:
+    """Joints of an element's index, for sorting."""
+    joints = left.index.split(",") if "," in left.index else [*left.index]
+    return [*map(int, joints)]
 
 
 def _sign(negative: bool) -> str:

@@ -11,8 +11,8 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from gd_analyze.figures.figure import COLOURS, Figure
-from gd_analyze.figures.svg import panel_svg
+from gd_analyze.figures.figure import COLOURS, Figure, Key
+from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import Numbers, is_seen
@@ -70,14 +70,20 @@ def template(name: str) -> str:
     return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
-def opening(result: Result) -> str:
-    """Title, headline, notices and facts; the first four facts stand out."""
-    items = "".join(f"<li>{text(notice)}</li>\n" for notice in result.notices)
-    notices = f'<ul class="notices">\n{items}</ul>\n' if items else ""
+def opening(result: Result, more: str = "") -> str:
+    """Title, headline, notices and facts; `more` is the place of further notices."""
+    link = f'<li><a href="#{escape(more)}">More notes</a></li>\n' if more else ""
+    notices = notice_list(result.notices, link)
     return (
         f"<h1>{text(result.title)} <span>{text(result.subtitle)}</span></h1>\n"
         f'<p class="headline">{text(unbroken(result.headline))}</p>\n{notices}{_facts(result.facts)}'
     )
+
+
+def notice_list(notices: Sequence[str], more: str = "") -> str:
+    """Notices as a list, with further items; nothing if there is none."""
+    items = "".join(f"<li>{text(notice)}</li>\n" for notice in notices) + more
+    return f'<ul class="notices">\n{items}</ul>\n' if items else ""
 
 
 def _facts(facts: Iterable[Part]) -> str:
@@ -172,18 +178,22 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
     for r, c, panel in figure.places:
         place = f' style="grid-area:{r + 1}/{c + 1}"' if None in figure.rows[r] else ""
         panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
-    keys = "".join(
-        f'<span><i class="key key-{key.kind}" style="color:var(--{key.colour})'
-        f'{";border-top-style:dashed" if key.dashes else ""}"></i>{text(key.label)}</span> '
-        for key in figure.legend
-    )
-    legend = f'<p class="legend">{keys}</p>\n' if keys else ""
-    caption = f"{numbers.of_figure(drawing.key)}{text(drawing.title)}"
     return (
-        f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend}'
+        f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend_html(figure.legend)}'
         f'<div class="panels" style="--columns:{figure.columns}">\n{"".join(panels)}</div>\n'
-        f"<figcaption>{caption} {text(drawing.note)}</figcaption>\n</figure>\n"
+        f"<figcaption>{caption_html(drawing, numbers)}</figcaption>\n</figure>\n"
     )
+
+
+def legend_html(keys: Iterable[Key]) -> str:
+    """Looks and their meanings; nothing without keys."""
+    entries = "".join(f"<span>{key_svg(key)}{text(key.label)}</span> " for key in keys)
+    return f'<p class="legend">{entries}</p>\n' if entries else ""
+
+
+def caption_html(drawing: Drawing, numbers: Numbers) -> Markup:
+    """Number, title and note of a figure."""
+    return Markup("{}{} {}").format(numbers.of_figure(drawing.key), text(drawing.title), text(drawing.note))
 
 
 def _equations(part: Equations) -> str:

@@ -1,4 +1,4 @@
-"""The main report as a page: the answer, the budget slider, the model, and appendices."""
+"""The main report as a page: the answer, the model and its budget, effects, and appendices."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ from typing import Any
 
 from markupsafe import escape
 
+from gd_analyze.figures import structure
 from gd_analyze.figures.arm import playable
 from gd_analyze.figures.svg import panel_svg
+from gd_analyze.formulas.writing import part_symbol
+from gd_analyze.report.answer import VerdictList, element_details
 from gd_analyze.report.budget import BudgetPath, budget_equations, budget_words, place
 from gd_analyze.report.html import (
+    caption_html,
     drawing_html,
     frame,
+    legend_html,
+    maths,
     meanings_html,
+    notice_list,
     opening,
     paragraphs,
     parts_html,
@@ -24,7 +31,7 @@ from gd_analyze.report.html import (
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import made_of, model_parts
 from gd_analyze.report.numbering import Numbers
-from gd_analyze.result import Section
+from gd_analyze.result import Drawing, Section
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import provenance_lines, tube_bound
@@ -35,7 +42,7 @@ _APPENDIX_NAMES = {
     "motion": "Motion",
     "recording": "Readings",
     "measured": "Measured",
-    "effects": "Effects",
+    "torque": "Torque",
     "ranking": "Elements",
     "motions": "Motions",
     "terms": "Terms",
@@ -51,23 +58,27 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     """Write the interactive report of one run: one document with styles, drawings and scripts inside."""
     report, path = report or main_report(findings), BudgetPath.of(findings)
     numbers = report.numbers
-    letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLM", strict=False))
-    appendices = (
-        _appendix(findings, section, letters[section.key], numbers) for section in report.appendices
-    )
+    letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLMN", strict=False))
+    appendices = (_appendix(findings, report, section, letters[section.key]) for section in report.appendices)
+    effects = "".join(drawing_html(drawing, numbers) for drawing in report.effects)
     body = template("main.html").format(
-        opening=opening(report.opening),
-        arm=_arm(findings, report),
-        contributions=drawing_html(report.contributions, numbers),
-        dominance=drawing_html(report.dominance, numbers),
+        opening=opening(report.opening, "notes" if report.notes else ""),
+        answer=_answer(findings, report),
+        effects=template("effects.html") + effects,
         slider=_slider(findings, path),
         errors=_errors(findings, numbers),
         model=_model(findings, path, numbers),
+        notes=notice_list(report.notes),
         appendices="".join(appendices),
     )
-    links = [("answer", "Answer"), ("budget", "Budget"), ("the-model", "Model")]
+    links = [("answer", "Answer"), ("the-model", "Model"), ("budget", "Budget")]
+    links += [("elements-by-effect", "Effects"), ("notes", "Notes")]
     links += [(key, f"{letter} {_APPENDIX_NAMES[key]}") for key, letter in letters.items()]
-    data = {"arm": playable(findings), "budgets": path.data(findings) if path.moves else None}
+    data = {
+        "arm": playable(findings),
+        "budgets": path.data(findings) if path.moves else None,
+        "elements": element_details(findings),
+    }
     written = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return frame(
         f"{report.opening.title} {report.opening.subtitle}",
@@ -78,17 +89,76 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     )
 
 
-def _arm(findings: Findings, report: MainReport) -> str:
+def _answer(findings: Findings, report: MainReport) -> str:
+    """What the answer is valid for, verdict lists, and the matrix with the joints' bars beside it."""
+    n, numbers = findings.arm.n_joints, report.numbers
+    lists = "".join(
+        f'<div class="{group.verdict}"><dt>{group.heading}</dt><dd>{_elements(group)}</dd></div>\n'
+        for group in report.verdicts
+    )
+    of, matrix, bars = structure.cells(findings), report.structure.figure, report.shares.figure
+    drawn = []
+    for r, c, panel in matrix.places:
+        column = c + 1 + (c >= n) + (c > n)  # gaps before h and before c
+        cell = of[panel.key]
+        said = f"{panel.key}, {cell.verdict}, {percent(cell.share)} of peak torque"
+        drawn.append(
+            f'<button type="button" class="cell" data-element="{panel.key}" tabindex="-1" '
+            f'aria-label="{said}" style="grid-area:{r + 2}/{column}">{panel_svg(panel, matrix)}</button>\n'
+        )
+    last, gap, side = n + 6, 6, f"{matrix.height:g}"
+    rows = "".join(
+        f'<div class="bar-of-joint" style="grid-area:{r + 2}/{last}">{panel_svg(panel, bars)}</div>\n'
+        for r, _, panel in bars.places
+    )
+    return template("answer.html").format(
+        validity=text(report.validity),
+        verdicts=lists,
+        legend=legend_html(matrix.legend),
+        joints=n,
+        columns=f"repeat({n},{side}fr) {gap}fr {side}fr {gap}fr {side}fr {2 * gap}fr {bars.width:g}fr",
+        h=n + 2,
+        c=n + 4,
+        last=last,
+        cells="".join(drawn),
+        bars=rows,
+        structure=caption_html(report.structure, numbers),
+        shares=caption_html(report.shares, numbers),
+    )
+
+
+def _elements(group: VerdictList) -> str:
+    symbols = [maths(part_symbol(label)) for label in group.elements]
+    listed = [f"<span>{symbol},</span>" for symbol in symbols[:-1]] + symbols[-1:]
+    return " ".join([*listed, text(group.words)]).strip()
+
+
+def _stops(findings: Findings) -> str:
+    """Named budgets above the slider."""
+    table = findings.tables.get("stops")
+    if table is None:
+        return ""
+    names = ("budget", "terms", "operations", "position")
+    rows = zip(*(table[name].values.tolist() for name in names), strict=True)
+    buttons = "".join(
+        f'<button type="button" data-stop="{position}"{" disabled" if position < 0 else ""}>'
+        f"<b>{text(budget_words(budget))}</b> {terms} terms, {operations} operations</button>\n"
+        for budget, terms, operations, position in rows
+    )
+    return f'<div class="stops" role="group" aria-label="Budgets">\n{buttons}</div>\n'
+
+
+def _arm(findings: Findings, drawing: Drawing) -> str:
     """The animated arm."""
     rows = "".join(
         f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
         for k, joint in enumerate(findings.arm.joints, start=1)
     )
-    (panel,) = report.arm.figure.panels
+    (panel,) = drawing.figure.panels
     return template("arm.html").format(
-        drawn=f'<div id="scene">{panel_svg(panel, report.arm.figure)}</div>',
+        drawn=f'<div id="scene">{panel_svg(panel, drawing.figure)}</div>',
         rows=rows,
-        caption=f"{report.numbers.of_figure('arm')}{text(report.arm.title)}",
+        caption=text(drawing.title),
     )
 
 
@@ -100,20 +170,23 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
         nothing = "dropping terms would not save an operation"
         return (
-            f'<p class="note">No other model from {low} to {high}: '
-            f"{nothing if model.is_exact else 'the model stays the same'}. "
+            f'{_stops(findings)}<p class="note">No other model from {low} to {high}: '
+            f"{'the model stays the same' if model.saves else nothing}. "
             f"The exact torque takes <b>{full}</b> operations.</p>\n"
         )
     count = len(rows[path.asked]["kept"])
     share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
     more, less = "changes more steps", "keeps nothing that a smaller one drops"
     return template("budget.html").format(
+        stops=_stops(findings),
+        low=escape(budget_words(rows[0]["budget"])),
+        high=escape(budget_words(rows[-1]["budget"])),
         label=escape(budget_words(rows[path.asked]["budget"])),
         last=len(rows) - 1,
         asked=path.asked,
         count=_figure("count", model.operations.total, "operations", f"of {full}"),
         kept=_figure("kept", count, kind, "kept") if kind in ("terms", "parts") else "",
-        worst=_figure("worst", text(percent(share)), "largest error,", f"of {of}"),
+        worst=_figure("worst", text(percent(share)), "up to, at the", f"set points, of {of}"),
         budget=escape(model.accuracy.budget),
         what=more if kind == "recursion" else less,
     )
@@ -139,7 +212,7 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
             f'<td class="said">{text(amount(error, unit))} of {text(amount(allowed, unit))}</td>\n'
             f'<td class="value">{text(percent(float(accuracy.shares[i])))}</td></tr>\n'
         )
-    title = "Largest torque error of each joint on a logarithmic scale; the line is the budget"
+    title = "Torque error of each joint, up to this at the set points; the line is the budget"
     title += ", the diamond the error proven near the motion." if proven is not None else "."
     return template("errors.html").format(
         caption=f"{numbers.of_table('errors')}{title}",
@@ -156,16 +229,18 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
         lead = template("recursion.html") if kind == "recursion" else ""
         return lead + parts_html(model_parts(findings), numbers)
     inside = template("terms.html").format(
-        equations=budget_equations(findings, path), meanings=meanings_html(model.legend)
+        equations=budget_equations(findings, path), meanings=meanings_html(model.equations.legend)
     )
     if model.refitted or model.level.is_mechanical:
         inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
     return inside
 
 
-def _appendix(findings: Findings, section: Section, letter: str, numbers: Numbers) -> str:
-    more = template(f"{section.key}.html") if section.key in ("effects", "equations") else ""
-    inside = parts_html(section.parts, numbers, level=3)
+def _appendix(findings: Findings, report: MainReport, section: Section, letter: str) -> str:
+    more = template("equations.html") if section.key == "equations" else ""
+    if section.key == "motion":
+        more = _arm(findings, report.arm)
+    inside = parts_html(section.parts, report.numbers, level=3)
     if section.key == "data":
         inside += provenance_html(dict(provenance_lines(findings)))
     return (

@@ -2,64 +2,110 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from gd_analyze.figures.arm import arm_figure
-from gd_analyze.figures.dominance import dominance_figure
-from gd_analyze.figures.joints import contributions_figure
+from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
+from gd_analyze.figures.structure import matrix_figure, shares_figure
+from gd_analyze.report.answer import VerdictList, validity, verdict_lists
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Drawing, Part, Result, Section, Table
+from gd_analyze.result import Drawing, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
-from gd_analyze.results.rows import dominance_note
 from gd_analyze.results.run_result import (
     first_facts,
     notices,
     provenance_lines,
     run_headline,
     subtitle,
+    text_comparison,
     tube_bound,
 )
+
+# Notices before the answer; the others follow it.
+_FIRST = 2
 
 
 class MainReport(NamedTuple):
     """Parts of the main report, and the numbers of figures and tables."""
 
-    opening: Result  # title, headline, facts and notices
-    arm: Drawing
-    contributions: Drawing
-    dominance: Drawing
+    opening: Result  # title, headline, facts and the first notices
+    validity: str
+    verdicts: tuple[VerdictList, ...]
+    arm: Drawing  # for a page, which plays it
+    structure: Drawing
+    shares: Drawing
+    effects: tuple[Drawing, ...]  # D and h by effect
     errors: Table
+    notes: tuple[str, ...]  # notices that do not stand before the answer
     appendices: tuple[Section, ...]
     numbers: Numbers
 
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
+    every = (*notices(findings), *findings.warnings)
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=(*findings.warnings, *notices(findings)),
+        notices=every[:_FIRST],
         provenance=dict(provenance_lines(findings)),
     )
-    arm = Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings))
-    contributions = Drawing(
-        "contributions",
-        "Torque by contribution over time.",
-        contributions_figure(findings),
-        "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
+    matrix, bars = matrix_figure(findings), shares_figure(findings)
+    # One legend explains both, which stand side by side.
+    legend = tuple(dict.fromkeys((*bars.legend, *matrix.legend)))
+    structure = Drawing(
+        "structure",
+        "Every element of D (symmetric), h and c in its place.",
+        replace(matrix, legend=legend),
+        "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
+        + "On the diagonal the drive's is added." * findings.model.drives,
     )
-    dominance = Drawing(
-        "dominance",
-        "Dominant effect of each element of D and h over time.",
-        dominance_figure(findings),
-        dominance_note(findings),
+    shares = Drawing(
+        "shares",
+        "What makes each joint's torque.",
+        replace(bars, legend=()),
+        f"T, R: D q̈ by translation and rotation{'; J: drives' * findings.model.drives}. "
+        "Shares of the sum of RMS.",
     )
+    effects = effect_drawings(findings)
     errors = joint_errors(findings.model, tube_bound(findings), "errors")
     appendices = sections(findings)
-    parts: tuple[Part, ...] = (arm, dominance, contributions, errors, *appendices)
-    numbers = Numbers.of(parts)
-    return MainReport(opening, arm, contributions, dominance, errors, appendices, numbers)
+    numbers = Numbers.of((structure, shares, errors, *effects, *appendices))
+    return MainReport(
+        opening,
+        validity(findings),
+        verdict_lists(findings),
+        Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings)),
+        structure,
+        shares,
+        effects,
+        errors,
+        every[_FIRST:],
+        appendices,
+        numbers,
+    )
+
+
+def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
+    """D and h by effect against the set points, in the order of [FGL87] Figs. 3.10 and 3.11."""
+    is_marked = findings.trajectory.n_set_points <= MARKED
+    hidden = "combined", "centrifugal", "coriolis"
+    look = Look(x="set point", marked=is_marked, hidden=hidden)
+    is_shown = text_comparison(findings) is not None
+    like = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
+    marks = " Dots and dashes: every set point." if is_marked else ""
+    matrix = "D by effect. At the right of a title: the verdict (J: drive, –: negligible, 0: zero)."
+    vector = "h by effect."
+    return (
+        Drawing("inertia", f"{matrix}{like[0]}", inertia_figure(findings, look), marks),
+        Drawing(
+            "coriolis_centrifugal",
+            f"{vector}{like[1]}",
+            vector_figure(findings, "coriolis_centrifugal", look),
+        ),
+    )

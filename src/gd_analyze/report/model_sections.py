@@ -32,8 +32,8 @@ from gd_analyze.text import inertia_label, joined, number, percent, pretty, thou
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
-    "Terms of each torque in the order D, h, c: accelerations, products of velocities, gravity. Velocities "
-    "are absolute: those of parallel axes add up. SI units; three digits are shown, `model.json` has all."
+    "D, J (drives), h and c by element, in joint velocities; elements that are not listed are zero. SI "
+    "units; three digits are shown, `model.json` has all."
 )
 _ENERGY = (
     "Kinetic and potential energy; D' is the symmetric mass matrix of absolute velocities; elements not "
@@ -63,7 +63,10 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
         )
         legend = torque_legend(model.form.velocities, with_velocities)
         return (equations("model", "", energy_formulas(model.terms), legend, _ENERGY),)
-    return (equations("model", "", model.formulas, model.legend, _TERMS if kind == "terms" else ""),)
+    if kind == "terms":
+        by_element = model.equations
+        return (equations("model", "", by_element.formulas, by_element.legend, _TERMS),)
+    return (equations("model", "", model.formulas, model.legend),)
 
 
 def model_section(findings: Findings) -> Section:

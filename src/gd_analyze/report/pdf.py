@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from gd_analyze.figures.figure import ON_PAPER, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
+from gd_analyze.formulas.writing import part_symbol
+from gd_analyze.report.answer import VerdictList
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import Numbers, flat, is_seen
@@ -29,6 +32,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
 # Largest share of the allowed error that a bar shows; beyond it the other bars would vanish.
 _LONGEST = 20.0
+# Most rows of a table in the main report.
+_ROWS = 10
 
 
 def pdf_of(result: Result, created: str) -> bytes:
@@ -42,16 +47,30 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     The returned callable typesets; the same findings give the same bytes.
     """
     report = report or main_report(findings)
-    first, numbers = (report.arm, report.contributions, report.dominance), report.numbers
+    first, numbers = (report.structure, report.shares, *report.effects), report.numbers
     data = result_data(report.opening) | {
+        "validity": pretty(report.validity),
+        "verdicts": [_verdict(group) for group in report.verdicts],
         "errors": _errors(findings, report),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
         "model": parts_data(model_parts(findings), numbers),
-        "appendices": parts_data(report.appendices, numbers),
+        "notes": [pretty(note) for note in report.notes],
+        "appendices": parts_data(report.appendices, numbers, _ROWS),
         "small": findings.arm.n_joints < 4,
     }
     drawings = drawings_of((*first, *report.appendices))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
+
+
+def _verdict(group: VerdictList) -> dict[str, Any]:
+    """A list of elements: verdict, heading, symbols, and words."""
+    symbols = [_TYPST.symbol(part_symbol(label)) for label in group.elements]
+    return {
+        "verdict": group.verdict,
+        "heading": group.heading,
+        "symbols": symbols,
+        "words": pretty(group.words),
+    }
 
 
 def _errors(findings: Findings, report: MainReport) -> dict[str, Any]:
@@ -92,9 +111,9 @@ def result_data(result: Result) -> dict[str, Any]:
     }
 
 
-def parts_data(parts: Sequence[Part], numbers: Numbers) -> list[dict[str, Any]]:
-    """Parts for people as JSON values, each with its kind."""
-    return [_part(part, numbers) for part in parts if is_seen(part)]
+def parts_data(parts: Sequence[Part], numbers: Numbers, most_rows: int | None = None) -> list[dict[str, Any]]:
+    """Parts for people as JSON values, each with its kind; of longer tables the first `most_rows` rows."""
+    return [_part(part, numbers, most_rows) for part in parts if is_seen(part)]
 
 
 def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
@@ -102,11 +121,11 @@ def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
     return {part.key: figure_svg(part.figure) for part in flat(parts) if isinstance(part, Drawing)}
 
 
-def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
+def _part(part: Part, numbers: Numbers, most_rows: int | None) -> dict[str, Any]:
     if isinstance(part, Fact):
         return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
     if isinstance(part, Section):
-        inside, named = parts_data(part.parts, numbers), {"key": part.key, "title": part.title}
+        inside, named = parts_data(part.parts, numbers, most_rows), {"key": part.key, "title": part.title}
         return {"kind": "section", **named, "note": _lines(part.note), "parts": inside}
     if isinstance(part, Drawing):
         width = part.figure.columns * part.figure.width
@@ -122,7 +141,16 @@ def _part(part: Part, numbers: Numbers) -> dict[str, Any]:
             "legend": list(_TYPST.legend(part.legend)) if part.legend else [],
             "note": _lines(part.note),
         }
-    return _table(part, numbers)
+    return _table(_shortened(part, most_rows), numbers)
+
+
+def _shortened(table: Table, most_rows: int | None) -> Table:
+    """The first rows of a long table, with a note that says how many are left out."""
+    shown = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    if most_rows is None or shown <= most_rows:
+        return table
+    note = f"{table.note}\n{shown - most_rows} more rows stand in the page and in `--json`.".lstrip()
+    return replace(table, top=most_rows, note=note)
 
 
 def _table(table: Table, numbers: Numbers) -> dict[str, Any]:
@@ -166,12 +194,16 @@ def _maths(value: Any) -> Any:
 
 
 def _formula(formula: Formula) -> dict[str, Any]:
-    """Left-hand side and pieces; one group for outer torques and D, one for h, one for c."""
+    """Left-hand side, its letter, and pieces; one group for outer torques and D, one for h, one for c."""
     groups: dict[str, list[dict[str, str]]] = {}
     for piece in formula.pieces:
         group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
         group.append({"sign": "−" if piece.negative else "+", "math": _TYPST.body(piece)})
-    return {"left": _TYPST.symbol(formula.left), "groups": [*groups.values()]}
+    return {
+        "left": _TYPST.symbol(formula.left),
+        "letter": formula.left.letter,
+        "groups": [*groups.values()],
+    }
 
 
 def _lines(note: str) -> list[str]:

@@ -9,8 +9,10 @@ import numpy as np
 
 from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.arm import views_figure
-from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, vector_figure
+from gd_analyze.figures.dominance import dominance_figure
+from gd_analyze.figures.elements import LETTERS, Look, vector_figure
 from gd_analyze.figures.joints import (
+    contributions_figure,
     error_figure,
     measured_figure,
     measured_joints,
@@ -25,7 +27,7 @@ from gd_analyze.results import motion_result
 from gd_analyze.results import rows as row_parts
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
-from gd_analyze.results.rows import effect_of, element_rows, joint_rows, rows_of, table_of
+from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joint_rows, rows_of, table_of
 from gd_analyze.results.run_result import not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
@@ -39,10 +41,10 @@ _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c",
 def sections(findings: Findings) -> tuple[Section, ...]:
     """All appendices that have something to show, in order."""
     every = (
+        _torque(findings),
         _motion(findings),
         _recording(findings) if "recording" in findings.tables else None,
         _measured(findings) if measured_joints(findings) else None,
-        _effects(findings),
         _ranking(findings),
         _motions(findings) if findings.trajectory.motions else None,
         _terms(findings),
@@ -118,22 +120,27 @@ def _measured(findings: Findings) -> Section:
     return Section("measured", "Measured torque and the model's", parts, note)
 
 
-def _effects(findings: Findings) -> Section:
-    is_shown = text_comparison(findings) is not None
-    like = [f" Laid out after Fig {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
-    matrix = f"Mass matrix D by effect, each panel at its place in the matrix.{like[0]}"
-    vector = f"Coriolis and centrifugal vector h by effect.{like[1]}"
-    loading = "Gravity loading c, which acts on masses only and has no rotational part."
-    look = Look(marked=findings.trajectory.n_set_points <= MARKED)
-    parts = [Drawing("inertia", matrix, inertia_figure(findings, look))]
-    for name, title in (("coriolis_centrifugal", vector), ("gravity_loading", loading)):
-        parts.append(Drawing(name, title, vector_figure(findings, name, look)))
-    note = (
-        "Each element is the sum of a part from moving the links' masses (translation) and a part from "
-        "turning the links about their centres of mass (rotation). At the right of a title: the verdict, T "
-        "or R, J for a drive, – negligible, 0 zero. Parts that are zero up to round-off are drawn as zero."
+def _torque(findings: Findings) -> Section:
+    parts = (
+        Drawing(
+            "dominance",
+            "Verdict on each element of D and h over time.",
+            dominance_figure(findings),
+            dominance_note(findings),
+        ),
+        Drawing(
+            "gravity_loading",
+            "Gravity loading c, which acts on masses only and has no rotational part.",
+            vector_figure(findings, "gravity_loading", Look(x="set point")),
+        ),
+        Drawing(
+            "contributions",
+            "Torque by contribution over time.",
+            contributions_figure(findings),
+            "Positive parts are stacked above zero, negative ones below it; the line is their sum.",
+        ),
     )
-    return Section("effects", "Inertia, velocity and gravity terms by effect", tuple(parts), note)
+    return Section("torque", "Verdicts and torque over time", parts)
 
 
 def _symbol(label: str) -> Symbol:
@@ -171,8 +178,6 @@ def _ranking(findings: Findings) -> Section:
             shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
         rows.append(row | shown)
     parts: list[Part] = [table_of("ranking", "Elements by torque", rows, labels)]
-    if changes := row_parts.changes_table(findings):
-        parts.append(changes)
     if text:
         said = [
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "

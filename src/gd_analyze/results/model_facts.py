@@ -115,7 +115,7 @@ def norms_text(norms: Iterable[NormShare]) -> str:
 def error_text(model: SimplifiedModel) -> str:
     """Largest error of a model, in the terms of its budget, in a few words."""
     worst = worst_error(model)
-    return f"Torque error at most {worst.text} (joint {worst.joint})"
+    return f"Torque error up to {worst.text} (joint {worst.joint}) at the states tried"
 
 
 def headline(model: SimplifiedModel, error: str | None = None) -> str:

@@ -233,7 +233,7 @@ def strict_notice(findings: Findings) -> str:
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
     needs = amount(float(table.peak_torque.values[least, joint]), arm.joints[joint].effort_unit)
     said = (
-        f"Joint {joint + 1} needs at most {needs} along {names[least]} and is allowed "
+        f"Joint {joint + 1} needs up to {needs} along {names[least]} and is allowed "
         f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
     )
     if findings.model.notice:

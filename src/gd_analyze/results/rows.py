@@ -91,7 +91,7 @@ def sure_text(row: Row) -> str:
 def dominance_note(findings: Findings) -> str:
     """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
-    note = f"Coloured: {threshold_text(findings)} (white)."
+    note = f"Coloured: {threshold_text(findings)} (no colour)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
         begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]
@@ -109,17 +109,6 @@ def changes_text(row: Row) -> str:
         when = "until" if stretch["begin"] < stretch["end"] else "at"
         words.append(f"{effect_of(row, stretch['verdict'])} {when} {stretch['end']:.3g} s")
     return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if before else ""
-
-
-def changes_table(findings: Findings) -> Table | None:
-    """Elements whose verdict changes along the motion, and when; None if there are none."""
-    changing = {row["element"]: text for row in element_rows(findings) if (text := changes_text(row))}
-    title = "Verdicts that change along the motion, largest torque first"
-    columns = (
-        Column("", "element", [*changing], shown="text"),
-        Column("", "verdict over time", [*changing.values()], shown="text"),
-    )
-    return Table("changes", title, columns) if changing else None
 
 
 class DroppedParts(NamedTuple):

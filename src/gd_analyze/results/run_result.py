@@ -101,12 +101,12 @@ def run_headline(findings: Findings) -> str:
     if tried := int(tube.attrs["tried"]):
         known = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
         near = worst_error(model, tube.tube_worst_found.values).text
-        error = f"{near} near {motion} ({thousands(tried)} states tried; {known})"
+        error = f"up to {near} near {motion} ({thousands(tried)} states tried; {known})"
     elif bound is None:
-        error = f"{worst_error(model).text} at the set points, not proven between them"
+        error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
-        error = f"{worst_error(model, bound).text} near {motion} (proven)"
-    return f"{contradicted}{headline(model, f'Torque error at most {error}')}"
+        error = f"at most {worst_error(model, bound).text} near {motion} (proven)"
+    return f"{contradicted}{headline(model, f'Torque error {error}')}"
 
 
 def verdict_section(findings: Findings) -> Section:
@@ -156,7 +156,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     return (
         *found,
         proven,
-        worst_error(model).fact("sampled_error", "Torque error at the set points"),
+        worst_error(model).fact("sampled_error", "Largest torque error at the set points"),
         Fact("", "Operations", left, text=f"{left} instead of {full}"),
         Fact("kept_terms", "Model", len(model.terms), text="everything" if model.is_exact else kept),
     )
@@ -274,7 +274,7 @@ def _drives_notice(findings: Findings) -> str:
     least = amount(float(peaks[joint]), "kg m^2" if arm.is_revolute[joint] else "kg")
     return (
         f"The robot's file states no drive inertia, and none is included. It would matter most at joint "
-        f"{joint + 1}: {labels[joint]} is at most {least}. State it with --drive-inertia."
+        f"{joint + 1}: {labels[joint]} reaches {least}. State it with --drive-inertia."
     )
 
 

@@ -58,7 +58,7 @@ def simplified_result(
         ]
     if held.found is not None and held.tried:
         worst, count = worst_error(model, held.found), thousands(held.tried)
-        answer = f"Torque error at most {worst.text} (joint {worst.joint}) at {count} states"
+        answer = f"Torque error up to {worst.text} (joint {worst.joint}) at {count} states"
         proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
         if certificate is None:
             along = "trajectory" in accuracy.fitted_on

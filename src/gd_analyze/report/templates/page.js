@@ -64,7 +64,7 @@ function lineAt(svg, kind, at) {
   const [, top, , height] = svg.dataset.frame.split(" ");
   line.setAttribute("d", `M${at} ${top}v${height}`);
 }
-for (const svg of all("svg.panel[data-frame]")) {
+function follow(svg) {
   const [left, top, width, height] = svg.dataset.frame.split(" ").map(Number);
   const [x0, x1, ...xUnit] = svg.dataset.x.split(" "), [y0, y1, ...yUnit] = svg.dataset.y.split(" ");
   svg.scale = { at: (x) => left + (width * (x - x0)) / (x1 - x0) };
@@ -98,6 +98,7 @@ for (const svg of all("svg.panel[data-frame]")) {
   const leave = () => { tip.hidden = true; lineAt(svg, "cursor", null); };
   svg.addEventListener("pointerleave", leave);
 }
+for (const svg of all("svg.panel[data-frame]")) follow(svg);
 
 for (const table of all("table.sortable")) {
   all("thead th", table).forEach((head, column) => head.firstElementChild.addEventListener("click", () => {

@@ -117,6 +117,54 @@ const viewer = (() => {
   return Object.assign(view, { goTo });
 })();
 
+// A cell of the matrix opens its element; arrow keys go from cell to cell.
+document.body.classList.add("scripted");
+(() => {
+  const panel = element("element"), cells = all(".cell"), details = new Map(data.elements.map((detail) => [detail.label, detail]));
+  const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
+  const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
+  const maths = (words) => escaped(words).replace(/ - /g, " − ").replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
+  const kinds = ["zero", "negligible", "translation", "rotation", "both", "drive"], letters = ["0", "–", "T", "R", "T+R", "J"];
+  function strip(marks) {
+    const runs = marks.match(/(.)\1*/g).map((run) => `<i class="${kinds[run[0]]}" style="flex:${run.length}" title="${kinds[run[0]]}">${letters[run[0]]}</i>`);
+    return `<div class="strip" aria-hidden="true">${runs.join("")}</div>`;
+  }
+  function show(label) {
+    const detail = details.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
+    const line = (words) => `<dd>${maths(`${label} = ${words}`)}</dd>`;
+    const over = detail.over_time && `<dt>Verdict over time${detail.changes && `: ${detail.changes}`}</dt><dd>${strip(detail.over_time)}</dd>`;
+    const exact = detail.exact === undefined ? "" : `<dt>Exact</dt>${line(detail.exact)}`;
+    const simplified = detail.simplified === undefined ? "" : `<dt>In this report's model</dt>${line(detail.simplified)}`;
+    panel.innerHTML = `<h3>${detail.name} <span>${escaped(detail.words)}</span></h3><button type="button" class="close" aria-label="Close">✕</button><div class="curve"></div><dl>${over}${exact}${simplified}</dl>`;
+    panel.querySelector(".curve").append(drawn);
+    for (const curve of all(".combined", drawn)) curve.style.display = "inline";
+    follow(drawn);
+    panel.hidden = false;
+    for (const cell of cells) cell.setAttribute("aria-pressed", String(cell.dataset.element === label));
+    panel.querySelector(".close").addEventListener("click", () => {
+      panel.hidden = true;
+      for (const cell of cells) cell.setAttribute("aria-pressed", "false");
+      cells.find((cell) => cell.dataset.element === label).focus();
+    });
+    panel.scrollIntoView({ block: "nearest", behavior: calm.matches ? "auto" : "smooth" });
+  }
+  const place = (cell) => { const box = cell.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; };
+  for (const cell of cells) {
+    cell.addEventListener("click", () => show(cell.dataset.element));
+    cell.addEventListener("focus", () => { for (const other of cells) other.tabIndex = other === cell ? 0 : -1; });
+    cell.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      const [x, y] = place(cell);
+      const ahead = cells.map((other) => [other, ...place(other)]).map(([other, u, v]) => [other, (u - x) * step[0] + (v - y) * step[1], Math.abs((u - x) * step[1]) + Math.abs((v - y) * step[0])]);
+      const near = ahead.filter(([, along, across]) => along > 4 && across < 4).sort((a, b) => a[1] - b[1])[0];
+      if (near) near[0].focus();
+    });
+  }
+  cells[0].tabIndex = 0;
+})();
+
 // Every place of the slider is a model found before, on one path through the model of this report.
 if (data.budgets) {
   const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
@@ -132,17 +180,12 @@ if (data.budgets) {
     return left;
   }
   function tidy() {
-    for (const bracket of all(".torque .bracket")) {
+    for (const bracket of all(".equation-of .bracket")) {
       const left = order(inside(bracket), true);
       bracket.hidden = left.length === 0;
       bracket.classList.toggle("single", left.length === 1 && !left[0].classList.contains("negative"));
     }
-    for (const torque of all(".torque")) {
-      const lines = all(".line", torque), carried = lines.some((line) => line.matches(".carried"));
-      for (const line of lines) if (!line.matches(".carried, .nothing")) line.hidden = inside(line).every((member) => member.hidden);
-      const left = order(lines.flatMap(inside), !carried);
-      torque.querySelector(".nothing").hidden = carried || left.length > 0;
-    }
+    for (const equation of all(".equation-of")) equation.hidden = order(inside(equation.querySelector(".line")), true).length === 0;
   }
   function settle(at) {
     for (const term of terms) { term.classList.remove("leaving"); term.hidden = term.dataset.kept[at] !== "1"; }
@@ -175,7 +218,7 @@ if (data.budgets) {
     tidy();
     clearTimeout(timer);
     if (calm.matches || at === asked) settle(at); else timer = setTimeout(settle, 700, at);
-    return `${budgets.operations[at]} operations, ${budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : ""}largest error ${percent(shares[worst])} of the ${budgets.shares_of} at joint ${worst + 1}.`;
+    return `${budgets.operations[at]} operations, ${budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : ""}errors up to ${percent(shares[worst])} of the ${budgets.shares_of} at the set points, at joint ${worst + 1}.`;
   }
   function change() {
     const words = show(Number(slider.value));
@@ -184,6 +227,7 @@ if (data.budgets) {
     saying = setTimeout(() => { element("budget-status").textContent = words; }, 900);
   }
   slider.addEventListener("input", change);
+  for (const stop of all("[data-stop]")) stop.addEventListener("click", () => { slider.value = stop.dataset.stop; change(); });
   element("budget-reset").addEventListener("click", () => { slider.value = asked; change(); slider.focus(); });
   element("budget").classList.add("alive");
   slider.value = asked;

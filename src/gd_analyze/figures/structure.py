@@ -1,0 +1,216 @@
+"""The structure of the dynamics: every element of D, h and c in its place, and what makes each torque.
+
+Row i of the matrix reads as the equation of joint i: tau_i = sum_j D_ij qdd_j + h_i + c_i.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray, evenly
+from gd_analyze.dynamics.decomposition import MOST_KEPT
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.figures.elements import subscripted
+from gd_analyze.figures.figure import (
+    Area,
+    Axis,
+    Curve,
+    Figure,
+    Item,
+    Key,
+    Panel,
+    Words,
+    hatching,
+    joint_label,
+)
+from gd_analyze.figures.joints import torque_by_cause
+from gd_analyze.figures.run import Run
+from gd_analyze.text import percent
+
+# Width of the matrix and of the bars beside it, pt.
+MATRIX, BARS = 318.0, 166.0
+# Largest side of a cell, pt.
+_CELL = 54.0
+# Colour and hatching of every part, in the order in which they are drawn.
+_PARTS = {
+    "translation": ("translation", "", "T"),
+    "rotation": ("rotation", "/", "R"),
+    "velocity": ("area-velocity", "\\", "h"),
+    "gravity": ("area-gravity", "", "c"),
+    "drives": ("area-drives", "-", "J"),
+}
+_NAMES = {
+    "translation": "translation",
+    "rotation": "rotation",
+    "velocity": "velocity",
+    "gravity": "gravity",
+    "drives": "drives",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Torque of an element as a share of its joint's peak torque, and the parts that make it."""
+
+    label: str
+    share: float  # from 0; above 1 where elements cancel
+    joint: int  # where the share is largest, from 1
+    parts: Mapping[str, float]  # shares of the RMS of all parts, which sum to 1; by names of `_PARTS`
+    verdict: str  # "zero", "negligible", "translation", "rotation", "both", "gravity" or "drive"
+
+
+def cells(run: Run) -> dict[str, Cell]:
+    """Every element of D, h and c by its label; on the diagonal the drive's largest torque is added."""
+    ranking, out = run.dominance, {}
+    columns = {str(name): values.values for name, values in ranking.data_vars.items()}
+    for k, label in enumerate(ranking.element.values.tolist()):
+        sizes = dict(zip(("translation", "rotation"), columns["part_rms"][k].tolist(), strict=True))
+        verdict = str(columns["verdict"][k])
+        if columns["quantity"][k] == "gravity_loading":
+            sizes = {"gravity": sizes["translation"]}
+            verdict = verdict if verdict in ("zero", "negligible") else "gravity"
+        # Both are inertias, whose torques are these times the acceleration.
+        sizes["drives"] = float(columns["drive"][k])
+        total = sum(sizes.values())
+        parts = {name: size / total for name, size in sizes.items() if size}
+        share = float(columns["torque_share"][k] + columns["drive_torque_share"][k])
+        out[label] = Cell(label, share, int(columns["torque_joint"][k]), parts, verdict)
+    return out
+
+
+def matrix_figure(run: Run) -> Figure:
+    """D (upper triangle), h and c: a panel per element, whose area is its share of the peak torque."""
+    n, of = run.arm.n_joints, cells(run)
+    side = min(MATRIX / (n + 2), _CELL)
+    finite = [cell.share for cell in of.values() if math.isfinite(cell.share)]
+    most = max([1.0, *finite])
+    rows: list[list[Panel | None]] = [[None] * (n + 2) for _ in range(n)]
+    for element in elements(n):
+        place = {"coriolis_centrifugal": n, "gravity_loading": n + 1}.get(element.quantity)
+        column = element.j if place is None else place
+        assert column is not None  # an element of D has a column
+        panel = _cell(of[element.label], side, most)
+        if place is not None:  # a line between D, h and c
+            line = Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9)
+            panel = replace(panel, items=(*panel.items, line))
+        rows[element.i][column] = panel
+    drives = ("drives",) if "drive_torque" in run.decomposition else ()
+    legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))
+    legend += (Key("negligible", "grid", "area"),)
+    label = "Elements of D, h and c by their share of the joint's peak torque"
+    return Figure(label, tuple(map(tuple, rows)), side, side, legend)
+
+
+def _key(name: str) -> Key:
+    colour, slope, _ = _PARTS[name]
+    return Key(_NAMES[name], colour, "area", hatching=slope)
+
+
+def _cell(cell: Cell, side: float, most: float) -> Panel:
+    """Label, share, and a square of the share's area, cut by parts from the left."""
+    size = min(0.18 * side, 8.0)
+    edge, head = 1.0, 1.35 * size + 1.0
+    room = side - head - 3.0 * edge
+    is_grey = cell.verdict in ("negligible", "zero")
+    ground = "grid" if cell.verdict == "negligible" else "paper"
+    frame = (
+        np.array([edge, side - edge, side - edge, edge, edge]),
+        np.array([edge, edge, side - edge, side - edge, edge]),
+    )
+    items: list[Item] = [_box(edge, side - edge, edge, side - edge, ground), Curve(*frame, "line", 0.5)]
+    if not is_grey:
+        reach = room * math.sqrt(min(cell.share, most) / most)
+        left, low = (side - reach) / 2, 2.0 * edge + (room - reach) / 2
+        for name in filter(cell.parts.__contains__, _PARTS):
+            right = left + reach * cell.parts[name]
+            items += _part(name, left, right, low, low + reach)
+            left = right
+    colour = "soft" if is_grey else "ink"
+    top = side - edge - 1.05 * size
+    items.append(Words(edge + 1.5, top, subscripted(cell.label), colour, size=size, bold=not is_grey))
+    if cell.verdict == "zero":
+        items.append(Words(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
+    elif side > 26.0 and not is_grey:
+        items.append(Words(side - edge - 1.5, top, _share(cell.share), colour, "end", 0.8 * size))
+    axis = Axis(0.0, side)
+    return Panel(cell.label, "", axis, axis, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))
+
+
+def _share(share: float) -> str:
+    """A share in as few characters as a cell has room for."""
+    if not math.isfinite(share):
+        return "∞"
+    return percent(share if share >= 0.095 else float(f"{share:.1g}"))
+
+
+def _box(left: float, right: float, low: float, high: float, colour: str) -> Area:
+    return Area(np.array([left, right]), np.full(2, low), np.full(2, high), colour)
+
+
+def _part(name: str, left: float, right: float, low: float, high: float) -> list[Item]:
+    """A rectangle with its hatching."""
+    colour, slope, _ = _PARTS[name]
+    out: list[Item] = [_box(left, right, low, high, colour)]
+    if slope and min(right - left, high - low) > 2.0:
+        out.append(hatching(left, right, low, high, slope))
+    return out
+
+
+def shares_of_torque(run: Run) -> dict[str, FloatArray]:
+    """RMS of each cause of every joint's torque over the sum of these RMS, shape (n,), by `_PARTS`.
+
+    Zero at a joint without torque. Of a long motion, evenly spaced set points count.
+    """
+    taken = run.decomposition.isel(time=evenly(run.trajectory.n_set_points, MOST_KEPT))
+    causes = torque_by_cause(taken)
+    rms = {name: np.sqrt((part**2).mean(axis=0)) for name, part in causes.items()}
+    total = np.sum([*rms.values()], axis=0)
+    floor = float(run.decomposition.attrs["torque_round_off"])
+    return {
+        name: np.divide(rms[name], total, out=np.zeros_like(total), where=total > floor)
+        for name in _PARTS
+        if name in rms
+    }
+
+
+def shares_figure(run: Run) -> Figure:
+    """A bar per joint: what makes its torque; rows as high as those of the matrix."""
+    n, shares = run.arm.n_joints, shares_of_torque(run)
+    side = min(MATRIX / (n + 2), _CELL)
+    rows = tuple((_bar(run, i, {name: float(v[i]) for name, v in shares.items()}, side),) for i in range(n))
+    legend = tuple(_key(name) for name in shares)
+    return Figure("What makes each joint's torque, share of the sum of RMS", rows, BARS, side, legend)
+
+
+def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Panel:
+    size = min(0.19 * side, 8.0)
+    low, high = 2.0, side - 1.75 * size
+    left, items = 0.0, []
+    for name, share in shares.items():
+        right = left + BARS * share
+        if right - left > 0.2:
+            items += _part(name, left, right, low, high)
+        said = f"{_PARTS[name][2]} {percent(share)}"
+        for words in (said, said.split()[0]):
+            # Text on its area, on a piece of paper where lines would run through it.
+            wide = 0.6 * size * len(words) + 3.0
+            if wide < right - left:
+                middle, mid = (left + right) / 2, (low + high) / 2
+                if _PARTS[name][1]:
+                    half = 0.62 * size
+                    ends = middle - wide / 2, middle + wide / 2, mid - half, mid + half
+                    items.append(_box(*ends, _PARTS[name][0]))
+                colour = "paper" if name in ("translation", "rotation") else "ink"
+                items.append(Words(middle, mid - 0.34 * size, words, colour, "middle", size, bold=True))
+                break
+        left = right
+    if not left:
+        items.append(Words(0.0, low + 2.0, "no torque beyond round-off", "soft", size=size))
+    title = joint_label(run.arm.joints, joint, BARS, size)
+    items.append(Words(0.0, side - 1.25 * size, title, "ink", size=size, bold=True))
+    axes = Axis(0.0, BARS), Axis(0.0, side)
+    return Panel(f"bar{joint + 1}", "", *axes, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))

@@ -1,0 +1,132 @@
+"""The answer of the main report: verdict lists, what they are valid for, and every element by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gd_analyze.arrays import evenly
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.dynamics.dominance_over_time import verdicts
+from gd_analyze.figures.elements import subscripted
+from gd_analyze.figures.structure import Cell, cells
+from gd_analyze.formulas.formula import Formula, Product
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import element_formulas
+from gd_analyze.harmonics.terms import Torques
+from gd_analyze.report.budget import budget_words, summands
+from gd_analyze.result import Fact
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.rows import changes_text, element_rows
+from gd_analyze.results.run_result import margins, verdict_section
+from gd_analyze.text import amount, percent, pretty
+
+# Terms of an exact equation that the page writes out, and columns of dominance over time.
+_TERMS, _COLUMNS = 16, 120
+
+
+# Digits of verdicts in the strip of an element.
+_MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
+
+
+class VerdictList(NamedTuple):
+    """Elements with one verdict, largest torque first; or words where there are no elements to list."""
+
+    verdict: str
+    heading: str
+    elements: tuple[str, ...]
+    words: str
+
+
+def verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
+    """Facts of `verdict_section` that people see."""
+    section = verdict_section(findings)
+    facts = (part for part in section.parts if isinstance(part, Fact) and part.label)
+    return tuple(
+        VerdictList(fact.key, fact.label, (), fact.written)
+        if fact.key == "drives" or not fact.value
+        else VerdictList(fact.key, fact.label, tuple(fact.value), f"({fact.note})" if fact.note else "")
+        for fact in facts
+    )
+
+
+def validity(findings: Findings) -> str:
+    """What the answer holds for: motion, margins and budget."""
+    budget = budget_words(findings.model.accuracy.budget)
+    motions = findings.trajectory.motions
+    along = "these motions" if motions else "this motion"
+    return f"Valid within {margins(findings)} of {along}. Torque error allowed: {budget}."
+
+
+def element_details(findings: Findings) -> list[dict[str, Any]]:
+    """Every element for the page that opens it: words, dominance over time, exact and kept equation."""
+    of, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
+    over_time = findings.tables["dominance_over_time"]
+    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
+    marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
+    at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
+    # An arm of too many terms has none that are ranked, and some levels have no terms.
+    exact = _by_element(findings, findings.ranked_terms) if findings.ranked_terms else None
+    model = findings.model
+    simplified = _by_element(findings, model.torques) if model.level.has_torque_terms else None
+    out = []
+    for element in elements(findings.arm.n_joints):
+        label = element.label
+        row = rows[label]
+        detail = {
+            "label": label,
+            "name": subscripted(label),
+            "words": _words(row, of[label]),
+            "changes": changes_text(row),
+            "over_time": "" if label[0] == "c" else "".join(map(str, at[label])),
+        }
+        if exact is not None:
+            detail["exact"] = exact.get(label, "0")
+        if simplified is not None:
+            detail["simplified"] = simplified.get(label, "0")
+        out.append(detail)
+    return out
+
+
+def _words(row: dict[str, Any], cell: Cell) -> str:
+    """Parts and torque of an element in two sentences."""
+    verdict = {"drive": "its drive counts, its links are negligible", "both": "both effects count"}
+    said = verdict.get(cell.verdict, cell.verdict)
+    if cell.verdict in ("translation", "rotation"):
+        said = f"{cell.verdict} dominates"
+    parts = [pretty(amount(row[f"part_peak_{name}"], row["unit"])) for name in ("translation", "rotation")]
+    if row["quantity"] == "gravity_loading":
+        split = f"up to {parts[0]}"
+    else:
+        split = f"translation up to {parts[0]}, rotation up to {parts[1]}"
+    torque = pretty(amount(row["torque_peak"], row["torque_unit"]))
+    words = f"{said[:1].upper()}{said[1:]}: {split} at the set points."
+    words += f" Torque up to {torque} at joint {row['torque_joint']}"
+    words += f", {percent(row['torque_share'])} of its peak torque."
+    if "drives" in cell.parts:
+        drive = pretty(amount(row["drive"], row["unit"]))
+        words += f" Its drive has {drive}; with it the torque reaches {percent(cell.share)}."
+    return words
+
+
+def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
+    """Elements of torques in plain characters, the largest terms first."""
+    model = findings.model
+    own = model.form.velocities.in_joint_velocities(torques)
+    return dict(_plain(element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())))
+
+
+def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
+    plain = Plain()
+    for formula in formulas:
+        terms = sorted(summands(formula), key=lambda summand: -abs(summand.weight))
+        out = ""
+        for factors, velocities, weight in terms[:_TERMS]:
+            sign = "−" if weight < 0.0 else "+" if out else ""
+            space = " " if out else ""
+            out += f"{space}{sign}{space}{plain.product(Product(abs(weight), factors + velocities))}"
+        if len(terms) > _TERMS:
+            out += f" + {len(terms) - _TERMS} smaller terms"
+        yield f"{formula.left.letter}{formula.left.index}", out
