@@ -21,12 +21,14 @@ from gd_analyze.certification.falsification import AT_ONCE, TRIED, worst_found
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
+from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
@@ -46,6 +48,8 @@ _LONG, _FEW_ROUNDS = 950, 3
 _EFFORT = 0.25
 # States drawn at first, beside those given; total for recursions along a tube.
 _DRAWN, _CORNERS = 300, 4000
+# Positions at which the model's D is compared with D.
+_POSITIONS = 1000
 # A bound above the budget by more than this is not improved, nor any after this many rounds.
 _LOOSE, _CLOSING = 1.5, 8
 
@@ -245,10 +249,16 @@ class _Rounds:
             trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
                 self.progress(1)
-            if trial.found is not None and (trial.found <= allowed).all():
-                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
             found = trial.found
             assert found is not None
+            if (found <= allowed).all():
+                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
+                trial, singular = self._with_gamma(trial, model.accuracy.gamma)
+                # Where D was usable at the states of the search, it shall be so everywhere near them.
+                if len(singular) and turn + 1 < _ROUNDS:
+                    worst = np.concatenate([worst, singular], axis=1)
+                    counts = np.concatenate([counts, self.region.counts_at(singular)])
+                    continue
             if (found <= allowed).all():
                 if best is not None and _cost(trial, how) >= _cost(best, how):
                     left -= 1
@@ -294,6 +304,21 @@ class _Rounds:
                 return Held(model, certificate, 0, found, where), states
         found, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
         return Held(model, certificate, TRIED, found, where), states
+
+    def _with_gamma(self, held: Held, at_first: float | None) -> tuple[Held, FloatArray]:
+        """State gamma over further positions, and return the states (3, M, n) of those where it is 1 or more.
+
+        None are returned if the search, which reached `at_first`, could not make D usable.
+        """
+        model, nothing = held.model, np.empty((3, 0, self.exact.arm.n_joints))
+        lower, upper, _ = self.region.pieces(_POSITIONS, np.random.default_rng(1))
+        states = np.random.default_rng(1).uniform(lower, upper)
+        drawn = self.exact.at(States(*states))
+        each = gammas(drawn.inertia, model.inertia(drawn.states.q))
+        gamma = max(model.gamma(self.exact), float(each.max()))
+        model = replace(model, accuracy=replace(model.accuracy, gamma=gamma))
+        is_usable = model.level.has_symmetric_inertia and at_first is not None and at_first < 1.0
+        return held._replace(model=model), states[:, each >= 1.0] if is_usable else nothing
 
     def _written(self, held: Held, allowed: FloatArray) -> Held:
         """Write the final program, and prove it."""

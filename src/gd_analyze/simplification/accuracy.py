@@ -157,6 +157,8 @@ class Accuracy:
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
     norms: tuple[NormShare, ...] = ()  # at `USUAL_STATES`
     certificate: Proven | None = None  # what is proven, if anything
+    # Largest |eigenvalue of D^-1 Ds - I| at the states of the errors and, over a region, at others.
+    gamma: float | None = None
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself for any other."""

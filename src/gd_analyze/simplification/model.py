@@ -126,6 +126,11 @@ class SimplifiedModel:
         return not (self.saves or self.accuracy.errors.largest.any())
 
     @property
+    def is_torque_only(self) -> bool:
+        """Whether its D is unfit for feedback and forward dynamics: gamma is known, and not below 1."""
+        return self.accuracy.gamma is not None and not self.accuracy.gamma < 1.0
+
+    @property
     def notice(self) -> str:
         """Joints whose budget is below friction or uncertainty, and what to do; "" if none."""
         return budget_notice(self.arm, self.accuracy)
@@ -270,3 +275,8 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
 def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors of a model's own program."""
     return replace(model, accuracy=exact.held(model.accuracy, model.torque(*exact.states.arrays)))
+
+
+def with_gamma(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
+    """State gamma of a model over states, see `SimplifiedModel.gamma`."""
+    return replace(model, accuracy=replace(model.accuracy, gamma=model.gamma(exact)))

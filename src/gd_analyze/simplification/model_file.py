@@ -135,6 +135,8 @@ class ModelDocument(Checked):
     cut_short: bool
     certificate: _Certificate | None
     operations: OperationCount
+    operations_apart: dict[str, OperationCount]  # of D, h and c as functions of their own
+    gamma: Annotated[float, Field(ge=0.0)] | None
     arm_fingerprint: str
     arm: dict[str, Any]
     terms: list[dict[str, Any]]  # in the level's own format
@@ -169,6 +171,8 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         cut_short=accuracy.cut_short,
         certificate=_certificate(model),
         operations=model.operations,
+        operations_apart={name: program.count for name, program in model.functions._asdict().items()},
+        gamma=accuracy.gamma,
         arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         terms=model.level.to_entries(model.terms),
@@ -231,6 +235,7 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
             ),
             norms=tuple(NormShare(np.inf if x is None else x, part) for part, x in document.norms),
             certificate=None if document.certificate is None else document.certificate.as_proven(),
+            gamma=document.gamma,
         ),
         provenance=document.provenance,
     )
@@ -249,6 +254,8 @@ def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) 
     model = made or _model_of(document)
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
+    apart = {name: program.count for name, program in model.functions._asdict().items()}
+    require_equal("operations_apart", document.operations_apart, apart)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
     if document.certificate is not None:
         named = [row.joint for row in document.certificate.joints]

@@ -19,7 +19,7 @@ from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
-from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer, with_gamma
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
@@ -123,11 +123,11 @@ def simplify_exact(
     if how.level is ELEMENT:
         if budget is not None or how.operations is not None:
             require_no_budget(how.level, f"budget {budget}, operations {how.operations}")
-        return replace(model_by_verdicts(exact), provenance=dict(provenance or {}))
+        return replace(with_gamma(exact, model_by_verdicts(exact)), provenance=dict(provenance or {}))
     budget = Budget.of(budget)
     exact = exact.under(budget)
     stage(f"searching at level {how.level}")
-    model = _at_level(exact, budget, how, progress)
+    model = with_gamma(exact, _at_level(exact, budget, how, progress))
     return replace(model, provenance=dict(provenance or {}))
 
 
