@@ -135,8 +135,8 @@ def certify(
     harmonics
         The arm's exact dynamics, if known.
     limit
-        Along a tube, stop as soon as it is known whether the errors exceed these, N m (N), shape (n,); the
-        bounds are then less tight.
+        Along a tube, spend the effort on the question whether errors exceed these, N m (N), shape (n,), and
+        little of it on a tighter bound.
     progress
         Called with the hundredths of a joint done since the last call.
 
@@ -163,7 +163,8 @@ def certify(
     parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, every, limits, strict=True)
     for exact, row, rounding, counts, most in parts:
         step = _in_hundredths(progress)
-        found.append(_bounded(ErrorField.of(exact, row, rounding, box), tube, effort, step, counts, most))
+        field = ErrorField.of(exact, row, rounding, box)
+        found.append(_bounded(field, tube, effort, step, counts, most))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)

@@ -252,13 +252,15 @@ class _Rounds:
             found = trial.found
             assert found is not None
             if (found <= allowed).all():
-                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
-                trial, singular = self._with_gamma(trial, model.accuracy.gamma)
+                trial, singular = self._with_gamma(trial)
                 # Where D was usable at the states of the search, it shall be so everywhere near them.
-                if len(singular) and turn + 1 < _ROUNDS:
+                if singular.size and turn + 1 < _ROUNDS:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
+                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
+                found = trial.found
+                assert found is not None
             if (found <= allowed).all():
                 if best is not None and _cost(trial, how) >= _cost(best, how):
                     left -= 1
@@ -305,27 +307,28 @@ class _Rounds:
         found, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
         return Held(model, certificate, TRIED, found, where), states
 
-    def _with_gamma(self, held: Held, at_first: float | None) -> tuple[Held, FloatArray]:
+    def _with_gamma(self, held: Held) -> tuple[Held, FloatArray]:
         """State gamma over further positions, and return the states (3, M, n) of those where it is 1 or more.
 
-        None are returned if the search, which reached `at_first`, could not make D usable.
+        None are returned if gamma is that large at states of the search, which then cannot make D usable.
         """
         model, nothing = held.model, np.empty((3, 0, self.exact.arm.n_joints))
         lower, upper, _ = self.region.pieces(_POSITIONS, np.random.default_rng(1))
         states = np.random.default_rng(1).uniform(lower, upper)
         drawn = self.exact.at(States(*states))
         each = gammas(drawn.inertia, model.inertia(drawn.states.q))
-        gamma = max(model.gamma(self.exact), float(each.max()))
-        model = replace(model, accuracy=replace(model.accuracy, gamma=gamma))
-        is_usable = model.level.has_symmetric_inertia and at_first is not None and at_first < 1.0
-        return held._replace(model=model), states[:, each >= 1.0] if is_usable else nothing
+        known = model.accuracy.gamma
+        assert known is not None  # stated by every search
+        stated = replace(model, accuracy=replace(model.accuracy, gamma=max(known, float(each.max()))))
+        is_usable = model.level.has_symmetric_inertia and known < 1.0
+        return held._replace(model=stated), states[:, each >= 1.0] if is_usable else nothing
 
     def _written(self, held: Held, allowed: FloatArray) -> Held:
         """Write the final program, and prove it."""
         model = _finished(held.model, self.exact, allowed, str(self.budget))
         certificate, found = held.certificate, held.found
         if model.program is not held.model.program and certificate is not None:
-            certificate = _proof(model, self.region, self.effort, certified=self.certified)
+            certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
             found = found if held.tried or certificate is None else certificate.counting
         return Held(proven(model, certificate), certificate, held.tried, found, held.where)
 
@@ -336,7 +339,7 @@ def _proof(
     effort: int,
     *,
     certified: bool,
-    limit: FloatArray | None = None,
+    limit: FloatArray,
 ) -> Certificate | None:
     """Certify; None for a program that is too long, unless a proof was asked for."""
     harmonics = model.form.harmonics

@@ -22,6 +22,8 @@ _EPS = float(np.finfo(float).eps)
 _ROUNDINGS = 1e-8
 # Boxes whose bound exceeds the worst error found by less than this need no closer look.
 _CLOSE = 1.01
+# Share of the effort spent on a bound that is within the limit already.
+_TIGHTENING = 0.05
 # Boxes halved at a time.
 _HALVED = 256
 
@@ -45,9 +47,9 @@ def bound_along(
 ) -> Bounded:
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
-    Boxes are halved where the error may be largest, until the bound is close to an error found or, with a
-    `limit`, until it is known whether the error exceeds it. `counts` (pieces,) are weights of errors,
-    included in the error found.
+    Boxes are halved where the error may be largest, until the bound is close to an error found. With a
+    `limit`, those beyond it are halved until it is known whether the error exceeds it; the rest is halved
+    with a share of the effort. `counts` (pieces,) are weights of errors, included in the error found.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
@@ -62,9 +64,14 @@ def bound_along(
     while True:
         # Rounding and cancelled harmonics are in every bound, however small the box.
         counting, least = counts[boxes.pieces], field.rest + 8 * field.round_off
-        enough = _CLOSE * found + counting * least if limit is None else np.full(len(counting), limit)
-        near = np.flatnonzero(counting * boxes.bounds > enough)
-        if not near.size or spent + 2 > effort or (limit is not None and found > limit):
+        near = np.empty(0, dtype=np.intp)
+        if limit is not None:
+            if found > limit:
+                break
+            near = np.flatnonzero(counting * boxes.bounds > limit)
+        if not near.size and (limit is None or spent - len(tube) < _TIGHTENING * effort):
+            near = np.flatnonzero(counting * boxes.bounds > _CLOSE * found + counting * least)
+        if not near.size or spent + 2 > effort:
             break
         order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
         near = near[order[: min(_HALVED, (effort - spent) // 2)]]

@@ -30,7 +30,7 @@ from gd_analyze.simplification.selection import (
 Progress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
-LARGEST_GAMMA = 0.95
+LARGEST_GAMMA = 0.9
 # Most directions of every position in which D is limited, and attempts after each, as a share of the usual.
 _DIRECTIONS, _AFTER_D = 12, 0.25
 
