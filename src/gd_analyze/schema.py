@@ -22,7 +22,7 @@ from gd_analyze.text import LEVEL_NAMES
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 10
+SCHEMA_VERSION = 11
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
@@ -123,7 +123,7 @@ ATTRIBUTES = _declared("attribute")
 OPTIONAL = {group: set(declared) for group, declared in _declared("optional").items()}
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"every_set_point", "measured_torque", "motions", "recording", "robustness"}
+OPTIONAL_GROUPS = {"every_set_point", "measured_torque", "motions", "recording", "robustness", "stops"}
 
 
 def unit_of(kind: str, *revolute: bool) -> str:

@@ -38,7 +38,7 @@ class MainJobContext(click.Context):
 @options.trajectories()
 @log_options
 @options.folder("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]", FORMATS)
-@options.budget()
+@options.named_budget()
 @options.level()
 @options.verdicts
 @options.simplify

@@ -245,6 +245,13 @@ def budget(words: str = BUDGET) -> Callable[[F], F]:
     return click.option("--budget", default="1%", metavar="LIST", help=words)
 
 
+def named_budget() -> Callable[[F], F]:
+    """--budget of the main job, which also tries the named ones."""
+    words = BUDGET.removesuffix("  [default: 1%]")
+    default = "1%, or the first of the named budgets whose model can be read"
+    return click.option("--budget", default=None, metavar="LIST", help=f"{words}  [default: {default}]")
+
+
 def level(names: Sequence[str] = tuple(LEVEL_NAMES)) -> Callable[[F], F]:
     """--level, by default the first of the names."""
     words = [f"{name}: {LEVEL_NAMES[name]}" for name in names]

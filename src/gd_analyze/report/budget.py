@@ -19,6 +19,7 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import Row, budget_rows
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.text import pretty
 
 # Decades of the axis of errors over the budget.
@@ -38,13 +39,12 @@ class BudgetPath:
     @classmethod
     def of(cls, findings: Findings) -> BudgetPath:
         """Read the table."""
-        rows = budget_rows(findings)
-        return cls(rows, [row["factor"] for row in rows].index(1.0))
+        return cls(budget_rows(findings), int(findings.tables["budgets"].attrs["asked"]))
 
     @property
     def moves(self) -> bool:
         """Whether any budget gives a model other than the one asked for."""
-        return len({row["operations"] for row in self.rows}) > 1
+        return len({(row["operations"], len(row["kept"])) for row in self.rows}) > 1
 
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position; the report's own coefficients where it has the term."""
@@ -53,28 +53,33 @@ class BudgetPath:
         if k != self.asked:
             ranked = [*findings.ranked_terms.items()]
             kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
-            torques = {term: model.torques.get(term, weight) for term, weight in kept}
+            terms = {term: model.terms.get(term, weight) for term, weight in kept}
+            torques = TERM.torques(model.form, terms)
         own = model.form.velocities.in_joint_velocities(torques)
         return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
 
     def data(self, findings: Findings) -> dict[str, Any]:
         """Values for the page's script; positions of errors are percent of their axis."""
         model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
-        errors = np.array([row["largest_error"] for row in self.rows])
+        of_peak = model.accuracy.asked.shares_of == "peak torque"
+        errors, limits = (
+            np.array([row[name] for row in self.rows]) for name in ("largest_error", "allowed_error")
+        )
         counts = [row["operations"] for row in self.rows]
         ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
         return {
-            "factor": [row["factor"] for row in self.rows],
+            "asked": self.asked,
             "label": [budget_words(row["budget"]) for row in self.rows],
             "operations": counts,
+            "apart": [row["operations_apart"] for row in self.rows],
             "kept": [len(row["kept"]) for row in self.rows],
             "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(made_of(findings), ""),
             "exact": model.operations_full.total,
             "largest_error": [[float(f"{error:.4g}") for error in row] for row in errors],
             "place": [[place(share) for share in row] for row in ratio],
-            "limit": [place(row["factor"]) for row in self.rows],
-            "allowed": allowed.tolist(),
-            "whole": whole.tolist(),
+            "limit": [[place(share) for share in row] for row in limits / allowed],
+            "allowed": limits.tolist(),
+            "whole": [whole.tolist() if of_peak else row for row in limits.tolist()],
             "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }

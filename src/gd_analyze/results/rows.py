@@ -130,11 +130,11 @@ def dropped_parts(findings: Findings) -> DroppedParts:
 
 
 def budget_rows(findings: Findings) -> list[Row]:
-    """One row per multiple of the budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
+    """One row per budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    names = ("factor", "budget", "operations", "multiplications", "additions", "largest_error")
-    columns = {name: table[name].values.tolist() for name in names}
-    columns["kept"] = [[] for _ in table.factor]
+    names = ("position", "budget", "operations", "multiplications", "additions", "operations_apart")
+    columns = {name: table[name].values.tolist() for name in (*names, "largest_error", "allowed_error")}
+    columns["kept"] = [[] for _ in table.position]
     for name, dim in (("kept", "rank"), ("kept_parts", "part")):
         if name in table:
             columns["kept"] = [table[dim].values[row].tolist() for row in table[name].values]

@@ -179,10 +179,8 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     )
 
 
-def budgets_table(
-    path: Sequence[SimplifiedModel], factors: Sequence[float], ranking: TermRanking
-) -> xr.Dataset:
-    """Tabulate parts kept, errors and operations for each multiple of the budget.
+def budgets_table(path: Sequence[SimplifiedModel], asked: int, ranking: TermRanking) -> xr.Dataset:
+    """Tabulate parts kept, errors and operations of models for several budgets, `asked` being the run's.
 
     For a model of torque or energy terms, `kept` says which ranked torque terms remain: a term remains as
     long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain. A
@@ -194,9 +192,11 @@ def budgets_table(
         "operations": [count.total for count in counts],
         "multiplications": [count.multiplications for count in counts],
         "additions": [count.additions for count in counts],
+        "operations_apart": [model.functions.operations.total for model in path],
         "largest_error": [model.accuracy.errors.largest for model in path],
+        "allowed_error": [model.accuracy.allowed for model in path],
     }
-    coords: dict[str, Any] = {"factor": ("factor", list(factors), {"long_name": "multiple of the budget"})}
+    coords: dict[str, Any] = {"position": np.arange(len(path))}
     if level.has_torque_terms:
         kept = [[ranked.term in model.torques for ranked in ranking.terms] for model in path]
         values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(ranking.terms))
@@ -205,7 +205,7 @@ def budgets_table(
         parts = parts_of(arm.n_joints)
         values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
         coords["part"] = [part.label for part in parts]
-    return table("budgets", values, arm.is_revolute, coords)
+    return table("budgets", values, arm.is_revolute, coords, {"asked": asked})
 
 
 def beyond_table(

@@ -93,9 +93,9 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
     yield "what budgets keep", {"kept", "kept_parts"} & {*path}, kept
     if "rank" in path.dims:
         yield "rank of budgets", path["rank"].values.tolist(), tables["terms"]["rank"].values.tolist()
-    at_one = path.operations.values[path.factor.values == 1.0].tolist()
-    total = int(shown.attrs["multiplications"] + shown.attrs["additions"])
-    yield "operations of budgets at a factor of 1", at_one, [total]
+    asked, total = int(path.attrs["asked"]), int(shown.attrs["multiplications"] + shown.attrs["additions"])
+    yield "asked of budgets", asked < path.sizes["position"], True
+    yield "operations of budgets at the run's own", int(path.operations.values[asked]), total
     if "motions" in tables:
         alone = tables["motions"]
         yield "set_points of motions", int(alone.set_points.values.sum()), motion.sizes["time"]

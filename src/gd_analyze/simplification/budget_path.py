@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,18 @@ _APART, _LONGEST = 5, 700
 _STATES = 300
 # Budgets far below the model's keep many terms: they are dropped in larger portions.
 _PORTIONS = SelectionSettings(at_once=0.02)
+
+
+def joined_path(
+    path: Sequence[SimplifiedModel], others: Sequence[SimplifiedModel]
+) -> tuple[tuple[SimplifiedModel, ...], tuple[int, ...]]:
+    """Other models among those of a path, by their number of terms; also the place of each of these."""
+    models = list(path)
+    for other in others:
+        fewer = (k for k, model in enumerate(models) if len(model.terms) < len(other.terms))
+        models.insert(next(fewer, len(models)), other)
+    places = {id(model): place for place, model in enumerate(models)}
+    return tuple(models), tuple(places[id(other)] for other in others)
 
 
 def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:

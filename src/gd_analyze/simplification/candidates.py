@@ -20,15 +20,15 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effects import Mask, TermTorques
 from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
+from gd_analyze.simplification.exact import MOST_TERMS, ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.selection import Choice, Selection
 from gd_analyze.text import SINE_PRICE
 
 # Of more terms than this the smallest are dropped beforehand, together within this share of the budget.
 MANY, SWEPT_SHARE = 1000, 0.4
-# Most terms that a search can weigh, and most torque terms of an arm that are written out: some seconds.
-_MOST, _WRITTEN = 4000, 60_000
+# Most terms that a search can weigh.
+_MOST = 4000
 # Numbers held at a time while very many terms are evaluated: 24 MB.
 _AT_ONCE = 3_000_000
 
@@ -119,12 +119,7 @@ def candidates_of(
     if not isinstance(level, CandidateLevel):
         what = f"level {level.name} has no single terms to choose from"
         raise UsageError(what, where="level", expected="term or energy", found=level.name)
-    if has_more_terms(exact.form, _WRITTEN):
-        what = f"the exact torque of {exact.arm.name} has too many terms to choose from"
-        where, expected = f"level {level.name}", f"at most {_WRITTEN} torque terms"
-        next_step = "`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
-        next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
-        raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
+    _require_writable(exact, level)
     every = level.terms(exact.form)
     listed = list(every)
     torques = _every_torque(level, exact.form)
@@ -148,18 +143,43 @@ def candidates_of(
     return Candidates(level, exact.form, terms, choice, stays[remaining], len(listed), sine_price)
 
 
+def _require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
+    """Raise a TooManyTermsError if an arm has too many terms to be written out."""
+    if not has_more_terms(exact.form, MOST_TERMS):
+        return
+    what = f"the exact torque of {exact.arm.name} has too many terms to choose from"
+    where, expected = f"level {level.name}", f"at most {MOST_TERMS} torque terms"
+    next_step = "`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
+    next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
+    raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
+
+
 @lru_cache(maxsize=4)
 def _every_torque(level: CandidateLevel, form: ExactForm) -> TermTorques:
     """Torques of all terms, the same in every round of a search."""
     return level.term_torques(form, level.terms(form))
 
 
+def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> int:
+    """Number of terms whose torque alone exceeds the allowed error, N m, shape (n,), at some state.
+
+    A model keeps about as many: dropped terms rarely cancel.
+
+    Raises
+    ------
+    TooManyTermsError
+        If the arm has too many terms to be written out.
+    """
+    _require_writable(exact, level)
+    return int((_peaks(_every_torque(level, exact.form), exact.states, allowed) > 1.0).sum())
+
+
 def largest_terms(
-    torques: TermTorques, states: States, allowed: FloatArray, count: int
+    torques: TermTorques, states: States, allowed: FloatArray, count: int, needed: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """The terms with the largest torques over the allowed ones, ascending; error of the others, (n, N)."""
+    """Terms with the largest torques over the allowed ones, and needed ones; error of others, (n, N)."""
     peaks = _peaks(torques, states, allowed)
-    chosen = np.sort(np.argsort(-peaks, kind="stable")[:count])
+    chosen = np.union1d(np.argsort(-peaks, kind="stable")[:count], np.flatnonzero(needed))
     others = np.setdiff1d(np.arange(torques.count), chosen)
     return chosen, _together(torques, states, allowed, others)
 

@@ -55,9 +55,8 @@ if TYPE_CHECKING:
 
 # Number of outer joints whose terms are counted first, in longer arms: tens of milliseconds.
 _OUTER_JOINTS, _QUICK_JOINTS = 4, 6
-# Most torque terms that are worth choosing from: a general seven-joint arm has tens of thousands, and any
-# model of them takes more operations than its recursion.
-MOST_TERMS = 2000
+# Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
+MOST_TERMS = 60_000
 # Most joints for which identifying the exact form takes a second, and sums of terms may take fewer operations
 # than the recursion: terms grow with the fourth power of the joints, its operations with the first.
 _MOST_JOINTS, _FEW_JOINTS = 8, 4

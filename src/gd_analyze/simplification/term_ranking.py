@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import MANY, largest_terms
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.text import html_of, percent
 
 # Number of terms shown in a notebook.
@@ -70,7 +71,9 @@ class TermRanking:
         return len(self.terms) + self.unlisted
 
 
-def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRanking:
+def rank_terms(
+    exact: ExactDynamics, level: CandidateLevel = TERM, *, also: Sequence[Terms] = ()
+) -> TermRanking:
     """Rank the terms of an arm's dynamics by their torque at given states.
 
     Very many states are represented by some thousand. Terms are dropped one by one, each time the one whose
@@ -83,6 +86,8 @@ def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRankin
         Exact dynamics at the states.
     level
         A level of harmonic terms: of the torques or of the energies.
+    also
+        Terms that are ranked however small they are; of very many others the largest are.
 
     Returns
     -------
@@ -100,7 +105,9 @@ def rank_terms(exact: ExactDynamics, level: CandidateLevel = TERM) -> TermRankin
         return TermRanking(unlisted=len(every))
     whole = exact.allowed(_WHOLE)
     torques = level.term_torques(exact.form, every)
-    chosen, others = largest_terms(torques, exact.states, whole, MANY)
+    wanted = {term for terms in also for term in terms}
+    needed = np.array([term in wanted for term in every], dtype=bool)
+    chosen, others = largest_terms(torques, exact.states, whole, MANY, needed)
     effects = torques.at(exact.states, chosen).over(whole).dense()
     order = _order_of_elimination(effects)
     # Largest errors with the first of the order dropped, one more each time, (K + 1, n).

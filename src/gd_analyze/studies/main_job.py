@@ -5,9 +5,10 @@ from __future__ import annotations
 import difflib
 import re
 import warnings
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -42,17 +43,19 @@ from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import with_uncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.budget_path import PATH_FACTORS, budget_path
+from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
-from gd_analyze.simplification.model import SimplifiedModel, measured
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
+from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
+from gd_analyze.studies.budget_stops import Stop, chosen, named_budgets, stop_at, stops_table
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
 
@@ -80,7 +83,8 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error, or its text such as "1% or 10% friction"; by default 1 % of peak torque.
+        Allowed torque error, or its text such as "1% or 10% friction". By default 1 % of peak torque or, if
+        its model has more terms than one can read, the next of `named_budgets`.
     level, refit, operations
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
     verdicts
@@ -130,7 +134,8 @@ class Settings:
     every_set_point: bool | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "budget", Budget.of(self.budget))
+        if self.budget is not None:
+            object.__setattr__(self, "budget", Budget.of(self.budget))
         object.__setattr__(self, "margin", Margin.of(self.margin))
         level = level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
@@ -147,7 +152,7 @@ class Settings:
 
     @property
     def asked(self) -> Budget:
-        """The parsed budget."""
+        """The parsed budget; 1 % of peak torque if none is given."""
         return Budget.of(self.budget)
 
     @property
@@ -309,7 +314,7 @@ def find(
         stage("checking and ranking")
         dataset.attrs |= source
         residuals = cross_check(arm, dataset)
-        exact = ExactDynamics.of(arm, dataset).under(how.asked)
+        exact = ExactDynamics.of(arm, dataset)
         warn_without_torque(exact)
         warn_of_torque_limits(arm, exact.states, exact.torque)
         measured_torque = None
@@ -318,28 +323,38 @@ def find(
             measured_torque = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
             if not is_described(measured_torque):
                 warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
-        extremes = None if long is None else long.extremes
-        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(how.asked), extremes=extremes)
         level = level_named(how.level)
-        many = "" if level.has_torque_terms else too_many_terms(exact.form)
+        many = too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
         search = SearchOptions(level, how.refit, how.operations, thorough=False)
         at_set_points = how.at_set_points or how.operations is not None
 
-        def found(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
+        def search_at(exact: ExactDynamics, budget: Budget) -> Held:
             options: dict[str, Any] = {"provenance": source, "stage": stage}
+            if at_set_points or not is_known:
+                return Held(simplify_exact(exact, budget, search, progress=stage.advance, **options))
+            return simplify_held(exact, budget, tube, search, effort=_EFFORTS[1], **options)
+
+        stops, asked = _stops(exact, how, search_at)
+        exact = exact.under(asked)
+        by_budget = {str(stop.budget): stop.held for stop in stops}
+
+        def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
             elements = replace(model_by_verdicts(exact, how.verdicts, how.dominance), provenance=source)
             if level is ELEMENT:
-                return elements, Held(elements)
-            if at_set_points or not is_known:
-                searched = simplify_exact(exact, how.asked, search, progress=stage.advance, **options)
-                return elements, Held(searched)
-            return elements, simplify_held(exact, how.asked, tube, search, effort=_EFFORTS[1], **options)
+                return elements, Held(with_gamma(exact, elements))
+            if stops and not any(stop.is_readable for stop in stops) and how.budget is None:
+                everything = exactly(exact, RECURSIVE, exact.allowed(asked), str(asked))
+                return elements, Held(replace(with_gamma(exact, everything), provenance=source))
+            # The first call searches no second time.
+            return elements, by_budget.pop(str(asked), None) or search_at(exact, asked)
 
         if long is None:
-            elements, held = found(exact)
+            elements, held = models_at(exact)
         else:
-            exact, elements, held, worst = long.settled(exact, found)
+            exact, elements, held, worst = long.settled(exact, models_at)
+        extremes = None if long is None else long.extremes
+        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(asked), extremes=extremes)
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
@@ -350,12 +365,14 @@ def find(
         else:  # warnings of other libraries are passed on
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     stage("trying other budgets")
-    ranking = TermRanking() if many else rank_terms(exact)
     model, near = held.model, held.near or exact
     # With a limit on operations, and at level element, the model keeps another budget.
-    asked = model.accuracy.asked
-    path = budget_path(near, asked, measured(near, model))
-    path = tuple(measured(exact, one) for one in path) if long is None else long.path(exact, path)
+    path = budget_path(near, model.accuracy.asked, measured(near, model))
+    path = tuple(measured(exact, each) for each in path) if long is None else long.path(exact, path)
+    others = [stop.held.model for stop in stops if stop.held is not None and stop.budget != asked]
+    path, places = joined_path(path, [measured(exact, other) for other in others])
+    own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
+    ranking = TermRanking() if many else rank_terms(exact, also=[each.terms for each in path])
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
     if is_known and held.certificate is None and efforts is not None:
@@ -380,16 +397,20 @@ def find(
         "parts": run_tables.parts_table(elements, exact, dominance),
         "by_verdicts": run_tables.verdicts_table(exact, how.dominance),
         "terms": run_tables.terms_table(ranking, arm, not many),
-        "budgets": run_tables.budgets_table(path, PATH_FACTORS, ranking),
+        "budgets": run_tables.budgets_table(path, own, ranking),
         "beyond": _beyond(exact, model, ranking, efforts),
         "tube": run_tables.tube_table(model, tube, held, Margin.of(how.margin)),
     }
+    if stops:
+        by_other = iter(places)
+        at = [own if stop.budget == asked else -1 if stop.held is None else next(by_other) for stop in stops]
+        tables["stops"] = stops_table(stops, at, arm)
     if trajectory.recording is not None and trajectory.recording.measured:
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
     if measured_torque is not None:
         tables["measured_torque"] = measured_torque
     if trajectory.motions:
-        allowed = [alone.allowed(how.asked) for alone in exact.by_motion.values()]
+        allowed = [alone.allowed(asked) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
         tables["motions"] = motion_tables.motions_table(
             arm, trajectory, dominance, ranked, model.accuracy, held.certificate
@@ -410,6 +431,28 @@ def find(
         warnings=tuple(dict.fromkeys(said)),
         provenance=source,
     )
+
+
+def _stops(
+    exact: ExactDynamics, how: Settings, search_at: Callable[[ExactDynamics, Budget], Held]
+) -> tuple[list[Stop], Budget]:
+    """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
+
+    At other levels, and with a limit on operations, there is one budget, which is searched later.
+    """
+    level = level_named(how.level)
+    if level is not TERM or how.operations is not None:
+        return [], how.asked
+    named = named_budgets(exact.arm)
+    budgets = named if how.budget is None else (how.asked, *(each for each in named if each != how.asked))
+    stops = []
+    for budget in budgets:
+        if budget == how.budget:
+            stops.append(Stop(budget, search_at(exact, budget)))
+        else:
+            stops.append(stop_at(exact, TERM, budget, partial(search_at, exact)))
+    readable = chosen(stops)
+    return stops, how.asked if how.budget is not None or readable is None else readable.budget
 
 
 def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str = "") -> dict[str, str]:

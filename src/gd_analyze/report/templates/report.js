@@ -168,7 +168,7 @@ document.body.classList.add("scripted");
 // Every place of the slider is a model found before, on one path through the model of this report.
 if (data.budgets) {
   const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
-  const terms = all("[data-kept]"), asked = budgets.factor.indexOf(1);
+  const terms = all("[data-kept]"), asked = budgets.asked;
   let timer = 0, saying = 0;
   const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
 
@@ -194,8 +194,8 @@ if (data.budgets) {
   function show(at) {
     const errors = budgets.largest_error[at];
     // The allowed error moves with the slider, peak torque does not.
-    const moved = budgets.shares_of === "peak torque" ? 1 : budgets.factor[at];
-    const shares = errors.map((error, k) => (budgets.whole[k] > 0 ? error / (budgets.whole[k] * moved) : 0));
+    const whole = budgets.whole[at];
+    const shares = errors.map((error, k) => (whole[k] > 0 ? error / whole[k] : 0));
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
     element("budget-count").textContent = budgets.operations[at];
@@ -203,8 +203,8 @@ if (data.budgets) {
     element("budget-worst").textContent = percent(shares[worst]);
     rows.forEach((row, k) => {
       row.style.setProperty("--error", budgets.place[at][k]);
-      row.style.setProperty("--budget", budgets.limit[at]);
-      row.querySelector(".said").textContent = `${quantity(errors[k], budgets.unit[k])} of ${quantity(budgets.factor[at] * budgets.allowed[k], budgets.unit[k])}`;
+      row.style.setProperty("--budget", budgets.limit[at][k]);
+      row.querySelector(".said").textContent = `${quantity(errors[k], budgets.unit[k])} of ${quantity(budgets.allowed[at][k], budgets.unit[k])}`;
       row.querySelector(".value").textContent = percent(shares[k]);
     });
     document.body.classList.toggle("other-budget", at !== asked);

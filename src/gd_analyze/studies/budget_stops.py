@@ -1,0 +1,93 @@
+"""Budgets that mean something, each with its model: shares of peak torque, friction and torque limit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.certification.holding import Held
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.schema import table
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.candidates import TooManyTermsError, terms_beyond
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.level import CandidateLevel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Most terms of D, h and c that a person reads.
+READABLE = 250
+# Budgets beside 1 % of peak torque, and what an arm must state of every joint for each.
+_NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """A budget, and its model if that has few enough terms to read."""
+
+    budget: Budget
+    held: Held | None = None
+    terms_beyond: int = 0  # terms whose torque alone exceeds the budget
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether its model was searched, saves operations, and has few enough terms."""
+        model = None if self.held is None else self.held.model
+        return model is not None and not model.is_exact and len(model.terms) <= READABLE
+
+
+def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
+    """1 % of peak torque, and the larger of it and a share of what the arm states of every joint."""
+    none = np.zeros(arm.n_joints)
+    by = ReferenceTorques(arm, none, none)
+    stated = [text for text, whole in _NAMED.items() if np.isfinite(by.all(whole)).all()]
+    return tuple(map(Budget.parse, ("1%", *stated)))
+
+
+def stop_at(
+    exact: ExactDynamics, level: CandidateLevel, budget: Budget, search: Callable[[Budget], Held]
+) -> Stop:
+    """Search a budget's model, unless more terms than one can read exceed the budget alone."""
+    own = exact.under(budget)
+    beyond = terms_beyond(own, level, own.allowed(budget))
+    if beyond > READABLE:
+        return Stop(budget, None, beyond)
+    try:
+        return Stop(budget, search(budget), beyond)
+    except TooManyTermsError:
+        return Stop(budget, None, beyond)
+
+
+def chosen(stops: Sequence[Stop]) -> Stop | None:
+    """The first stop whose model can be read; None if there is none."""
+    return next((stop for stop in stops if stop.is_readable), None)
+
+
+def stops_table(stops: Sequence[Stop], positions: Sequence[int], arm: RobotArm) -> xr.Dataset:
+    """Tabulate the named budgets and their models; -1 and nan where none was searched, or none is shown."""
+    rows = [_row(stop) for stop in stops]
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    columns["budget"] = np.array([str(stop.budget) for stop in stops], dtype=str)
+    columns["position"] = np.array(positions)
+    return table("stops", columns, arm.is_revolute, {"stop": np.arange(1, len(stops) + 1)})
+
+
+def _row(stop: Stop) -> dict[str, Any]:
+    """Figures of a stop's model."""
+    if stop.held is None:
+        unknown = {"terms": -1, "operations": -1, "operations_torque": -1}
+        return {**unknown, "terms_beyond": stop.terms_beyond, "proven_share": np.nan, "gamma": np.nan}
+    model, certificate = stop.held.model, stop.held.certificate
+    gamma, allowed = model.accuracy.gamma, model.accuracy.allowed
+    return {
+        "terms": len(model.terms),
+        "operations": model.functions.operations.total,
+        "operations_torque": model.operations.total,
+        "terms_beyond": stop.terms_beyond,
+        "proven_share": np.nan if certificate is None else (certificate.counting / allowed).max(),
+        "gamma": np.nan if gamma is None else gamma,
+    }
