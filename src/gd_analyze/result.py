@@ -144,6 +144,7 @@ class Equations:
     legend: Any = None
     legend_lines: tuple[str, ...] = ()
     note: str = ""
+    most_lines: int | None = None  # a terminal leaves out what takes more lines
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ _AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.
 # For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
 # the first model that holds.
 _LONG, _FEW_ROUNDS = 950, 3
-# Share of a usual search in each round.
+# Share of a usual search in each round; among terms the first one is whole, and others continue it.
 _EFFORT = 0.25
 # States drawn at first, beside those given; total for recursions along a tube.
 _DRAWN, _CORNERS = 300, 4000
@@ -238,11 +238,16 @@ class _Rounds:
             if len(counts):
                 least = np.minimum(share / _AT_WORST, 1.0) if refits else 1.0
                 known = first.joined_by(worst, least * counts)
+            how_now = search
+            if turn == 0 and refits and along:
+                # A longer search starts like a short one, so that it does not end with more operations.
+                how_now = replace(search, thorough=False)
+            elif turn == 0 and not refits:
+                how_now = replace(search, effort=how.effort)
             model = simplify_exact(
                 known,
                 Budget.of_torques(share * allowed),
-                # A longer search starts like a short one, so that it does not end with more operations.
-                search if turn or not (refits and along) else replace(search, thorough=False),
+                how_now,
                 provenance=self.provenance,
                 stage=self.stage,
             )

@@ -56,8 +56,9 @@ def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Ite
                 if part.top is not None and part.top < part.n_rows:
                     title += f" ({part.top} of {part.n_rows})"
             elif isinstance(part, Equations) and part.lines:
-                lines = [line for each in part.lines for line in _formula(each, width)]
-                lines += ["", *part.legend_lines] if part.legend_lines else []
+                lines = _formulas((*part.lines, *part.legend_lines), width)
+                if part.most_lines is not None and len(lines) > part.most_lines:
+                    continue
             elif isinstance(part, Section):
                 lines, below = [*below, *_parts(part.parts, width, bold)], []
                 if not part.title and not part.note:
@@ -135,6 +136,20 @@ def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) 
             )
         )
     return out
+
+
+def _formulas(formulas: Sequence[str], width: int) -> list[str]:
+    """Formulas line by line; short ones that follow each other share a line, in two or four columns."""
+    lines, room = [""], 0
+    for formula in formulas:
+        cell = next((width // count for count in (4, 2) if len(formula) + 2 <= width // count), width)
+        if cell < width and cell <= room:
+            lines[-1] = f"{lines[-1]:<{width - room}}{formula}"
+            room -= cell
+        else:
+            lines += [formula] if cell < width else _formula(formula, width)
+            room = width - cell
+    return lines[1:]
 
 
 def _formula(line: str, width: int) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Fact, Result, Section, Table
+from gd_analyze.result import Fact, Part, Result, Section, Table
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -53,6 +53,9 @@ _LISTED = {
     "negligible": "Negligible",
     "zero": "Zero",
 }
+# Most lines of equations in a terminal.
+_MOST_LINES = 25
+H_NOTE = "h has terms of its own: it is not the h of this D, which --level energy keeps."
 # Most elements of a list that people see; JSON has all.
 _MOST_LISTED = 12
 
@@ -67,6 +70,8 @@ def run_result(findings: Findings, top: int = 0) -> Result:
         headline=run_headline(findings),
         parts=(
             verdict_section(findings),
+            *_equations(findings),
+            *_stops(findings),
             joint_errors(model, tube_bound(findings)),
             *(replace(fact, label="") for fact in details),
             *motion_result.measured_parts(findings),
@@ -78,6 +83,37 @@ def run_result(findings: Findings, top: int = 0) -> Result:
         notices=notices(findings),
         provenance=findings.provenance,
     )
+
+
+def _equations(findings: Findings) -> Iterator[Part]:
+    """The model's D, h and c, by element."""
+    model = findings.model
+    if not model.level.has_torque_terms or model.is_exact:
+        return
+    shown = model.equations
+    note = "" if model.level.is_mechanical else H_NOTE
+    yield replace(equations("equations", "", shown.formulas, shown.legend, note), most_lines=_MOST_LINES)
+
+
+def _stops(findings: Findings) -> Iterator[Part]:
+    """The named budgets, a line each: terms, operations, and the share that is used."""
+    if "stops" not in findings.tables:
+        return
+    rows = rows_of(findings.tables["stops"], "stop")
+    asked = int(findings.tables["budgets"].attrs["asked"])
+    facts = []
+    for row in rows:
+        text = f"{row['terms_beyond']} terms exceed it alone: too many to read"
+        if row["terms"] >= 0:
+            used = row["proven_share"]
+            proven = "" if used is None else f"; uses {percent(used)} of it (proven)"
+            text = (
+                f"{row['terms']} terms, {row['operations']} + {row['operations_torque']} operations{proven}"
+            )
+        mine = "this model: " * (row["position"] == asked)
+        facts.append(Fact("", str(row["budget"]), row["terms"], text=f"{mine}{text}"))
+    yield Section("", "Models by budget: terms, operations of D, h and c apart + of the torque", tuple(facts))
+    yield Fact("stops", "", rows)
 
 
 def subtitle(findings: Findings) -> str:

@@ -34,6 +34,15 @@ POINT = Effort(600)
 THOROUGH = Effort(600, 30_000)
 
 
+# Most terms of D, h and c that a person reads; of more, a program is not searched for shared parts.
+READABLE = 250
+
+
+def effort_for(terms: int) -> Effort:
+    """Effort worth spending on a program of this many terms."""
+    return POINT if terms <= READABLE else ROUGH
+
+
 # About a minute on one core of a machine of 2025: a billion a second.
 USUAL = 60e9
 # For a linear program: multiplications per iteration and coefficient, from times on such a machine.

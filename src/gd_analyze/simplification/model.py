@@ -18,7 +18,7 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, budget_notice
-from gd_analyze.simplification.effort import POINT, THOROUGH
+from gd_analyze.simplification.effort import THOROUGH, effort_for
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.inertia_error import gammas
@@ -217,7 +217,9 @@ class SimplifiedModel:
         if self.program is self.form.program:
             return self.form.functions
         velocities = self.form.velocities
-        return functions.cheapest(functions_of_terms(velocities, self.torques, POINT, symmetric=symmetric))
+        return functions.cheapest(
+            functions_of_terms(velocities, self.torques, effort_for(len(self.terms)), symmetric=symmetric)
+        )
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest |eigenvalue of D^-1 Ds - I| at given states, with its own D as Ds.

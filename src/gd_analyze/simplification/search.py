@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import EnergyTerm
@@ -52,54 +53,70 @@ def selected_terms(
     selection = candidates.selection(start)
     repair(selection, settings)
     descend(selection, candidates.stays, settings)
-    steps = [("descent", selection)]
+    steps = [SearchStep("descent", _operations(candidates, selection))]
+    inertia = _inertia_terms(candidates, exact)
+    usable = _with_usable_inertia(candidates, selection, inertia, exact, settings)
+    if usable is not None:
+        candidates, selection = usable
     if how.thorough:
         selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
-        steps.append(("search", selection))
-    candidates, usable = with_usable_inertia(candidates, selection, exact, settings)
-    if usable is not selection:
-        steps.append(("usable D", usable))
-        selection = usable
+        shorter = settings.scaled(_AFTER_D)
+        again = _with_usable_inertia(candidates, selection, inertia, exact, settings, improving=shorter)
+        if usable is not None and again is not None:
+            candidates, selection = again
+        steps.append(SearchStep("search", _operations(candidates, selection)))
     terms, is_refitted = candidates.chosen(selection.selected), False
-    stages = [SearchStep(name, _operations(candidates, each)) for name, each in steps]
     if how.refit:
         fitted = refitted(candidates, selection.selected, candidates.stays)
         if fitted is not None:
             terms, is_refitted = candidates.chosen(*fitted), True
-            stages.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
+            steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
     if progress is not None:
         progress(candidates.total - len(terms))
     if how.way is not None:
         how.way.append(terms)
     program = candidates.write(terms, THOROUGH if how.write else POINT)
-    return Found(terms, program, is_refitted, tuple(stages))
+    return Found(terms, program, is_refitted, tuple(steps))
 
 
-def with_usable_inertia(
-    candidates: Candidates, selection: Selection, exact: ExactDynamics, settings: SelectionSettings = USUAL
-) -> tuple[Candidates, Selection]:
-    """Select anew until gamma is below 1 at every state; unchanged if that fails within the budget.
+def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:
+    """The candidates of D' at the states, and their places among all."""
+    level, elements, places = candidates.level, list[EnergyTerm](), list[int]()
+    for place, term in enumerate(candidates.terms):
+        element = level.inertia_term(term)
+        if element is not None:
+            elements.append(element)
+            places.append(place)
+    weights = np.array(list(candidates.terms.values()))[places]
+    velocities = exact.form.velocities
+    return InertiaTerms(velocities, elements, weights, exact.states.q), np.array(places, dtype=np.intp)
+
+
+def _with_usable_inertia(
+    candidates: Candidates,
+    selection: Selection,
+    inertia: tuple[InertiaTerms, NDArray[np.intp]],
+    exact: ExactDynamics,
+    settings: SelectionSettings,
+    improving: SelectionSettings | None = None,
+) -> tuple[Candidates, Selection] | None:
+    """Select anew until gamma is below 1 at every state; None if that fails within the budget.
 
     Where gamma is too large, what D lacks in the worst direction joins the errors that a selection limits.
     """
-    level, form = candidates.level, exact.form
-    of_inertia = [(k, own) for k, term in enumerate(candidates.terms) if (own := level.inertia_term(term))]
-    places = np.array([k for k, _ in of_inertia], dtype=np.intp)
-    elements: list[EnergyTerm] = [own for _, own in of_inertia]
-    weights = np.array(list(candidates.terms.values()))[places]
-    inertia_terms = InertiaTerms(form.velocities, elements, weights, exact.states.q)
-    extended, trial = candidates, selection
+    inertia_terms, places = inertia
     for _ in range(_DIRECTIONS):
-        excess = inertia_terms.excess(exact.inertia, trial.selected[places], LARGEST_GAMMA)
+        excess = inertia_terms.excess(exact.inertia, selection.selected[places], LARGEST_GAMMA)
         if excess is None:
-            return extended, trial
+            return candidates, selection
         added, rest = (values / LARGEST_GAMMA for values in excess)
-        extended = replace(extended, choice=extended.choice.joined_by(places, added, rest))
-        trial = Selection(extended.choice, trial.selected)
-        repair(trial, settings)
-        descend(trial, candidates.stays, settings)
-        trial = _cheapest(extended, improve(trial, candidates.stays, settings.scaled(_AFTER_D)))
-    return candidates, selection
+        candidates = replace(candidates, choice=candidates.choice.joined_by(places, added, rest))
+        selection = Selection(candidates.choice, selection.selected)
+        repair(selection, settings)
+        descend(selection, candidates.stays, settings)
+        if improving is not None:
+            selection = _cheapest(candidates, improve(selection, candidates.stays, improving))
+    return None
 
 
 def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:

@@ -8,7 +8,7 @@ taken if it costs no more. All numbers are counted, none timed: the same input g
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +26,8 @@ class SelectionSettings:
     tries: int = 1500  # most attempts to improve a selection
     patience: int = 400  # attempts without success after which it ends
     most_put_back: int = 6  # terms put back in an attempt, at most
-    noise: float = 0.5  # standard deviation of the logarithm of a term's merit in an attempt
+    exchanging: float = 0.5  # share of the attempts that begin by dropping a term or two
+    noise: float = 1.0  # standard deviation of the logarithm of a term's merit in an attempt
     half_power: int = 4  # half the power of the errors that a descent keeps small
     at_once: float = 1 / 200  # share of the terms dropped at once while there are many
     several: int = 10  # cheapest selections by estimate, whose operations are counted
@@ -34,7 +35,7 @@ class SelectionSettings:
     def scaled(self, effort: float) -> SelectionSettings:
         """The same with more or fewer attempts."""
         tries, patience = (max(1, round(effort * number)) for number in (self.tries, self.patience))
-        return SelectionSettings(tries, patience, self.most_put_back, self.noise)
+        return replace(self, tries=tries, patience=patience)
 
 
 USUAL = SelectionSettings()
@@ -218,7 +219,11 @@ def improve(
             break
         waited += 1
         trial = selection.copy()
-        _put_some_back(trial, settings, random)
+        if random.random() < settings.exchanging:
+            if not _exchange_some(trial, stays, settings, random):
+                continue
+        else:
+            _put_some_back(trial, settings, random)
         descend(trial, stays, settings, random=random)
         cost = trial.cost
         if cost > selection.cost:
@@ -229,6 +234,29 @@ def improve(
             cheapest, waited = cost, 0
     ordered = sorted(best.values(), key=lambda selection: selection.cost)
     return ordered[: settings.several]
+
+
+def _exchange_some(
+    selection: Selection, stays: Mask, settings: SelectionSettings, random: np.random.Generator
+) -> bool:
+    """Drop one or two terms at random, and put others back; whether the errors are then within."""
+    open_ = np.flatnonzero(selection.selected & ~stays)
+    if not len(open_):
+        return False
+    leaving = random.choice(open_, size=min(int(random.integers(1, 3)), len(open_)), replace=False)
+    for term in leaving.tolist():
+        selection.drop(term)
+    for _ in range(settings.most_put_back):
+        if selection.largest <= 1.0:
+            return True
+        relief = selection.relief(settings.half_power)
+        relief[leaving] = 0.0
+        relief *= np.exp(settings.noise * random.standard_normal(len(relief)))
+        term = int(relief.argmax())
+        if relief[term] <= 0.0:
+            return False
+        selection.put_back(term)
+    return selection.largest <= 1.0
 
 
 def _put_some_back(selection: Selection, settings: SelectionSettings, random: np.random.Generator) -> None:

@@ -13,14 +13,13 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.candidates import TooManyTermsError, terms_beyond
+from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Most terms of D, h and c that a person reads.
-READABLE = 250
 # Budgets beside 1 % of peak torque, and what an arm must state of every joint for each.
 _NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
 

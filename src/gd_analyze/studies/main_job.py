@@ -326,7 +326,7 @@ def find(
         level = level_named(how.level)
         many = too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
-        search = SearchOptions(level, how.refit, how.operations, thorough=False)
+        search = SearchOptions(level, how.refit, how.operations, thorough=level is not RECURSIVE)
         at_set_points = how.at_set_points or how.operations is not None
 
         def search_at(exact: ExactDynamics, budget: Budget) -> Held:
@@ -372,7 +372,11 @@ def find(
     others = [stop.held.model for stop in stops if stop.held is not None and stop.budget != asked]
     path, places = joined_path(path, [measured(exact, other) for other in others])
     own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
-    ranking = TermRanking() if many else rank_terms(exact, also=[each.terms for each in path])
+    ranking = TermRanking()
+    if not many:
+        ranking = rank_terms(
+            exact, also=[each.terms for each in path if each.level is TERM and not each.is_exact]
+        )
     stage("bounding errors")
     efforts = _efforts(model, bool(many))
     if is_known and held.certificate is None and efforts is not None:
