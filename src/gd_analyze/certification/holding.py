@@ -25,7 +25,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.effort import POINT, THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import gammas
@@ -263,7 +263,8 @@ class _Rounds:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
-                trial = self._written(trial, allowed)._replace(near=some.joined_by(worst, counts))
+                trial = self._written(trial, allowed, THOROUGH if how.write else POINT)
+                trial = trial._replace(near=some.joined_by(worst, counts))
                 found = trial.found
                 assert found is not None
             if (found <= allowed).all():
@@ -328,9 +329,9 @@ class _Rounds:
         is_usable = model.level.has_symmetric_inertia and known < 1.0
         return held._replace(model=stated), states[:, each >= 1.0] if is_usable else nothing
 
-    def _written(self, held: Held, allowed: FloatArray) -> Held:
+    def _written(self, held: Held, allowed: FloatArray, effort: Effort) -> Held:
         """Write the final program, and prove it."""
-        model = _finished(held.model, self.exact, allowed, str(self.budget))
+        model = _finished(held.model, self.exact, allowed, str(self.budget), effort)
         certificate, found = held.certificate, held.found
         if model.program is not held.model.program and certificate is not None:
             certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
@@ -357,11 +358,11 @@ def _proof(
 
 
 def _finished(
-    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str
+    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str, effort: Effort
 ) -> SimplifiedModel:
     """State the budget, and write the program with few operations."""
     if model.terms:
-        model = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+        model = replace(model, program=model.level.write(model.form, model.terms, effort))
     operations = model.program.count.total
     steps = model.accuracy.steps
     if steps and operations < steps[-1].operations:

@@ -45,8 +45,6 @@ def effort_for(terms: int) -> Effort:
 
 # About a minute on one core of a machine of 2025: a billion a second.
 USUAL = 60e9
-# For a linear program: multiplications per iteration and coefficient, from times on such a machine.
-_SIMPLEX = 3.0
 
 
 class Work:
@@ -65,22 +63,6 @@ class Work:
     def spend(self, amount: float) -> None:
         """Subtract work done."""
         self.spent += amount
-
-    def solve(self, solver: Any) -> bool:
-        """Run a linear program within the effort; whether it ended by itself."""
-        import highspy
-
-        left = self.effort - self.spent
-        coefficients = _SIMPLEX * max(solver.getNumNz(), 1)
-        if not self.affords(coefficients):
-            return False
-        solver.setOptionValue("simplex_iteration_limit", int(min(left / coefficients, 2**31 - 1)))
-        solver.run()
-        self.spend(coefficients * (1 + max(solver.getInfo().simplex_iteration_count, 0)))
-        if solver.getModelStatus() == highspy.HighsModelStatus.kIterationLimit:
-            self.was_short = True
-            return False
-        return True
 
 
 # Source folders that determine an exact program; a change there invalidates those written before.

@@ -123,7 +123,7 @@ class SimplifiedModel:
     @property
     def is_exact(self) -> bool:
         """Whether it is the exact torque, with no saving and no error."""
-        return not (self.saves or self.accuracy.errors.largest.any())
+        return not (self.accuracy.errors.largest.any() or self.saves)
 
     @property
     def is_torque_only(self) -> bool:

@@ -326,11 +326,12 @@ def find(
         level = level_named(how.level)
         many = too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
-        search = SearchOptions(level, how.refit, how.operations, thorough=level is not RECURSIVE)
+        usual = SearchOptions(level, how.refit, how.operations, thorough=level is not RECURSIVE)
         at_set_points = how.at_set_points or how.operations is not None
 
-        def search_at(exact: ExactDynamics, budget: Budget) -> Held:
+        def search_at(exact: ExactDynamics, budget: Budget, *, shortest: bool = True) -> Held:
             options: dict[str, Any] = {"provenance": source, "stage": stage}
+            search = replace(usual, write=shortest)
             if at_set_points or not is_known:
                 return Held(simplify_exact(exact, budget, search, progress=stage.advance, **options))
             return simplify_held(exact, budget, tube, search, effort=_EFFORTS[1], **options)
@@ -437,9 +438,7 @@ def find(
     )
 
 
-def _stops(
-    exact: ExactDynamics, how: Settings, search_at: Callable[[ExactDynamics, Budget], Held]
-) -> tuple[list[Stop], Budget]:
+def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
     At other levels, and with a limit on operations, there is one budget, which is searched later.
@@ -454,7 +453,9 @@ def _stops(
         if budget == how.budget:
             stops.append(Stop(budget, search_at(exact, budget)))
         else:
-            stops.append(stop_at(exact, TERM, budget, partial(search_at, exact)))
+            # Programs of models that are not the run's are not searched for their shortest form.
+            is_own = how.budget is None and chosen(stops) is None
+            stops.append(stop_at(exact, TERM, budget, partial(search_at, exact, shortest=is_own)))
     readable = chosen(stops)
     return stops, how.asked if how.budget is not None or readable is None else readable.budget
 
