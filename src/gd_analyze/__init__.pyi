@@ -5,6 +5,7 @@ from gd_analyze.certification.holding import Held as Held
 from gd_analyze.certification.holding import simplify_certified as simplify_certified
 from gd_analyze.certification.holding import simplify_held as simplify_held
 from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite
+from gd_analyze.certification.simplifying import simplify as simplify
 from gd_analyze.certification.tube import Tube as Tube
 from gd_analyze.dynamics.base_parameters import BaseParameter as BaseParameter
 from gd_analyze.dynamics.base_parameters import BaseParameters as BaseParameters
@@ -59,7 +60,6 @@ from gd_analyze.simplification.levels import LEVELS as LEVELS
 from gd_analyze.simplification.model import SimplifiedModel as SimplifiedModel
 from gd_analyze.simplification.model_file import load_model as load_model
 from gd_analyze.simplification.model_file import save_model as save_model
-from gd_analyze.simplification.simplify import simplify as simplify
 from gd_analyze.simplification.term_ranking import rank_terms as rank_terms
 from gd_analyze.simplification.trade_off import trade_off as trade_off
 from gd_analyze.studies.batch import batch as batch

@@ -4,29 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.motions.pool import GivenMotions
-from gd_analyze.motions.states import States
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
-from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.level import CandidateLevel, Level
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer, with_gamma
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
-from gd_analyze.text import SINE_PRICE
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 # --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
@@ -35,75 +29,6 @@ _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 # States that represent very many in a search among terms, which evaluates each thousands of times.
 _STATES = 600
 _USUAL = SearchOptions()
-
-
-def simplify(
-    arm: RobotArm | str | Path,
-    states: States | GivenMotions | xr.Dataset,
-    budget: Budget | str | None = None,
-    *,
-    level: str | Level = TERM,
-    refit: bool = False,
-    operations: int | None = None,
-    drives: bool | None = None,
-    effort: float = 1.0,
-    sine_price: int = SINE_PRICE,
-) -> SimplifiedModel:
-    """Find the model with the fewest operations within a torque error budget.
-
-    Parameters
-    ----------
-    arm
-        The arm, or the name of a built-in one, or the path of its file.
-    states
-        States over which the budget holds: the set points of a trajectory (also by shipped name or path), or
-        of several, with the budget kept on each; their decomposition; or drawn states, see `states_in_box`.
-    budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
-        default 1 % of each joint's peak torque over the states.
-    level
-        "term" drops single torque terms; "energy" drops terms of the energies, so that the model stays a
-        mechanical system; "element" keeps the dominant effects of D_ij and h_i, the founding text's
-        method: it is written without a search, takes no budget, and states its error as one;
-        "recursive" simplifies steps of the Newton-Euler recursion, for arms with many terms.
-    refit
-        Change kept coefficients to compensate for dropped ones.
-    operations
-        Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
-    effort
-        Length of the search relative to the usual one, which is about a minute at most.
-    drives
-        Include drive inertia, or take the links alone; by default it is included if the arm describes
-        drives, see `ExactDynamics.of`.
-    sine_price
-        Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
-        multiplications and additions are minimized.
-
-    Returns
-    -------
-    SimplifiedModel
-        Its largest error over the states, measured on its own program, is within the budget. If this takes as
-        many operations as the exact torque, it is the exact model. Its `notice` names joints whose budget is
-        below friction or torque uncertainty.
-
-    Raises
-    ------
-    UsageError
-        If the budget is not understood, does not fit the number of joints, or is a share of a number that the
-        arm does not state; or if the level has nothing to refit.
-    ArmError
-        If drives are asked for and the arm describes none.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> arm = gd.load_arm("two_link")
-    >>> model = gd.simplify(arm, gd.read_trajectory("two-link-swing", arm), "1%")
-    >>> bool((model.accuracy.errors.largest_share <= 0.01).all())
-    True
-    """
-    how = SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price)
-    return simplify_exact(ExactDynamics.of(arm, states, drives), budget, how)
 
 
 def simplify_exact(
@@ -115,7 +40,7 @@ def simplify_exact(
     progress: Progress = None,
     stage: Callable[[str], object] = lambda _: None,
 ) -> SimplifiedModel:
-    """Simplify given exact dynamics, see `simplify`.
+    """Simplify so that the budget holds at given states, see `gd_analyze.simplify`.
 
     `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
     `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
