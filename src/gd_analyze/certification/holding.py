@@ -353,7 +353,8 @@ def _proof(
         return certify(model, region, effort=effort, harmonics=harmonics, limit=limit)
     with suppress(TooLongError):
         if (some := usual_effort(model, effort)) is not None:
-            return certify(model, region, effort=some, harmonics=harmonics, limit=limit)
+            # The search of a recursion goes on from a tight bound.
+            return certify(model, region, effort=some, harmonics=harmonics)
     return None
 
 
