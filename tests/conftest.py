@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
+from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import states_in_box
@@ -22,7 +23,6 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.simplify import simplify
 from gd_analyze.studies.main_job import Settings, find
 from recordings import CUTOFF, recorded
 from strategies import PROFILE

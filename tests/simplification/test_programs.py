@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -32,7 +33,6 @@ from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_t
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import require_terms_computed
-from gd_analyze.simplification.simplify import simplify
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison import count_cost
 from parallel_axes import arm_of, scara

@@ -7,12 +7,14 @@ import itertools
 
 import numpy as np
 import pytest
+from gd_analyze.simplification.linear_programs import Refit, select
 from hypothesis import given
 from hypothesis import strategies as st
 
 from few_tries import few_tries
 from formulation_costs import generic_chain
 from gd_analyze.arrays import ROUND_OFF_SHARE
+from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
@@ -22,14 +24,13 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import Candidates, TooManyTermsError
 from gd_analyze.simplification.effort import ROUGH, Work
 from gd_analyze.simplification.element import Part, parts_of, torque_by_part
-from gd_analyze.simplification.term_ranking import rank_terms
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.linear_programs import Refit, select
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.search import search
-from gd_analyze.simplification.simplify import simplify, simplify_exact
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term_ranking import rank_terms
 from made_models import by_elements, model_of, of_shares
 from strategies import arms_with_states, examples, motions, two_link_of
 
