@@ -12,12 +12,16 @@ from made_models import model_of
 
 
 def model_with(arm: gd.RobotArm, torques: Torques) -> gd.SimplifiedModel:
-    return model_of(ExactForm(arm), TERM, torques)
+    """A model of torque terms; of those of D' the upper triangle stands for both."""
+    form = ExactForm(arm)
+    upper = {t: w for t, w in torques.items() if t.quantity != "inertia" or t.row <= t.velocities[0].joint}
+    return model_of(form, TERM, upper)
 
 
 def damaged(arm: gd.RobotArm, rng: np.random.Generator) -> gd.SimplifiedModel:
     """A model that lacks some torque terms and has others with wrong coefficients."""
-    torques = {t: w * (0.9 if rng.random() < 0.3 else 1.0) for t, w in ExactForm(arm).torques.items()}
+    every = TERM.terms(ExactForm(arm))
+    torques = {t: w * (0.9 if rng.random() < 0.3 else 1.0) for t, w in every.items()}
     return model_with(arm, {t: w for t, w in torques.items() if rng.random() < 0.7})
 
 

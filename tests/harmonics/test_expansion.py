@@ -63,7 +63,7 @@ def test_round_off_is_small(puma):
 
 
 def form_program(form: ExactForm) -> Program:
-    return LEVELS["term"].write(form, form.torques, ROUGH)
+    return LEVELS["term"].write(form, LEVELS["term"].terms(form), ROUGH)
 
 
 def test_what_cancels_is_gone(puma):

@@ -31,7 +31,8 @@ from strategies import arms_with_states, examples, random_states
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
     how = SearchOptions(LEVELS[request.param], dearer=True)
-    return simplify_exact(ExactDynamics.of(two_link, swing), Budget.parse("50%"), how)
+    budget = None if request.param == "element" else Budget.parse("90%")
+    return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
 
 
 @examples(12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import read_back
 from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
@@ -388,8 +389,17 @@ def with_added(model: SimplifiedModel, path: Path, what: Callable[[Steps], str])
     def change(document: Document) -> None:
         step = Steps(document)
         document["outputs"][0] = step("add", what(step), document["outputs"][0])
+        document["operations_apart"] = apart_of(document, model)
 
     return changed(model, path, change)
+
+
+def apart_of(document: Document, model: SimplifiedModel) -> Document:
+    """Operations of D, h and c as functions, where they follow from the steps of a document."""
+    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(model.arm.n_joints)}
+    program = read_back(document["steps"], document["outputs"], inputs)
+    functions = replace(model, program=program).functions
+    return {name: asdict(each.count) for name, each in functions._asdict().items()}
 
 
 ELSE = [a_high_power, nothing_at_known_states, a_small_term, a_term_lost_in_rounding, an_overflow]
@@ -448,13 +458,13 @@ def test_a_change_that_does_nothing_is_refused(two_link, swing, path):
 @pytest.fixture(scope="module")
 def certified(two_link) -> SimplifiedModel:
     exact = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 50))
-    return gd.simplify_certified(exact, "30%", gd.Box.of(two_link))[0]
+    return gd.simplify_certified(exact, "60%", gd.Box.of(two_link))[0]
 
 
 @pytest.fixture(scope="module")
 def around(two_link, swing) -> SimplifiedModel:
     exact = gd.ExactDynamics.of(two_link, swing)
-    return gd.simplify_certified(exact, "30%", gd.Tube.along(two_link, swing, "0.5deg"))[0]
+    return gd.simplify_certified(exact, "60%", gd.Tube.along(two_link, swing, "0.5deg"))[0]
 
 
 @pytest.mark.parametrize("which", ["certified", "around"])
@@ -469,12 +479,12 @@ def test_a_certificate_comes_back_and_is_proven_again(request, path, which):
     assert result.headline == "The certificate holds"
 
     def smaller(document: Document) -> None:
-        for row in document["certificate"]["joints"]:
-            row["certified"] *= 0.98
+        # A tube's boxes are halved until they reach what is stated, which takes more than that to fail.
+        document["certificate"]["joints"][0]["certified"] *= 0.9999 if which == "certified" else 0.99
 
     # Not so small that an error at the states it was fitted on is larger, or at some drawn ones.
     worse = load_model(changed(model, path, smaller))
-    assert proven_again(worse)[0].headline == "The certificate does not hold at joint 1"
+    assert proven_again(worse)[0].headline.startswith("The certificate does not hold at joint")
     assert not proven_again(worse)[1]
 
 

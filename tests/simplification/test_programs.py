@@ -109,7 +109,7 @@ def test_a_scara_takes_few_operations():
     rng = np.random.default_rng(0)
     q, qd, qdd = (rng.uniform(-x, x, (1000, 4)) for x in (np.pi, 1.0, 10.0))
     model = simplify(scara(), States(q, qd, qdd), "1%")
-    assert model.operations.total <= 41
+    assert (model.functions.operations.total, model.operations.total) <= (39, 45)
 
 
 def test_a_general_arm_of_eight_joints_is_never_written_out():

@@ -41,7 +41,7 @@ def test_a_level_is_known_by_its_name_or_as_itself():
         assert level_named(name) is level_named(level) is level
     with pytest.raises(UsageError, match="no such level") as caught:
         level_named("atom")
-    assert caught.value.details["expected"] == "element, term, recursive, energy"
+    assert caught.value.details["expected"] == "term, element, energy, recursive"
 
 
 WRONG = {

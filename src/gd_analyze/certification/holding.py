@@ -364,8 +364,8 @@ def _finished(
     """State the budget, and write the program with few operations."""
     if model.terms:
         model = replace(model, program=model.level.write(model.form, model.terms, effort))
-    operations = model.program.count.total
-    steps = model.accuracy.steps
+    count = model.functions.operations if model.level.is_structured else model.program.count
+    operations, steps = count.total, model.accuracy.steps
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
     accuracy = replace(

@@ -110,7 +110,7 @@ def proven_again(
             what = "the certificate is for another motion"
             raise UsageError(what, where="--check", expected=expected, found=found, next_step=way)
         region = Tube.along(model.arm, motion, stated.margin)
-    again = certify(model, region, effort=stated.effort, progress=progress)
+    again = certify(model, region, effort=stated.effort, limit=stated.certified, progress=progress)
     # The same sums, up to the rounding of another machine.
     holds = again.certified <= stated.certified * (1.0 + 1e-9)
     verdict = "holds" if holds.all() else f"does not hold at joint {1 + int(np.argmin(holds))}"

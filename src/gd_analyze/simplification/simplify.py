@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 # --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
 _LEAST, _WIDER = 1e-6, 1.05
+# Multiple of a budget at which a model keeps only what it must.
+_ANYTHING = 1e12
 _CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
 # States that represent very many in a search among terms, which evaluates each thousands of times.
 _STATES = 600
@@ -74,6 +76,12 @@ def _at_level(
         quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
     else:
         quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
+    if (least := quick(_ANYTHING)) > operations:
+        what, expected = f"no model of level {level} takes so few operations", f"{least} or more"
+        next_step = "allow more, or take another level"
+        raise UsageError(
+            what, where="operations", expected=expected, found=str(operations), next_step=next_step
+        )
     few, many = _LEAST, 1.0
     while quick(many) > operations:
         few, many = many, 2.0 * many
