@@ -66,9 +66,9 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
         assert (smaller.accuracy.allowed < larger.accuracy.allowed).all()
         if given.level is not RECURSIVE:
             assert larger.terms.keys() <= smaller.terms.keys()
-    own = [model for model in path if model.program is given.program]
-    assert own[0].terms == given.terms
-    np.testing.assert_array_equal(own[0].accuracy.allowed, given.accuracy.allowed)
+    (own,) = (model for model in path if (model.accuracy.allowed == given.accuracy.allowed).all())
+    assert own.terms == given.terms
+    assert own.program is given.program
     if given.level is not RECURSIVE:
         assert len(path) == 21
         # Ten times the budget, and a tenth of it, to the rounding of powers.

@@ -200,16 +200,12 @@ void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double
         const double t1 = qd1 + qd2;
         const double t2 = t1 * t1;
         const double t3 = 0.5 * sin1;
-        const double t4 = qd1 * qd1;
-        const double t5 = t2 + t2;
+        const double t4 = t2 * t3;
+        const double t5 = qd1 * qd1;
         const double t6 = t3 * t5;
-        const double t7 = t4 + t4;
-        const double t8 = t3 * t7;
-        const double t9 = t8 - t6;
-        const double t10 = 0.5 * t9;
-        const double t11 = 0.5 * t8;
-        h[0] = t10;
-        h[1] = t11;
+        const double t7 = t6 - t4;
+        h[0] = t7;
+        h[1] = t6;
     }
 }
 

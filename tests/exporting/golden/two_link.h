@@ -7,10 +7,11 @@
  * inertia: mass matrix D(q), row by row;
  *   4 (1 mult + 3 add), 1 sin and cos.
  * coriolis_centrifugal: Coriolis and centrifugal torque h(q, qd);
- *   11 (7 mult + 4 add), 1 sin and cos.
+ *   7 (5 mult + 2 add), 1 sin and cos.
  * gravity_loading: gravity loading c(q);
  *   4 (2 mult + 2 add), 2 sin and cos.
- * The exact torque takes 22 (12 mult + 10 add), 4 sin and cos.
+ * The exact torque takes 22 (12 mult + 10 add), 4 sin and cos,
+ *   exact D, h and c, each a function of its own, 4 + 7 + 4 operations.
  * Inertia of the drives: left out.
  * Units: rad and m, s, N m and N. Friction is not included.
  * Arm two_link, SHA-256 of all that affects its torque:
