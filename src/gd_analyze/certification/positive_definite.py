@@ -1,4 +1,4 @@
-"""A lower bound on the smallest eigenvalue of a model's mass matrix D over a box of positions.
+"""A lower bound on the smallest eigenvalue of a model's mass matrix D over a box, or boxes, of positions.
 
 D is evaluated on a grid; the norm of its elements' largest change between the nodes bounds the loss of an
 eigenvalue. Both refer to K (D - shift 1) K^T, with a K that makes this the identity at a typical D.
@@ -16,7 +16,9 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of, expansion_of
 from gd_analyze.certification.error_field import local_maximum, round_off_of
 from gd_analyze.certification.grid import Grid, shared_out
+from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import ModelError
+from gd_analyze.harmonics.expansion import Expansion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel
 
@@ -51,18 +53,19 @@ class Definiteness:
 
 
 def certify_positive_definite(
-    model: SimplifiedModel, box: Box | None = None, *, effort: int = EFFORT
+    model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = EFFORT
 ) -> Definiteness:
-    """Bound the smallest eigenvalue of a model's D from below over a box of positions.
+    """Bound the smallest eigenvalue of a model's D from below over a box of positions, or along a motion.
 
     Parameters
     ----------
     model
-        A mechanical system, such as a model of level "energy", whose D is symmetric.
-    box
-        The positions; by default the arm's ranges.
+        A model with a symmetric D, such as one of level "term" or "energy".
+    region
+        The positions: a box, or those of a tube, each of whose pieces is a box; by default the arm's ranges.
     effort
-        Most positions at which D is evaluated; the same effort gives the same result on any machine.
+        Most positions at which D is evaluated, in all pieces together but at least one in each; the same
+        effort gives the same result on any machine.
 
     Returns
     -------
@@ -72,16 +75,34 @@ def certify_positive_definite(
     Raises
     ------
     ModelError
-        If the model is not a mechanical system.
+        If the model's D is not symmetric by construction.
     UsageError
-        If the box has another number of joints, or `effort` is not positive.
+        If the region has another number of joints, or `effort` is not positive.
     """
-    if not model.level.is_mechanical:
-        what, way = "only a model of the energies has a symmetric D", "`gd-analyze simplify --level energy`"
-        expected, found = "a model of level energy", f"level {model.level}"
+    if not model.level.has_symmetric_inertia:
+        what, way = "only a model of terms has a symmetric D", "`gd-analyze simplify --level term`"
+        expected, found = "a model of level term or energy", f"level {model.level}"
         raise ModelError(what, expected=expected, found=found, next_step=f"make one with {way}")
-    box = box_of(box, model.arm, effort)
-    inertia = _GriddedInertia.of(model, box, effort)
+    box, n = box_of(region, model.arm, effort), model.arm.n_joints
+    expansion = expansion_of(model)
+    # The factors of the accelerations in every row.
+    every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
+    boxes = [box]
+    if isinstance(region, Tube):
+        ends = np.unique(np.stack([region.lower[:, 0], region.upper[:, 0]], axis=1), axis=0)
+        boxes = [Box(lower, upper, box.velocity, box.acceleration) for lower, upper in ends]
+    each = [
+        _over_box(_GriddedInertia.of(expansion, every, piece, max(1, effort // len(boxes))))
+        for piece in boxes
+    ]
+    worst = min(each, key=lambda piece: piece.smallest_found)
+    proven, round_off = min(piece.proven for piece in each), max(piece.round_off for piece in each)
+    return Definiteness(box, proven, worst.smallest_found, worst.position, round_off)
+
+
+def _over_box(inertia: _GriddedInertia) -> Definiteness:
+    """Bound the smallest eigenvalue over one box."""
+    box = inertia.box
     unit = np.eye(box.n_joints)
     lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in inertia.on_grid()])
     position, highest = local_maximum(
@@ -119,11 +140,10 @@ class _GriddedInertia:
     left_out: FloatArray  # (n, n)
 
     @classmethod
-    def of(cls, model: SimplifiedModel, box: Box, effort: int) -> _GriddedInertia:
-        n = model.arm.n_joints
-        # The factors of the accelerations in every row.
-        expansion = expansion_of(model)
-        every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
+    def of(
+        cls, expansion: Expansion, every: TrigonometricPolynomial, box: Box, effort: int
+    ) -> _GriddedInertia:
+        n = box.n_joints
         # The constant part does not matter for the choice of a grid.
         chosen = (every.multiples == 0).all(axis=1)
         shares, rest = shared_out(every.only(~chosen), box, effort, groups=1)

@@ -41,7 +41,7 @@ def proof(
 ) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
 
-    For a model of level energy the smallest eigenvalue of D is bounded as well. `progress` is as for
+    For a model with a symmetric D its smallest eigenvalue is bounded as well. `progress` is as for
     `certify`, which is called twice with a motion.
     """
     harmonics = harmonics_of(model.arm)
@@ -51,9 +51,9 @@ def proof(
     if motion is not None:
         between = Box.around(motion.q, motion.qd, motion.qdd)
         extremes = certify(model, between, effort=effort, harmonics=harmonics, progress=progress)
-    if model.level.is_mechanical:
+    if model.level.has_symmetric_inertia:
         positions = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
-        definiteness = certify_positive_definite(model, certificate.box, effort=positions)
+        definiteness = certify_positive_definite(model, region, effort=positions)
     largest = largest_torque(model, region, harmonics=harmonics)
     accuracy = model.accuracy
     elsewhere = motion is not None and motion.name != accuracy.fitted_on.get("trajectory")
@@ -215,7 +215,7 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
     }
     facts[0] = Fact("positive_definite", "", values)
     if definite.is_proven:
-        verdict = "positive definite everywhere in the box"
+        verdict = "positive definite at all these positions"
     elif definite.is_singular:
         verdict = "singular: some motion has no inertia, so the model cannot be simulated"
     elif definite.smallest_found < 0.0:
