@@ -16,7 +16,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Fact, Part, Result, Section, Table
+from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -40,6 +40,7 @@ from gd_analyze.results.rows import (
     threshold_text,
 )
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import amount, joined, named_joints, number, percent, thousands
 
@@ -70,7 +71,7 @@ def run_result(findings: Findings, top: int = 0) -> Result:
         headline=run_headline(findings),
         parts=(
             verdict_section(findings),
-            *_equations(findings),
+            _equations(findings),
             *_stops(findings),
             joint_errors(model, tube_bound(findings)),
             *(replace(fact, label="") for fact in details),
@@ -85,14 +86,16 @@ def run_result(findings: Findings, top: int = 0) -> Result:
     )
 
 
-def _equations(findings: Findings) -> Iterator[Part]:
-    """The model's D, h and c, by element."""
+def _equations(findings: Findings) -> Equations:
+    """The model's D, h and c by element, or its torques; none of more terms than one can read."""
     model = findings.model
-    if not model.level.has_torque_terms or model.is_exact:
-        return
+    if len(model.terms) > READABLE and (model.is_exact or not model.level.has_torque_terms):
+        return equations("equations", "", ())
+    if not model.level.has_torque_terms:
+        return replace(equations("equations", "", model.formulas), most_lines=0)
     shown = model.equations
-    note = "" if model.level.is_mechanical else H_NOTE
-    yield replace(equations("equations", "", shown.formulas, shown.legend, note), most_lines=_MOST_LINES)
+    note = "" if model.level.is_mechanical or model.is_exact else H_NOTE
+    return replace(equations("equations", "", shown.formulas, shown.legend, note), most_lines=_MOST_LINES)
 
 
 def _stops(findings: Findings) -> Iterator[Part]:
@@ -398,7 +401,6 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         "operations_full": asdict(elements.operations_full),
     }
     return _for_json(
-        equations=list(equations("equations", "", findings.model.formulas).lines),
         elements=of_elements,
         terms=rows_of(tables["terms"], "rank"),
         terms_total=tables["terms"].attrs["total"],
