@@ -109,9 +109,11 @@ def share_up(share: float) -> float:
 
 
 def named_joints(numbers: Sequence[int], of: int) -> str:
-    """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "every joint"."""
+    """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "joints 4 to 6", "every joint"."""
     if len(numbers) == of > 1:
         return "every joint"
+    if len(numbers) > 2 and [*numbers] == [*range(numbers[0], numbers[-1] + 1)]:
+        return f"joints {numbers[0]} to {numbers[-1]}"
     *first, last = map(str, numbers)
     return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
 

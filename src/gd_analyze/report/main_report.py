@@ -16,6 +16,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
 from gd_analyze.results.run_result import (
     first_facts,
+    notes,
     notices,
     provenance_lines,
     run_headline,
@@ -46,13 +47,13 @@ class MainReport(NamedTuple):
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
-    every = (*notices(findings), *findings.warnings)
+    every = (*notices(findings), *findings.warnings, *notes(findings))
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=every[:_FIRST],
+        notices=every[: min(_FIRST, len(every) - len(notes(findings)))],
         provenance=dict(provenance_lines(findings)),
     )
     matrix, bars = matrix_figure(findings), shares_figure(findings)

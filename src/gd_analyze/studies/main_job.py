@@ -461,7 +461,9 @@ def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) 
     for budget in budgets:
         is_asked = how.budget is not None and not stops
         # Programs of models that are not the run's are not searched for their shortest form.
-        is_own = is_asked or (how.budget is None and not any(stop.is_readable and stop.saves for stop in stops))
+        is_own = is_asked or (
+            how.budget is None and not any(stop.is_readable and stop.saves for stop in stops)
+        )
         search = partial(search_at, exact, shortest=is_own)
         stops.append(stop_at(exact, TERM, budget, search, math.inf if is_asked else READABLE))
     readable = chosen(stops)
