@@ -134,7 +134,8 @@ class Drawing:
 class Equations:
     """Formulas, for pages that typeset them, and the same in plain characters, for terminal and JSON.
 
-    `legend` and `legend_lines` explain the symbols; `note` stands above. `gd_analyze.formulas.languages.equations` makes one.
+    `legend` and `legend_lines` explain the symbols; `note` stands above.
+    `gd_analyze.formulas.languages.equations` makes one.
     """
 
     key: str

@@ -82,8 +82,8 @@ def simplify(
 
     The budget holds at every state near the motion, or near each of several, and is proven where the proof
     succeeds; without a trajectory it holds at 200 000 states drawn within the arm's limits. With --operations
-    it holds at the set points only. Equations of level term are D, h and c by element, those of level energy are
-    in absolute velocities, see docs/simplification.md.
+    it holds at the set points only. Equations of level term are D, h and c by element, those of level energy
+    are in absolute velocities, see docs/simplification.md.
 
     \b
     Examples:

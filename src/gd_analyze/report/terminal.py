@@ -63,7 +63,7 @@ def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Ite
                 lines, below = _formulas((*part.lines, *part.legend_lines), width), []
                 if part.most_lines is not None and len(lines) > part.most_lines:
                     lines = [
-                        f"The equations take {len(lines)} lines: --json has them, and the report of the main job."
+                        f"The equations take {len(lines)} lines: --json has them, and the main job's report."
                     ]
                 lines = [*_lines(part.note, width), *lines]
             elif isinstance(part, Section):

@@ -117,7 +117,9 @@ def _stop_words(row: Row) -> str:
     """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17, torque in 35; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
-        return f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
+        return (
+            f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
+        )
     if row["position"] < 0:
         return f"{row['terms']} terms: too many to read"
     costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"

@@ -68,7 +68,7 @@ def stop_at(
 
 
 def chosen(stops: Sequence[Stop]) -> Stop | None:
-    """The first stop whose model can be read, one that saves operations before the exact; None if none can."""
+    """The first stop whose model can be read, one that saves before the exact; None if none can."""
     readable = [stop for stop in stops if stop.is_readable]
     return next((stop for stop in readable if stop.saves), readable[0] if readable else None)
 
