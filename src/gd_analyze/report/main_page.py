@@ -67,7 +67,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
         answer=_answer(findings, report),
         effects=template("effects.html") + effects,
         slider=_slider(findings, path),
-        errors=_errors(findings, numbers),
+        errors=f'<div class="card">{_errors(findings, numbers)}</div>\n' if report.errors else "",
         model=_model(findings, path, numbers),
         notes=notice_list(report.notes),
         appendices="".join(appendices),
@@ -189,6 +189,8 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         last=len(rows) - 1,
         asked=path.asked,
         figures=figures,
+        between=" Those between the named budgets follow from this report's model."
+        * bool(stop_rows(findings)),
         proof=text(path.proofs(findings)[path.asked]),
     )
 
@@ -227,12 +229,14 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     """The model as equations; terms follow the slider."""
     model, kind = findings.model, made_of(findings)
     if kind != "terms":
-        lead = template("recursion.html") if kind == "recursion" else ""
+        lead = template("recursion.html") if kind == "recursion" and not is_unreadable(findings) else ""
         return lead + parts_html(model_parts(findings), numbers)
     own, _, gamma = structure_note(model).partition("\n")
-    notes = paragraphs(own, "small") + paragraphs(gamma, "small only-this")
-    inside = notes + template("terms.html").format(
-        equations=budget_equations(findings, path), meanings=meanings_html(model.equations.legend)
+    inside = template("terms.html").format(
+        h=text(own),
+        gamma=text(gamma),
+        equations=budget_equations(findings, path),
+        meanings=meanings_html(model.equations.legend),
     )
     if model.refitted or model.level.is_mechanical:
         inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'

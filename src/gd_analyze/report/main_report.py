@@ -9,6 +9,7 @@ from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 from gd_analyze.report.answer import VerdictList, validity, verdict_lists
+from gd_analyze.report.budget import BudgetPath
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Drawing, Result, Section, Table
@@ -39,7 +40,7 @@ class MainReport(NamedTuple):
     structure: Drawing
     shares: Drawing
     effects: tuple[Drawing, ...]  # D and h by effect
-    errors: Table
+    errors: Table | None  # None where no budget gives a model with errors
     notes: tuple[str, ...]  # notices that do not stand before the answer
     appendices: tuple[Section, ...]
     numbers: Numbers
@@ -74,9 +75,11 @@ def main_report(findings: Findings) -> MainReport:
         "Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
-    errors = joint_errors(findings.model, tube_bound(findings), "errors")
+    errors = None
+    if not findings.model.is_exact or BudgetPath.of(findings).moves:
+        errors = joint_errors(findings.model, tube_bound(findings), "errors")
     appendices = sections(findings)
-    numbers = Numbers.of((structure, shares, errors, *effects, *appendices))
+    numbers = Numbers.of((structure, shares, *((errors,) if errors else ()), *effects, *appendices))
     return MainReport(
         opening,
         validity(findings),

@@ -134,13 +134,18 @@ def used_words(row: Row) -> str:
     return f"uses {written(share, '', 'bound_percent')} (proven)"
 
 
-def _stops(findings: Findings) -> Iterator[Part]:
+def stop_facts(findings: Findings) -> tuple[Fact, ...]:
     """The named budgets, a line each."""
     rows = stop_rows(findings)
-    for row in rows:
-        mine = "this: " * (row["own"] and len(rows) > 1)
-        yield Fact("", f"{mine}{row['budget']}", row["terms"], text=row["words"])
-    if rows:
+    return tuple(
+        Fact("", "this: " * (row["own"] and len(rows) > 1) + row["budget"], row["terms"], text=row["words"])
+        for row in rows
+    )
+
+
+def _stops(findings: Findings) -> Iterator[Part]:
+    yield from stop_facts(findings)
+    if "stops" in findings.tables:
         yield Fact("stops", "", rows_of(findings.tables["stops"], "stop"))
 
 
@@ -251,10 +256,11 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", near, "up to")
     size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
     counted = f"{counted.capitalize()}{'' if model.level.always_refits else ' kept'}"
+    sampled = "Torque error at the set points" * (not model.is_exact)
     return (
         *((tried_error,) if tried else ()),
         proven,
-        worst.fact("sampled_error", "Torque error at the set points", "up to"),
+        worst.fact("sampled_error", sampled, "up to"),
         Fact(
             "kept_terms",
             "Operations of the exact torque" if model.is_exact else counted,
