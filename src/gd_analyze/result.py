@@ -134,7 +134,8 @@ class Drawing:
 class Equations:
     """Formulas, for pages that typeset them, and the same in plain characters, for terminal and JSON.
 
-    `legend` and `legend_lines` explain the symbols. `gd_analyze.formulas.languages.equations` makes one.
+    `legend` and `legend_lines` explain the symbols; `note` stands above.
+    `gd_analyze.formulas.languages.equations` makes one.
     """
 
     key: str
@@ -144,7 +145,7 @@ class Equations:
     legend: Any = None
     legend_lines: tuple[str, ...] = ()
     note: str = ""
-    most_lines: int | None = None  # a terminal leaves out what takes more lines
+    most_lines: int | None = None  # a terminal only counts what takes more lines
 
 
 @dataclass(frozen=True)
@@ -170,12 +171,13 @@ class Result:
     facts: tuple[Fact, ...] = ()  # the figures to begin with
     parts: tuple[Part, ...] = ()
     notices: tuple[str, ...] = ()  # what the reader must know before believing the numbers
+    notes: tuple[str, ...] = ()  # what a report says at its end and a terminal counts; notices in JSON
     provenance: Mapping[str, str] = field(default_factory=dict)  # origin of the result: label and value
 
     def document(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""
         found = {"headline": self.headline} if self.headline else {}
-        found |= _document((*self.facts, *self.parts)) | {"notices": list(self.notices)}
+        found |= _document((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
         return found | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 

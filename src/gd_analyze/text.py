@@ -109,9 +109,11 @@ def share_up(share: float) -> float:
 
 
 def named_joints(numbers: Sequence[int], of: int) -> str:
-    """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "every joint"."""
+    """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "joints 4 to 6", "every joint"."""
     if len(numbers) == of > 1:
         return "every joint"
+    if len(numbers) > 2 and [*numbers] == [*range(numbers[0], numbers[-1] + 1)]:
+        return f"joints {numbers[0]} to {numbers[-1]}"
     *first, last = map(str, numbers)
     return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
 
@@ -124,7 +126,7 @@ def thousands(count: int) -> str:
 @lru_cache(maxsize=4096, typed=True)  # a report asks ten thousand times for a few hundred
 def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
-    text = re.sub(r"(?<=[a-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)
+    text = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)
     # Whole words only: an "e" between the digits of a hash is no exponent.
     return re.sub(
         r"\b(\d[\d.]*)e([+-]\d+)\b", lambda m: f"{m[1]} × 10{str(int(m[2])).translate(_SUPERSCRIPTS)}", text

@@ -139,4 +139,4 @@ def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Ou
     if findings.model.level is gd.LEVELS["recursive"] and output.as_json:
         parts = recursion_parts(findings.model, gd.states_of(findings.trajectory), 3)
         result = replace(result, parts=(*result.parts, Section("recursion", "", parts)))
-    output.give(result, *(folder / RESULT_FILES[name] for name in formats))
+    output.give(result, *(folder / RESULT_FILES[name] for name in formats), folder=folder)

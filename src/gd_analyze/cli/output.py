@@ -45,8 +45,8 @@ class Output:
         """Note warnings that a study kept."""
         self.warnings[:] = dict.fromkeys([*texts, *self.warnings])
 
-    def give(self, result: Result, *files: Path | None) -> None:
-        """Print a result the way that was asked for, and which files hold it."""
+    def give(self, result: Result, *files: Path | None, folder: Path | None = None) -> None:
+        """Print a result the way that was asked for, and which files hold it; those of a folder in a line."""
         written = [path for path in files if path is not None]
         if self.as_json:
             ends = {"warnings": self.warnings, "files": list(map(str, written))}
@@ -57,8 +57,11 @@ class Output:
 
             text = text_of(result, width(), functools.partial(click.style, bold=True))
             click.echo(text, nl=False, color=colour())
-            for path in written:
-                click.echo(visible(f"wrote {path}"))
+            names = [str(path) for path in written]
+            if folder is not None and names:
+                names = [f"{folder}: {', '.join(path.name for path in written)}"]
+            for name in names:
+                click.echo(visible(f"wrote {name}"))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

@@ -53,10 +53,10 @@ from gd_analyze.text import SINE_PRICE
 @click.option(
     "--velocities",
     type=click.Choice(("absolute", "joint")),
-    default="absolute",
-    show_default=True,
-    help="How to print equations of levels term and energy: torques in absolute velocities, usually with "
-    "fewer operations, or D, h and c by element in joint velocities.",
+    default=None,
+    help="How to print equations of levels term and energy: D, h and c by element in joint velocities, or "
+    "torques in absolute velocities, usually with fewer operations.  [default: joint at level term, else "
+    "absolute]",
 )
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")
@@ -72,7 +72,7 @@ def simplify(
     certified: bool,
     at_set_points: bool,
     verdicts: str,
-    velocities: str,
+    velocities: str | None,
     margin: str | None,
     digits: int,
     out: Path | None,
@@ -82,8 +82,8 @@ def simplify(
 
     The budget holds at every state near the motion, or near each of several, and is proven where the proof
     succeeds; without a trajectory it holds at 200 000 states drawn within the arm's limits. With --operations
-    it holds at the set points only. Equations of levels term and energy are in absolute velocities, see
-    docs/simplification.md.
+    it holds at the set points only. Equations of level term are D, h and c by element, those of level energy
+    are in absolute velocities, see docs/simplification.md.
 
     \b
     Examples:
@@ -94,7 +94,7 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
-      gd-analyze simplify puma560 pick-and-place --velocities joint
+      gd-analyze simplify puma560 pick-and-place --velocities absolute
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if certified and (at_set_points or operations is not None):
@@ -146,9 +146,8 @@ def simplify(
         else:
             held = within(asked)
         seconds = time.perf_counter() - start
-        result = simplified_result(
-            held, exact.states, seconds, digits, joint_velocities=velocities == "joint"
-        )
+        by_element = level == "term" if velocities is None else velocities == "joint"
+        result = simplified_result(held, exact.states, seconds, digits, joint_velocities=by_element)
         result = result if tracked is None else tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")

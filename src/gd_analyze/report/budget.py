@@ -18,9 +18,11 @@ from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import gamma_size, reference, worst_error
 from gd_analyze.results.rows import Row, budget_rows
+from gd_analyze.results.run_result import near_bound, stop_rows
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.text import pretty
+from gd_analyze.text import percent, pretty, share_up
 
 # Decades of the axis of errors over the budget.
 _LOW, _HIGH = -2, 1
@@ -58,6 +60,21 @@ class BudgetPath:
         own = model.form.velocities.in_joint_velocities(torques)
         return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
 
+    def proofs(self, findings: Findings) -> list[str]:
+        """What is known of each model near the motion."""
+        out = ["Errors are sampled at the set points, not proven."] * len(self.rows)
+        for row in stop_rows(findings):
+            share, gamma = row["proven_share"], row["gamma"]
+            if row["position"] >= 0 and share is not None and share <= 1.0:
+                used = percent(share_up(share))
+                said = f"Near the motion the model uses at most {used} of this budget (proven)."
+                out[row["position"]] = said if gamma is None else f"{said} Gamma {gamma_size(gamma)}."
+        bound = near_bound(findings)
+        if bound is not None:
+            worst = worst_error(findings.model, bound)
+            out[self.asked] = f"Torque error at most {worst.text} near the motion (proven)."
+        return out
+
     def data(self, findings: Findings) -> dict[str, Any]:
         """Values for the page's script; positions of errors are percent of their axis."""
         model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
@@ -65,22 +82,21 @@ class BudgetPath:
         errors, limits = (
             np.array([row[name] for row in self.rows]) for name in ("largest_error", "allowed_error")
         )
-        counts = [row["operations"] for row in self.rows]
         ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
         return {
             "asked": self.asked,
             "label": [budget_words(row["budget"]) for row in self.rows],
-            "operations": counts,
+            "operations": [row["operations"] for row in self.rows],
             "apart": [row["operations_apart"] for row in self.rows],
             "kept": [len(row["kept"]) for row in self.rows],
+            "proof": self.proofs(findings),
             "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(made_of(findings), ""),
-            "exact": model.operations_full.total,
             "largest_error": [[float(f"{error:.4g}") for error in row] for row in errors],
             "place": [[place(share) for share in row] for row in ratio],
             "limit": [[place(share) for share in row] for row in limits / allowed],
             "allowed": limits.tolist(),
             "whole": [whole.tolist() if of_peak else row for row in limits.tolist()],
-            "shares_of": model.accuracy.asked.shares_of,
+            "shares_of": reference(model.accuracy.asked.shares_of),
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 
@@ -94,7 +110,8 @@ def place(ratio: float) -> float:
 def budget_words(budget: str) -> str:
     """A budget with the reference of its percentages, numbers to three digits."""
     rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
-    words = re.sub(r"% (?=limit|friction|uncertainty)", " % of ", pretty(rounded))
+    words = re.sub(r"% limit", " % of the torque limit", pretty(rounded))
+    words = re.sub(r"% (?=friction|uncertainty)", " % of ", words)
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 
 

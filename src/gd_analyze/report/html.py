@@ -203,7 +203,7 @@ def _equations(part: Equations) -> str:
     else:
         lines = "".join(f'<p class="equation"><code>{text(line)}</code></p>\n' for line in part.lines)
     title = f"<h3>{text(part.title)}</h3>\n" if part.title else ""
-    return f"{title}{lines}{meanings_html(part.legend)}{paragraphs(part.note, 'small')}"
+    return f"{title}{paragraphs(part.note, 'small')}{lines}{meanings_html(part.legend)}"
 
 
 def meanings_html(legend: Legend | None) -> str:

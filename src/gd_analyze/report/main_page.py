@@ -33,8 +33,9 @@ from gd_analyze.report.model_sections import made_of, model_parts
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.result import Drawing, Section
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import reference, structure_note
 from gd_analyze.results.rows import joint_rows
-from gd_analyze.results.run_result import provenance_lines, tube_bound
+from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows, tube_bound
 from gd_analyze.text import amount, percent
 
 _EMPTY_CELL = '<td class="value"></td>'
@@ -66,7 +67,7 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
         answer=_answer(findings, report),
         effects=template("effects.html") + effects,
         slider=_slider(findings, path),
-        errors=_errors(findings, numbers),
+        errors=f'<div class="card">{_errors(findings, numbers)}</div>\n' if report.errors else "",
         model=_model(findings, path, numbers),
         notes=notice_list(report.notes),
         appendices="".join(appendices),
@@ -134,18 +135,14 @@ def _elements(group: VerdictList) -> str:
 
 
 def _stops(findings: Findings) -> str:
-    """Named budgets above the slider."""
-    table = findings.tables.get("stops")
-    if table is None:
-        return ""
-    names = ("budget", "terms", "operations", "position")
-    rows = zip(*(table[name].values.tolist() for name in names), strict=True)
+    """Named budgets above the slider, with what is known of their models."""
     buttons = "".join(
-        f'<button type="button" data-stop="{position}"{" disabled" if position < 0 else ""}>'
-        f"<b>{text(budget_words(budget))}</b> {terms} terms, {operations} operations</button>\n"
-        for budget, terms, operations, position in rows
+        f'<button type="button" data-stop="{row["position"]}" aria-pressed="{str(row["own"]).lower()}"'
+        f"{' disabled' if row['position'] < 0 else ''}><b>{text(budget_words(row['budget']))}</b> "
+        f"{text(row['words'])}</button>\n"
+        for row in stop_rows(findings)
     )
-    return f'<div class="stops" role="group" aria-label="Budgets">\n{buttons}</div>\n'
+    return f'<div class="stops" role="group" aria-label="Budgets">\n{buttons}</div>\n' if buttons else ""
 
 
 def _arm(findings: Findings, drawing: Drawing) -> str:
@@ -165,30 +162,36 @@ def _arm(findings: Findings, drawing: Drawing) -> str:
 def _slider(findings: Findings, path: BudgetPath) -> str:
     """The budget slider, or a note that no other budget gives another model."""
     model, kind, rows = findings.model, made_of(findings), path.rows
-    full = model.operations_full.total
+    full, row = model.operations_full.total, rows[path.asked]
     if not path.moves:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
         nothing = "dropping terms would not save an operation"
+        why = f"No other model from {low} to {high}: "
+        why += f"{'the model stays the same' if model.saves else nothing}. "
+        why = "" if is_unreadable(findings) else why
         return (
-            f'{_stops(findings)}<p class="note">No other model from {low} to {high}: '
-            f"{'the model stays the same' if model.saves else nothing}. "
-            f"The exact torque takes <b>{full}</b> operations.</p>\n"
+            f'{_stops(findings)}<p class="note">{why}The exact torque takes <b>{full}</b> operations.</p>\n'
         )
-    count = len(rows[path.asked]["kept"])
     share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
-    more, less = "changes more steps", "keeps nothing that a smaller one drops"
+    figures = ""
+    if kind in ("terms", "parts"):
+        figures += _figure("kept", len(row["kept"]), kind, f"of {model.size[1]}")
+    if kind == "terms":
+        full_apart = model.form.functions.operations.total
+        figures += _figure("apart", row["operations_apart"], "operations", f"of {full_apart}: D, h, c")
+    figures += _figure("count", row["operations"], "operations", f"of {full}: torque")
+    figures += _figure("worst", text(f"up to {percent(share)}"), f"of {reference(of)}", "at the set points")
     return template("budget.html").format(
         stops=_stops(findings),
         low=escape(budget_words(rows[0]["budget"])),
         high=escape(budget_words(rows[-1]["budget"])),
-        label=escape(budget_words(rows[path.asked]["budget"])),
+        label=escape(budget_words(row["budget"])),
         last=len(rows) - 1,
         asked=path.asked,
-        count=_figure("count", model.operations.total, "operations", f"of {full}"),
-        kept=_figure("kept", count, kind, "kept") if kind in ("terms", "parts") else "",
-        worst=_figure("worst", text(percent(share)), "up to, at the", f"set points, of {of}"),
-        budget=escape(model.accuracy.budget),
-        what=more if kind == "recursion" else less,
+        figures=figures,
+        between=" Those between the named budgets follow from this report's model."
+        * bool(stop_rows(findings)),
+        proof=text(path.proofs(findings)[path.asked]),
     )
 
 
@@ -217,7 +220,7 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
     return template("errors.html").format(
         caption=f"{numbers.of_table('errors')}{title}",
         rows="".join(rows),
-        shares_of=accuracy.asked.shares_of,
+        shares_of=reference(accuracy.asked.shares_of),
         budget=place(1.0),
     )
 
@@ -226,10 +229,14 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     """The model as equations; terms follow the slider."""
     model, kind = findings.model, made_of(findings)
     if kind != "terms":
-        lead = template("recursion.html") if kind == "recursion" else ""
+        lead = template("recursion.html") if kind == "recursion" and not is_unreadable(findings) else ""
         return lead + parts_html(model_parts(findings), numbers)
+    own, _, gamma = structure_note(model).partition("\n")
     inside = template("terms.html").format(
-        equations=budget_equations(findings, path), meanings=meanings_html(model.equations.legend)
+        h=text(own),
+        gamma=text(gamma),
+        equations=budget_equations(findings, path),
+        meanings=meanings_html(model.equations.legend),
     )
     if model.refitted or model.level.is_mechanical:
         inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'

@@ -9,6 +9,7 @@ from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 from gd_analyze.report.answer import VerdictList, validity, verdict_lists
+from gd_analyze.report.budget import BudgetPath
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Drawing, Result, Section, Table
@@ -16,6 +17,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
 from gd_analyze.results.run_result import (
     first_facts,
+    notes,
     notices,
     provenance_lines,
     run_headline,
@@ -38,7 +40,7 @@ class MainReport(NamedTuple):
     structure: Drawing
     shares: Drawing
     effects: tuple[Drawing, ...]  # D and h by effect
-    errors: Table
+    errors: Table | None  # None where no budget gives a model with errors
     notes: tuple[str, ...]  # notices that do not stand before the answer
     appendices: tuple[Section, ...]
     numbers: Numbers
@@ -46,13 +48,13 @@ class MainReport(NamedTuple):
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
-    every = (*notices(findings), *findings.warnings)
+    every = (*notices(findings), *findings.warnings, *notes(findings))
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=every[:_FIRST],
+        notices=every[: min(_FIRST, len(every) - len(notes(findings)))],
         provenance=dict(provenance_lines(findings)),
     )
     matrix, bars = matrix_figure(findings), shares_figure(findings)
@@ -73,9 +75,11 @@ def main_report(findings: Findings) -> MainReport:
         "Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
-    errors = joint_errors(findings.model, tube_bound(findings), "errors")
+    errors = None
+    if not findings.model.is_exact or BudgetPath.of(findings).moves:
+        errors = joint_errors(findings.model, tube_bound(findings), "errors")
     appendices = sections(findings)
-    numbers = Numbers.of((structure, shares, errors, *effects, *appendices))
+    numbers = Numbers.of((structure, shares, *((errors,) if errors else ()), *effects, *appendices))
     return MainReport(
         opening,
         validity(findings),

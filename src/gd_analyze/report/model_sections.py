@@ -21,9 +21,11 @@ from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.rows import dropped_parts, joint_rows, table_of
-from gd_analyze.results.run_result import bound_ratio, margins, tube_bound
+from gd_analyze.results.run_result import bound_ratio, is_unreadable, margins, tube_bound
 from gd_analyze.results.simplified_result import recursion_parts
+from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, kept_effects
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursive import RECURSIVE
@@ -52,6 +54,8 @@ def made_of(findings: Findings) -> str:
 def model_parts(findings: Findings) -> tuple[Part, ...]:
     """The model itself as formulas, with explanations."""
     model, kind = findings.model, made_of(findings)
+    if is_unreadable(findings):
+        return _instead(findings)
     if kind == "recursion":
         return _recursion(findings)[:1]
     if kind == "parts":
@@ -65,8 +69,25 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
         return (equations("model", "", energy_formulas(model.terms), legend, _ENERGY),)
     if kind == "terms":
         by_element = model.equations
-        return (equations("model", "", by_element.formulas, by_element.legend, _TERMS),)
+        note = f"{structure_note(model)}\n{_TERMS}".lstrip()
+        return (equations("model", "", by_element.formulas, by_element.legend, note),)
     return (equations("model", "", model.formulas, model.legend),)
+
+
+def _instead(findings: Findings) -> tuple[Part, ...]:
+    """What stands for a model that can be read: the dominant parts of the elements, and the exact torque."""
+    elements, share = findings.element_model, _largest_share(findings.element_model)
+    note = (
+        f"No model with at most {READABLE} terms keeps the budget, so these are the dominant parts of the "
+        f"elements, with an error of up to {percent(share)} of peak torque at the set points. The exact "
+        f"torque takes {findings.model.operations_full.total} operations; `model.json` has it.\n{_PARTS}"
+    )
+    return (equations("model", "", elements.formulas, note=note),)
+
+
+def _largest_share(model: SimplifiedModel) -> float:
+    shares = model.accuracy.errors.largest_share
+    return float(shares[np.isfinite(shares)].max(initial=0.0))
 
 
 def model_section(findings: Findings) -> Section:
@@ -279,8 +300,7 @@ def _payload(rows: Sequence[dict[str, Any]]) -> Table:
 def founding_section(findings: Findings) -> Section:
     """The model by the founding text's own method."""
     model, elements = findings.model, findings.element_model
-    shares = elements.accuracy.errors.largest_share
-    share = float(shares[np.isfinite(shares)].max(initial=0.0))
+    share = _largest_share(elements)
     note = (
         "[FGL87] simplifies by hand, element by element: where translation or rotation dominates, the "
         f"other part is dropped. This takes {elements.operations.total} operations, with an error of up to "

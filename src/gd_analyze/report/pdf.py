@@ -25,7 +25,7 @@ from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import Numbers, flat, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.run_result import margins, tube_bound
+from gd_analyze.results.run_result import margins, stop_facts, tube_bound
 from gd_analyze.text import pretty, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -51,9 +51,9 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     data = result_data(report.opening) | {
         "validity": pretty(report.validity),
         "verdicts": [_verdict(group) for group in report.verdicts],
-        "errors": _errors(findings, report),
+        "errors": None if report.errors is None else _errors(findings, report.errors, numbers),
         "first": {part["key"]: part for part in parts_data(first, numbers)},
-        "model": parts_data(model_parts(findings), numbers),
+        "model": parts_data((*model_parts(findings), *stop_facts(findings)), numbers),
         "notes": [pretty(note) for note in report.notes],
         "appendices": parts_data(report.appendices, numbers, _ROWS),
         "small": findings.arm.n_joints < 4,
@@ -73,13 +73,13 @@ def _verdict(group: VerdictList) -> dict[str, Any]:
     }
 
 
-def _errors(findings: Findings, report: MainReport) -> dict[str, Any]:
+def _errors(findings: Findings, table: Table, numbers: Numbers) -> dict[str, Any]:
     """Bars and figures of every joint's error, sampled and proven, against the budget."""
     accuracy, bound = findings.model.accuracy, tube_bound(findings)
     used = _used(findings, accuracy.errors.largest)
     proven = None if bound is None else _used(findings, bound)
     return {
-        "table": parts_data([report.errors], report.numbers)[0],
+        "table": parts_data([table], numbers)[0],
         "used": used,
         "proven": proven,
         "longest": max([1.25, *used, *(proven or [])]),
@@ -103,7 +103,7 @@ def result_data(result: Result) -> dict[str, Any]:
         "title": result.title,
         "subtitle": result.subtitle,
         "headline": unbroken(pretty(result.headline)),
-        "facts": [[pretty(fact.written), fact.label] for fact in facts],
+        "facts": [[pretty(fact.written), pretty(fact.label)] for fact in facts],
         "notices": [pretty(notice) for notice in result.notices],
         "parts": parts_data(result.parts, Numbers.of(result.parts)),
         "provenance": [[label.replace("_", " "), value] for label, value in result.provenance.items()],

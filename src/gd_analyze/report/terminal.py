@@ -30,6 +30,8 @@ def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str
     lines += _parts((*result.facts, *result.parts), width, bold)
     for notice in result.notices:
         lines += ["", *wrapped(notice, width)]
+    if result.notes:
+        lines += [f"{len(result.notes)} note{'s' * (len(result.notes) > 1)} in the report."]
     return "\n".join(lines) + "\n"
 
 
@@ -50,15 +52,20 @@ def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Ite
             continue
         for part in alike:
             assert not isinstance(part, Fact)
-            title, lines, below = part.title, [], wrapped(part.note, width)
+            title, lines, below = part.title, [], _lines(part.note, width)
             if isinstance(part, Table):
                 lines = _table(part, width)
+                if unit := _unit_of_all(part):
+                    title = f"{title}, {unit}"
                 if part.top is not None and part.top < part.n_rows:
                     title += f" ({part.top} of {part.n_rows})"
             elif isinstance(part, Equations) and part.lines:
-                lines = _formulas((*part.lines, *part.legend_lines), width)
+                lines, below = _formulas((*part.lines, *part.legend_lines), width), []
                 if part.most_lines is not None and len(lines) > part.most_lines:
-                    continue
+                    lines = [
+                        f"The equations take {len(lines)} lines: --json has them, and the main job's report."
+                    ]
+                lines = [*_lines(part.note, width), *lines]
             elif isinstance(part, Section):
                 lines, below = [*below, *_parts(part.parts, width, bold)], []
                 if not part.title and not part.note:
@@ -66,6 +73,10 @@ def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Ite
                     continue
             if lines:
                 yield from ("", *map(bold, wrapped(title, width)), *lines, *below)
+
+
+def _lines(note: str, width: int) -> list[str]:
+    return [line for paragraph in note.split("\n") for line in wrapped(paragraph, width)]
 
 
 def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
@@ -92,6 +103,11 @@ def _table(table: Table, width: int) -> list[str]:
         words = visible(column.label).split(" ")
         room = max(_NARROWEST_HEADING, *map(_length, cells), *map(_length, words))
         blocks.append(([*wrapped(column.label, room), *([unit] if unit else [])], cells))
+    if _unit_of_all(table):
+        blocks = [
+            (heading[: -bool(unit) or None], cells)
+            for (heading, cells), (_, unit, _) in zip(blocks, columns, strict=True)
+        ]
     sides = [column.is_text for column, _, _ in columns]
     excess = sum(_width(*block) + 2 for block in blocks) - 2 - width
     for k, (column, _, _) in enumerate(columns):
@@ -111,6 +127,12 @@ def _table(table: Table, width: int) -> list[str]:
     lines = ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
     rule = "  ".join("─" * _length(cells[0]) for cells in padded)
     return [*lines[:deepest], rule, *lines[deepest:]]
+
+
+def _unit_of_all(table: Table) -> str:
+    """The unit of all numbers of a table, which its title states; "" if they differ, or there is no title."""
+    units = {unit for column, unit, _ in table.shown() if column.is_number}
+    return units.pop() if len(units) == 1 and table.title else ""
 
 
 def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) -> list[_Block]:

@@ -13,7 +13,10 @@ from gd_analyze.result import Column, Fact, Table, joint_columns, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import percent
+from gd_analyze.text import number, percent
+
+# Gamma of an exact D: round-off times the condition number of D, up to 1e5.
+_NO_GAMMA = 1e-9
 
 
 class WorstError(NamedTuple):
@@ -22,7 +25,7 @@ class WorstError(NamedTuple):
     joint: int  # from 1
     value: float  # a share, or a torque in `unit`
     is_bound: bool  # a bound is rounded up
-    of: str  # "peak torque", "allowed error"; "" of a torque
+    of: str  # "peak torque", "the budget"; "" of a torque
     unit: str  # of a torque
 
     @property
@@ -37,41 +40,43 @@ class WorstError(NamedTuple):
         """The figure and its reference: "0.94 % of peak torque"."""
         return f"{self.size} of {self.of}" if self.of else self.size
 
-    def fact(self, key: str, label: str) -> Fact:
-        """Make it a fact."""
-        return Fact(key, label, self.value, text=self.text, note=f"joint {self.joint}")
+    def fact(self, key: str, label: str, lead: str = "") -> Fact:
+        """Make it a fact; `lead` is "at most" for what is proven, "up to" for what is sampled."""
+        text = f"{lead} {self.text}".lstrip()
+        return Fact(key, label, self.value, text=text, note=f"joint {self.joint}")
+
+
+def reference(shares_of: str) -> str:
+    """Reference of shares in words, from `Budget.shares_of`."""
+    return "peak torque" if shares_of == "peak torque" else "the budget"
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
     """Find the joint with the largest error, as stated by the model or by a bound, N m, shape (n,).
 
     The result is a share of peak torque for such a budget, in N m for a budget in N m for all joints, and
-    otherwise a share of the allowed error.
+    otherwise a share of the budget.
     """
     asked, arm = model.accuracy.asked, model.arm
     error = model.accuracy.errors.largest if bound is None else bound
     in_torque = asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1
     sizes = error if in_torque else model.accuracy.shares_of(error)
     joint = int(sizes.argmax())
-    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (asked.shares_of, "")
+    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (reference(asked.shares_of), "")
     return WorstError(joint + 1, float(sizes[joint]), bound is not None, of, unit)
 
 
 def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
-    counts = (
-        ("operations", "Operations of the model", model.operations),
-        ("operations_full", "Operations of the exact torque", model.operations_full),
-    )
-    facts = (
-        Fact(key, label, asdict(count) | {"total": count.total}, text=str(count))
-        for key, label, count in counts
-    )
+    left, full = model.operations, model.operations_full
+    counts = {"operations": left, "operations_full": full}
+    totals = [asdict(count) | {"total": count.total} for count in counts.values()]
     apart = model.functions, model.form.functions
     counts_apart = [{name: program.count.total for name, program in each._asdict().items()} for each in apart]
     return (
-        *facts,
-        Fact("operations_apart", "Operations of D, h and c apart", counts_apart[0], text=apart_text(model)),
+        Fact("operations", "Torque, operations", totals[0], text=f"{left} instead of {full.total}"),
+        Fact("operations_full", "", totals[1]),
+        Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
         Fact("operations_apart_full", "", counts_apart[1]),
         gamma_fact(model),
         Fact("saves", "", model.saves),
@@ -90,12 +95,35 @@ def apart_text(model: SimplifiedModel) -> str:
 def gamma_fact(model: SimplifiedModel) -> Fact:
     """Gamma, and what it allows."""
     gamma = model.accuracy.gamma
-    label = "Largest |eigenvalue of D^-1 Ds - I|" * (gamma is not None and not model.is_exact)
-    use = TORQUE_ONLY if model.is_torque_only else "below 1: D may be used for feedback and forward dynamics"
-    return Fact("gamma", label, gamma, note=use)
+    if gamma is None or structure_note(model):  # which says it
+        return Fact("gamma", "", gamma)
+    return Fact("gamma", "Gamma", gamma, text=_gamma_text(gamma))
 
 
+GAMMA = "Gamma = max |eigenvalue of D^-1 Ds - I|"
 TORQUE_ONLY = "torque only: not for feedback or forward dynamics"
+H_NOTE = "h has terms of its own: it is not the h of this D, which --level energy keeps."
+
+
+def gamma_size(gamma: float | None) -> str:
+    """The figure alone, of which round-off is none."""
+    if gamma is None:
+        return "unknown"
+    return number(gamma) if gamma > _NO_GAMMA else "0 up to round-off"
+
+
+def _gamma_text(gamma: float) -> str:
+    use = TORQUE_ONLY if gamma >= 1.0 else "fit for feedback"
+    return f"{gamma_size(gamma)} = max |eigenvalue of D^-1 Ds - I|, Ds this D: {use}"
+
+
+def structure_note(model: SimplifiedModel) -> str:
+    """What D and h of a model of terms are good for, a line each; "" where they are exact or not its own."""
+    if not model.level.has_torque_terms or model.is_exact:
+        return ""
+    gamma = model.accuracy.gamma
+    own = H_NOTE * (not model.level.is_mechanical)
+    return "\n".join(filter(None, [own, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
@@ -103,12 +131,11 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
-    of = accuracy.asked.shares_of.removesuffix(" torque")
-    of = "of allowed" if of.startswith("allowed") else f"of {of}"
+    of = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
     known = proven is not None and bool(np.isfinite(proven).all())
     columns = [
         *joint_columns(model.arm.joints),
-        Column("peak_torque", "peak torque", errors.peak_torque, units),
+        Column("peak_torque", "peak", errors.peak_torque, units, meaning="peak torque"),
         Column("allowed_error", "allowed", accuracy.allowed, units),
         Column("largest_error", "error" * saves, errors.largest, units),
         Column("", of * saves, accuracy.shares, shown="percent"),
@@ -126,7 +153,7 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
 def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
     """Norm of the torque error over norm of the torque, by share of states."""
     rows = [{"states": norm.states, "share": norm.share} for norm in norms]
-    label = "Norm of the error over norm of the torque" * bool(norms)
+    label = "Norm, error/torque" * bool(norms)
     note = "revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
     return (Fact("norms", label, rows, text=norms_text(norms), note=note),)
 
@@ -143,7 +170,11 @@ def norms_text(norms: Iterable[NormShare]) -> str:
 def error_text(model: SimplifiedModel) -> str:
     """Largest error of a model, in the terms of its budget, in a few words."""
     worst = worst_error(model)
-    return f"Torque error up to {worst.text} (joint {worst.joint}) at the states tried"
+    return f"Torque error up to {worst.text} (joint {worst.joint}) at {_sampled_at(model)}"
+
+
+def _sampled_at(model: SimplifiedModel) -> str:
+    return "the set points" if "trajectory" in model.accuracy.fitted_on else "the states tried"
 
 
 def headline(model: SimplifiedModel, error: str | None = None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -16,19 +17,23 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equations
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
+from gd_analyze.result import Fact, Part, Result, Section, Table, written
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
+    GAMMA,
     drives_text,
+    gamma_size,
     headline,
     joint_errors,
     norm_facts,
     operation_facts,
+    structure_note,
     worst_error,
 )
 from gd_analyze.results.rows import (
     SURE,
+    Row,
     budget_rows,
     dropped_parts,
     effect_of,
@@ -50,13 +55,11 @@ _LISTED = {
     "rotation": "Rotation dominates",
     "both": "Both count in",
     "gravity": "Gravity",
-    "drive": "Drive only",
     "negligible": "Negligible",
     "zero": "Zero",
 }
 # Most lines of equations in a terminal.
 _MOST_LINES = 25
-H_NOTE = "h has terms of its own: it is not the h of this D, which --level energy keeps."
 # Most elements of a list that people see; JSON has all.
 _MOST_LISTED = 12
 
@@ -71,7 +74,7 @@ def run_result(findings: Findings, top: int = 0) -> Result:
         headline=run_headline(findings),
         parts=(
             verdict_section(findings),
-            _equations(findings),
+            *_equations(findings),
             *_stops(findings),
             joint_errors(model, tube_bound(findings)),
             *(replace(fact, label="") for fact in details),
@@ -82,41 +85,68 @@ def run_result(findings: Findings, top: int = 0) -> Result:
             *_tables(findings),
         ),
         notices=notices(findings),
+        notes=notes(findings),
         provenance=findings.provenance,
     )
 
 
-def _equations(findings: Findings) -> Equations:
-    """The model's D, h and c by element, or its torques; none of more terms than one can read."""
+def _equations(findings: Findings) -> Iterator[Part]:
+    """The model's D, h and c, by element."""
     model = findings.model
-    if len(model.terms) > READABLE and (model.is_exact or not model.level.has_torque_terms):
-        return equations("equations", "", ())
-    if not model.level.has_torque_terms:
-        return replace(equations("equations", "", model.formulas), most_lines=0)
+    if not model.level.has_torque_terms or model.is_exact:
+        return
     shown = model.equations
-    note = "" if model.level.is_mechanical or model.is_exact else H_NOTE
-    return replace(equations("equations", "", shown.formulas, shown.legend, note), most_lines=_MOST_LINES)
+    yield replace(
+        equations("equations_by_element", "", shown.formulas, shown.legend, structure_note(model)),
+        most_lines=_MOST_LINES,
+    )
+
+
+def stop_rows(findings: Findings) -> list[Row]:
+    """The named budgets: rows of the table "stops", whether each is the run's own, and its model in words."""
+    if "stops" not in findings.tables:
+        return []
+    own = int(findings.tables["budgets"].attrs["asked"])
+    return [
+        row | {"own": row["position"] == own, "words": _stop_words(row)}
+        for row in rows_of(findings.tables["stops"], "stop")
+    ]
+
+
+def _stop_words(row: Row) -> str:
+    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17, torque in 35; ..."."""
+    if row["terms"] < 0:
+        beyond = row["terms_beyond"]
+        return (
+            f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
+        )
+    if row["position"] < 0:
+        return f"{row['terms']} terms: too many to read"
+    costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"
+    return f"{row['terms']} terms; {costs}; {used_words(row)}"
+
+
+def used_words(row: Row) -> str:
+    """How much of a budget its model uses: "uses 76 % (proven)"."""
+    share = row["proven_share"]
+    if share is None or share > 1.0:
+        return "not proven"
+    return f"uses {written(share, '', 'bound_percent')} (proven)"
+
+
+def stop_facts(findings: Findings) -> tuple[Fact, ...]:
+    """The named budgets, a line each."""
+    rows = stop_rows(findings)
+    return tuple(
+        Fact("", "this: " * (row["own"] and len(rows) > 1) + row["budget"], row["terms"], text=row["words"])
+        for row in rows
+    )
 
 
 def _stops(findings: Findings) -> Iterator[Part]:
-    """The named budgets, a line each: terms, operations, and the share that is used."""
-    if "stops" not in findings.tables:
-        return
-    rows = rows_of(findings.tables["stops"], "stop")
-    asked = int(findings.tables["budgets"].attrs["asked"])
-    facts = []
-    for row in rows:
-        text = f"{row['terms_beyond']} terms exceed it alone: too many to read"
-        if row["terms"] >= 0:
-            used = row["proven_share"]
-            proven = "" if used is None else f"; uses {percent(used)} of it (proven)"
-            text = (
-                f"{row['terms']} terms, {row['operations']} + {row['operations_torque']} operations{proven}"
-            )
-        mine = "this model: " * (row["position"] == asked)
-        facts.append(Fact("", str(row["budget"]), row["terms"], text=f"{mine}{text}"))
-    yield Section("", "Models by budget: terms, operations of D, h and c apart + of the torque", tuple(facts))
-    yield Fact("stops", "", rows)
+    yield from stop_facts(findings)
+    if "stops" in findings.tables:
+        yield Fact("stops", "", rows_of(findings.tables["stops"], "stop"))
 
 
 def subtitle(findings: Findings) -> str:
@@ -135,6 +165,8 @@ def run_headline(findings: Findings) -> str:
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
+    if is_unreadable(findings):
+        return f"{contradicted}{_unreadable_headline(findings)}"
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     if tried := int(tube.attrs["tried"]):
@@ -145,7 +177,33 @@ def run_headline(findings: Findings) -> str:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} (proven)"
-    return f"{contradicted}{headline(model, f'Torque error {error}')}"
+    return f"{contradicted}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
+
+
+def is_unreadable(findings: Findings) -> bool:
+    """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
+    return "stops" in findings.tables and not any(row["own"] for row in stop_rows(findings))
+
+
+def _unreadable_headline(findings: Findings) -> str:
+    model, stops = findings.model, stop_rows(findings)
+    # No budget helps an arm whose terms cannot be counted.
+    wider = "" if stops[0]["terms_beyond"] < 0 else ", `--budget` with a larger error finds a readable model"
+    return (
+        f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
+        f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "
+        f"recursive` simplifies its recursion{wider}."
+    )
+
+
+def _other_budget(findings: Findings) -> str:
+    """Name the budget of the model where a smaller one has none that can be read, or that saves anything."""
+    passed = [*takewhile(lambda row: not row["own"], stop_rows(findings))]
+    if not passed:
+        return ""
+    why = f"has more than {READABLE} terms" if passed[0]["position"] < 0 else "saves nothing"
+    budgets = " and ".join(row["budget"] for row in passed)
+    return f"Within {findings.model.accuracy.budget} ({budgets} {why}): "
 
 
 def verdict_section(findings: Findings) -> Section:
@@ -160,44 +218,56 @@ def verdict_section(findings: Findings) -> Section:
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
         facts.append(Fact(name, label if text else "", labels, text=text, note=note))
-    text = _drives_text(listed.drives, findings.arm.n_joints)
+    alone = listed.labels("drive")
+    text = "; ".join(filter(None, [_drives_text(listed.drives, findings.arm.n_joints), _alone_text(alone)]))
     drives = [asdict(drive) for drive in listed.drives]
-    facts.insert(-2, Fact("drives", "Drives make" if text else "", drives, text=text))
+    facts.insert(-2, Fact("drive", "", alone))
+    facts.insert(-2, Fact("drives", "Drives" if text else "", drives, text=text))
     dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
     return Section("verdicts", "", (*facts, Fact("negligible_dominance", "", dominances)))
 
 
 def _drives_text(drives: Sequence[DriveShare], n_joints: int) -> str:
-    """Their shares and joints: "98 to 100 % of peak torque at joints 4, 5 and 6 (D44, D55, D66)"."""
+    """Their shares and joints: "98 to 100 % of peak torque at joints 4, 5 and 6"."""
     if not drives:
         return ""
     least, most = (f"{100 * pick(drive.share for drive in drives):.0f}" for pick in (min, max))
     share = f"{least} %" if least == most else f"{least} to {most} %"
-    where = named_joints([drive.joint for drive in drives], n_joints)
-    return f"{share} of peak torque at {where} ({', '.join(drive.element for drive in drives)})"
+    return f"{share} of peak torque at {named_joints([drive.joint for drive in drives], n_joints)}"
+
+
+def _alone_text(labels: Sequence[str]) -> str:
+    """Elements of which only the drive counts: "alone in D66"."""
+    return f"alone in {', '.join(labels)}" if labels else ""
 
 
 def first_facts(findings: Findings) -> tuple[Fact, ...]:
-    """The first four figures: error near the motion, error at its set points, operations, terms kept."""
+    """The first figures: error near the motion and at its set points, terms or steps counted, and gamma."""
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
-    label = "" if tried else "Torque error, proven near the motion"
-    if bound is None:
+    label = "" if tried else "Torque error near the motion, proven"
+    if model.is_exact:
+        proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
+    elif bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
-    elif model.is_exact:
-        proven = Fact("proven_error", label, 0.0, text="round-off only")
     else:
-        proven = worst_error(model, bound).fact("proven_error", label)
-    full, left = model.operations_full.total, model.operations.total
-    kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
-    near = f"Torque error near the motion, {thousands(tried)} states tried"
-    found = (worst_error(model, tube.tube_worst_found.values).fact("tried_error", near),) if tried else ()
+        proven = worst_error(model, bound).fact("proven_error", label, "at most")
+    near, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
+    tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", near, "up to")
+    size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
+    counted = f"{counted.capitalize()}{'' if model.level.always_refits else ' kept'}"
+    sampled = "Torque error at the set points" * (not model.is_exact)
     return (
-        *found,
+        *((tried_error,) if tried else ()),
         proven,
-        worst_error(model).fact("sampled_error", "Largest torque error at the set points"),
-        Fact("", "Operations", left, text=f"{left} instead of {full}"),
-        Fact("kept_terms", "Model", len(model.terms), text="everything" if model.is_exact else kept),
+        worst.fact("sampled_error", sampled, "up to"),
+        Fact(
+            "kept_terms",
+            "Operations of the exact torque" if model.is_exact else counted,
+            len(model.terms),
+            text=str(model.operations_full.total) if model.is_exact else f"{size[0]} of {thousands(size[1])}",
+        ),
+        Fact("", GAMMA * (gamma is not None and not model.is_exact), gamma, text=gamma_size(gamma)),
     )
 
 
@@ -278,11 +348,22 @@ def bound_ratio(findings: Findings) -> float | None:
 
 
 def notices(findings: Findings) -> tuple[str, ...]:
-    """Notices that the reader must know before using the numbers."""
-    note = str(findings.tables["tube"].attrs["note"])
-    of_motions = *motion_result.recording_notices(findings), motion_result.strict_notice(findings)
-    others = findings.model.notice, note, _drives_notice(findings), _symmetry_notice(findings)
-    return tuple(filter(None, (*of_motions, *others, _long_notice(findings))))
+    """What the reader must know before using the numbers."""
+    own = "" if _has_wider_stop(findings) else findings.model.notice
+    every = (*motion_result.recording_notices(findings), own, _drives_notice(findings))
+    return tuple(filter(None, every))
+
+
+def notes(findings: Findings) -> tuple[str, ...]:
+    """What the report says at its end."""
+    own = findings.model.notice if _has_wider_stop(findings) else ""
+    motion = motion_result.strict_notice(findings), str(findings.tables["tube"].attrs["note"])
+    return tuple(filter(None, (own, *motion, _long_notice(findings))))
+
+
+def _has_wider_stop(findings: Findings) -> bool:
+    """Whether a named budget accounts for the friction that the run's own is below."""
+    return any("friction" in row["budget"] and row["position"] >= 0 for row in stop_rows(findings))
 
 
 def _long_notice(findings: Findings) -> str:
@@ -314,28 +395,6 @@ def _drives_notice(findings: Findings) -> str:
     return (
         f"The robot's file states no drive inertia, and none is included. It would matter most at joint "
         f"{joint + 1}: {labels[joint]} reaches {least}. State it with --drive-inertia."
-    )
-
-
-def _symmetry_notice(findings: Findings) -> str:
-    """State where D' of absolute velocities is not symmetric, as each torque is simplified by itself."""
-    model = findings.model
-    if not model.level.has_torque_terms or model.level.is_mechanical:
-        return ""
-    kept = {
-        (term.row, term.velocities[0].joint, term.monomial)
-        for term in model.torques
-        if term.quantity == "inertia"
-    }
-    places = sorted({(min(i, j), max(i, j)) for i, j, monomial in kept if (j, i, monomial) not in kept})
-    if not places:
-        return ""
-    i, j = places[0]
-    return (
-        f"The model's D is not symmetric, as each torque is simplified by itself: D{joined((i, j))} and "
-        f"D{joined((j, i))} keep different terms, as the first of {len(places)} such pairs. Torques are as "
-        "accurate as stated. Where D must be symmetric, as in simulation or in a controller that relies on "
-        "energy, use `--level energy`."
     )
 
 
@@ -401,6 +460,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         "operations_full": asdict(elements.operations_full),
     }
     return _for_json(
+        equations=list(equations("equations", "", findings.model.formulas).lines),
         elements=of_elements,
         terms=rows_of(tables["terms"], "rank"),
         terms_total=tables["terms"].attrs["total"],

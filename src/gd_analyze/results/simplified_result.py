@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from gd_analyze.certification.holding import Held
-from gd_analyze.formulas.languages import Plain, equations
+from gd_analyze.formulas.languages import Plain, Written, equations
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
 from gd_analyze.results.model_facts import (
@@ -15,8 +15,10 @@ from gd_analyze.results.model_facts import (
     joint_errors,
     norm_facts,
     operation_facts,
+    structure_note,
     worst_error,
 )
+from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
@@ -53,7 +55,7 @@ def simplified_result(
         each = " near each motion" if accuracy.motions else ""
         answer = f"Torque error at most {worst.text}{each} (joint {worst.joint}), proven"
         proven = [
-            Fact("certified_within", "Proven for every state", certificate.region.where),
+            Fact("certified_within", "Proven within", certificate.region.where),
             Fact("", "Proof" * bool(certificate.note), certificate.note),
         ]
     if held.found is not None and held.tried:
@@ -64,32 +66,35 @@ def simplified_result(
             along = "trajectory" in accuracy.fitted_on
             why = "too many equations to write out here; `gd-analyze certify` does it"
             proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
-    search = Table(
-        "search",
-        "Operations after each step of the search",
-        tuple(columns_of(accuracy.steps, ("name", "step", "text"), ("operations", "operations", "count"))),
-        note="Effort used up before the end." if accuracy.cut_short else "",
-    )
+    steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
+    search = Fact("", "Search" * accuracy.cut_short, accuracy.search)
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, answer),
         facts=(
             Fact("arm", "", arm.name),
-            Fact("level", "Level", model.level.name, note=kept),
+            Fact(
+                "level",
+                "Level",
+                model.level.name,
+                text=f"{model.level.name}: {kept}",
+                note=in_words(accuracy.fitted_on),
+            ),
             Fact("refitted", "", model.refitted),
             Fact("drives", "", model.drives),
-            Fact("budget", "Budget", accuracy.budget),
-            Fact("fitted_on", "States", dict(accuracy.fitted_on), text=in_words(accuracy.fitted_on)),
+            Fact("budget", "", accuracy.budget),
+            Fact("fitted_on", "", dict(accuracy.fitted_on)),
             *operation_facts(model),
             Fact("cut_short", "", accuracy.cut_short),
             *proven,
+            search,
             *norm_facts(accuracy.norms, arm),
-            Fact("seconds", "Time", seconds, "s"),
+            Fact("seconds", "", seconds, "s"),
         ),
         parts=(
             replace(joints, columns=(*joints.columns, *more)),
-            search,
+            Table("search", "", tuple(steps)),
             *_model_parts(model, states, digits, joint_velocities),
         ),
         notices=(model.notice,) if model.notice else (),
@@ -110,13 +115,11 @@ def _model_parts(
         title = "Operations of D, h and c by element"
         by_element = Table("by_element", title, (names, *columns))
         return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped), by_element
-    title = "Equations, in kg, m, s, rad"
-    if joint_velocities:
-        shown, count = model.equations, model.operations_in_joint_velocities
-        written = equations("equations", title, shown.formulas, shown.legend, digits=digits)
-        operations = Fact("operations_in_joint_velocities", "Operations in joint velocities", count)
-        return operations, Fact("legend", "", list(written.legend_lines)), written
-    written = equations("equations", title, model.formulas, model.legend, digits=digits)
+    title, note = "Equations, in kg, m, s, rad", structure_note(model)
+    shown = model.equations if joint_velocities else Written(model.formulas, model.legend)
+    written = equations("equations", title, shown.formulas, shown.legend, note, digits=digits)
+    if model.level.has_torque_terms and len(model.terms) > READABLE:
+        written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
     if model.level is not RECURSIVE:
         return (*facts, written)

@@ -30,13 +30,17 @@ class Stop:
 
     budget: Budget
     held: Held | None = None
-    terms_beyond: int = 0  # terms whose torque alone exceeds the budget
+    terms_beyond: int = 0  # terms whose torque alone exceeds the budget; -1 if there are too many to count
 
     @property
     def is_readable(self) -> bool:
-        """Whether its model was searched, saves operations, and has few enough terms."""
-        model = None if self.held is None else self.held.model
-        return model is not None and not model.is_exact and len(model.terms) <= READABLE
+        """Whether its model was searched and has few enough terms."""
+        return self.held is not None and len(self.held.model.terms) <= READABLE
+
+    @property
+    def saves(self) -> bool:
+        """Whether its model was searched and is not the exact one."""
+        return self.held is not None and not self.held.model.is_exact
 
 
 def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
@@ -48,22 +52,25 @@ def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
 
 
 def stop_at(
-    exact: ExactDynamics, level: CandidateLevel, budget: Budget, search: Callable[[Budget], Held]
+    exact: ExactDynamics,
+    level: CandidateLevel,
+    budget: Budget,
+    search: Callable[[Budget], Held],
+    most: float = READABLE,
 ) -> Stop:
-    """Search a budget's model, unless more terms than one can read exceed the budget alone."""
-    own = exact.under(budget)
-    beyond = terms_beyond(own, level, own.allowed(budget))
-    if beyond > READABLE:
-        return Stop(budget, None, beyond)
+    """Search a budget's model, unless more than `most` terms exceed the budget alone."""
+    own, beyond = exact.under(budget), -1
     try:
-        return Stop(budget, search(budget), beyond)
+        beyond = terms_beyond(own, level, own.allowed(budget))
+        return Stop(budget, None if beyond > most else search(budget), beyond)
     except TooManyTermsError:
         return Stop(budget, None, beyond)
 
 
 def chosen(stops: Sequence[Stop]) -> Stop | None:
-    """The first stop whose model can be read; None if there is none."""
-    return next((stop for stop in stops if stop.is_readable), None)
+    """The first stop whose model can be read, one that saves before the exact; None if none can."""
+    readable = [stop for stop in stops if stop.is_readable]
+    return next((stop for stop in readable if stop.saves), readable[0] if readable else None)
 
 
 def stops_table(stops: Sequence[Stop], positions: Sequence[int], arm: RobotArm) -> xr.Dataset:

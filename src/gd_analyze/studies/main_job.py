@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 import warnings
 from collections.abc import Callable, Collection, Iterable
@@ -44,6 +45,7 @@ from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import with_uncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.budget_path import budget_path, joined_path
+from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
@@ -339,12 +341,17 @@ def find(
         stops, asked = _stops(exact, how, search_at)
         exact = exact.under(asked)
         by_budget = {str(stop.budget): stop.held for stop in stops}
+        own_stop = next((stop for stop in stops if stop.budget == asked), None)
+        # Without a model that can be read, the exact torque stands for it; one asked for may be long.
+        is_recursion = own_stop is not None and not (
+            own_stop.is_readable or (how.budget is not None and own_stop.saves)
+        )
 
         def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
             elements = replace(model_by_verdicts(exact, how.verdicts, how.dominance), provenance=source)
             if level is ELEMENT:
                 return elements, Held(with_gamma(exact, elements))
-            if stops and not any(stop.is_readable for stop in stops) and how.budget is None:
+            if is_recursion:
                 everything = exactly(exact, RECURSIVE, exact.allowed(asked), str(asked))
                 return elements, Held(replace(with_gamma(exact, everything), provenance=source))
             # The first call searches no second time.
@@ -368,9 +375,9 @@ def find(
     stage("trying other budgets")
     model, near = held.model, held.near or exact
     # With a limit on operations, and at level element, the model keeps another budget.
-    path = budget_path(near, model.accuracy.asked, measured(near, model))
+    path = (model,) if is_recursion else budget_path(near, model.accuracy.asked, measured(near, model))
     path = tuple(measured(exact, each) for each in path) if long is None else long.path(exact, path)
-    others = [stop.held.model for stop in stops if stop.held is not None and stop.budget != asked]
+    others = [stop.held.model for stop in stops if stop.held and stop.is_readable and stop is not own_stop]
     path, places = joined_path(path, [measured(exact, other) for other in others])
     own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
     ranking = TermRanking()
@@ -379,7 +386,7 @@ def find(
             exact, also=[each.terms for each in path if each.level is TERM and not each.is_exact]
         )
     stage("bounding errors")
-    efforts = _efforts(model, bool(many))
+    efforts = None if is_recursion else _efforts(model, bool(many))
     if is_known and held.certificate is None and efforts is not None:
         certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
         model = proven(model, certificate)
@@ -407,8 +414,10 @@ def find(
         "tube": run_tables.tube_table(model, tube, held, Margin.of(how.margin)),
     }
     if stops:
-        by_other = iter(places)
-        at = [own if stop.budget == asked else -1 if stop.held is None else next(by_other) for stop in stops]
+        shown = iter(places)
+        at = [next(shown) if stop.is_readable and stop is not own_stop else -1 for stop in stops]
+        if own_stop is not None and not is_recursion:
+            at[stops.index(own_stop)] = own
         tables["stops"] = stops_table(stops, at, arm)
     if trajectory.recording is not None and trajectory.recording.measured:
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
@@ -448,14 +457,15 @@ def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) 
         return [], how.asked
     named = named_budgets(exact.arm)
     budgets = named if how.budget is None else (how.asked, *(each for each in named if each != how.asked))
-    stops = []
+    stops: list[Stop] = []
     for budget in budgets:
-        if budget == how.budget:
-            stops.append(Stop(budget, search_at(exact, budget)))
-        else:
-            # Programs of models that are not the run's are not searched for their shortest form.
-            is_own = how.budget is None and chosen(stops) is None
-            stops.append(stop_at(exact, TERM, budget, partial(search_at, exact, shortest=is_own)))
+        is_asked = how.budget is not None and not stops
+        # Programs of models that are not the run's are not searched for their shortest form.
+        is_own = is_asked or (
+            how.budget is None and not any(stop.is_readable and stop.saves for stop in stops)
+        )
+        search = partial(search_at, exact, shortest=is_own)
+        stops.append(stop_at(exact, TERM, budget, search, math.inf if is_asked else READABLE))
     readable = chosen(stops)
     return stops, how.asked if how.budget is not None or readable is None else readable.budget
 

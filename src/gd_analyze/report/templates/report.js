@@ -168,7 +168,7 @@ document.body.classList.add("scripted");
 // Every place of the slider is a model found before, on one path through the model of this report.
 if (data.budgets) {
   const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
-  const terms = all("[data-kept]"), asked = budgets.asked;
+  const terms = all("[data-kept]"), stops = all("[data-stop]"), asked = budgets.asked;
   let timer = 0, saying = 0;
   const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
 
@@ -198,9 +198,10 @@ if (data.budgets) {
     const shares = errors.map((error, k) => (whole[k] > 0 ? error / whole[k] : 0));
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
-    element("budget-count").textContent = budgets.operations[at];
-    if (budgets.keeps) element("budget-kept").textContent = budgets.kept[at];
-    element("budget-worst").textContent = percent(shares[worst]);
+    const figures = { kept: budgets.kept[at], apart: budgets.apart[at], count: budgets.operations[at], worst: `up to ${percent(shares[worst])}` };
+    for (const [name, figure] of Object.entries(figures)) if (element(`budget-${name}`)) element(`budget-${name}`).textContent = figure;
+    element("budget-proof").textContent = budgets.proof[at];
+    for (const stop of stops) stop.setAttribute("aria-pressed", String(Number(stop.dataset.stop) === at));
     rows.forEach((row, k) => {
       row.style.setProperty("--error", budgets.place[at][k]);
       row.style.setProperty("--budget", budgets.limit[at][k]);
@@ -218,7 +219,8 @@ if (data.budgets) {
     tidy();
     clearTimeout(timer);
     if (calm.matches || at === asked) settle(at); else timer = setTimeout(settle, 700, at);
-    return `${budgets.operations[at]} operations, ${budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : ""}errors up to ${percent(shares[worst])} of the ${budgets.shares_of} at the set points, at joint ${worst + 1}.`;
+    const counted = budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : "";
+    return `${counted}${budgets.operations[at]} operations, errors up to ${percent(shares[worst])} of ${budgets.shares_of} at the set points, at joint ${worst + 1}.`;
   }
   function change() {
     const words = show(Number(slider.value));
@@ -227,7 +229,7 @@ if (data.budgets) {
     saying = setTimeout(() => { element("budget-status").textContent = words; }, 900);
   }
   slider.addEventListener("input", change);
-  for (const stop of all("[data-stop]")) stop.addEventListener("click", () => { slider.value = stop.dataset.stop; change(); });
+  for (const stop of stops) stop.addEventListener("click", () => { slider.value = stop.dataset.stop; change(); });
   element("budget-reset").addEventListener("click", () => { slider.value = asked; change(); slider.focus(); });
   element("budget").classList.add("alive");
   slider.value = asked;
