@@ -82,8 +82,8 @@ def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page)
     assert shown["operations"][path.asked] == puma_findings.model.operations.total
     # Four digits are written.
     np.testing.assert_allclose(shown["largest_error"], table.largest_error.values, rtol=1e-3)
-    factors = [row["factor"] for row in path.rows]
-    assert (factors[0], factors[path.asked], factors[-1]) == (0.1, 1.0, 10.0)
+    assert shown["apart"] == table.operations_apart.values.tolist()
+    assert [*map(len, (row["kept"] for row in path.rows))] == shown["kept"]
 
 
 def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:

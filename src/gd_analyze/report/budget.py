@@ -48,16 +48,19 @@ class BudgetPath:
         """Whether any budget gives a model other than the one asked for."""
         return len({(row["operations"], len(row["kept"])) for row in self.rows}) > 1
 
-    def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
-        """Elements of the model at a position; the report's own coefficients where it has the term."""
+    def torques(self, findings: Findings, k: int) -> Torques:
+        """Torque terms of the model at a position; the report's own coefficients where it has the term."""
         model = findings.model
-        torques: Torques = model.torques
-        if k != self.asked:
-            ranked = [*findings.ranked_terms.items()]
-            kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
-            terms = {term: model.terms.get(term, weight) for term, weight in kept}
-            torques = TERM.torques(model.form, terms)
-        own = model.form.velocities.in_joint_velocities(torques)
+        if k == self.asked:
+            return model.torques
+        ranked = [*findings.ranked_terms.items()]
+        kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
+        return TERM.torques(model.form, {term: model.terms.get(term, weight) for term, weight in kept})
+
+    def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
+        """Elements of the model at a position."""
+        model = findings.model
+        own = model.form.velocities.in_joint_velocities(self.torques(findings, k))
         return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
 
     def proofs(self, findings: Findings) -> list[str]:

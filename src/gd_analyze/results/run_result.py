@@ -349,7 +349,9 @@ def bound_ratio(findings: Findings) -> float | None:
 
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
-    own = "" if _has_wider_stop(findings) else findings.model.notice
+    # At level element the error is stated as the budget, which nobody asked for.
+    is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
+    own = findings.model.notice if is_asked else ""
     every = (*motion_result.recording_notices(findings), own, _drives_notice(findings))
     return tuple(filter(None, every))
 
