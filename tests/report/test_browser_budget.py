@@ -89,7 +89,8 @@ def test_terms_fade_before_they_go(browser: Any, file: Path) -> None:
     with opened(browser, file, reduced_motion="no-preference") as tab:
         before = tab.run(SHOWN)
         tab.drag_budget(20)
-        assert tab.run(SHOWN) == before
+        # Terms that go are still there, beside those that a named budget's model has for itself.
+        assert tab.run(SHOWN) >= before
         assert tab.run("document.querySelectorAll('.term.leaving').length") > 0
         tab.until(f"{SHOWN} < {before}")
 

@@ -19,6 +19,7 @@ from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import H_NOTE
 from gd_analyze.results.run_result import stop_facts
 
 NOW = "2024-05-01T00:00:00+00:00"
@@ -42,8 +43,8 @@ def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Finding
         assert group.heading in words
     labels = [subscripted(label) for label in puma_findings.dominance.element.values.tolist()]
     assert all(label in words for label in labels)
-    for formula in puma_findings.model.equations.formulas:
-        assert subscripted(f"{formula.left.letter}{formula.left.index}") in words
+    assert "The model" in words
+    assert H_NOTE.partition("--")[0].strip() in words
     for fact in stop_facts(puma_findings):
         assert f"{fact.label}: {fact.written}" in words
     assert {"Figure 1.", "Figure 2."} <= set(re.findall(r"(?:Figure|Table) \d\.", words))

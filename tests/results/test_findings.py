@@ -130,7 +130,7 @@ def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings)
         np.testing.assert_array_equal(table[f"tube_margin_{name}"], margins)
     assert (table.tube_certified >= model.accuracy.errors.largest).all()
     assert (table.tube_certified < puma_findings.tables["beyond"].certified).all()
-    assert table.attrs["note"] in run_result(puma_findings).notices
+    assert table.attrs["note"] in run_result(puma_findings).document()["notices"]
 
 
 @pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(revolute=np.radians(3.0), velocity=0.06)])

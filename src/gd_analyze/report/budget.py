@@ -18,7 +18,7 @@ from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import gamma_size, reference, worst_error
+from gd_analyze.results.model_facts import gamma_size, worst_error
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_result import near_bound, stop_rows
 from gd_analyze.simplification.harmonic import TERM
@@ -99,7 +99,7 @@ class BudgetPath:
             "limit": [[place(share) for share in row] for row in limits / allowed],
             "allowed": limits.tolist(),
             "whole": [whole.tolist() if of_peak else row for row in limits.tolist()],
-            "shares_of": reference(model.accuracy.asked.shares_of),
+            "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 
