@@ -36,7 +36,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows, tube_bound
-from gd_analyze.text import amount, percent
+from gd_analyze.text import amount, percent, thousands
 
 _EMPTY_CELL = '<td class="value"></td>'
 _APPENDIX_NAMES = {
@@ -175,7 +175,7 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
     share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
     figures = ""
     if kind in ("terms", "parts"):
-        figures += _figure("kept", len(row["kept"]), kind, f"of {model.size[1]}")
+        figures += _figure("kept", len(row["kept"]), kind, f"of {thousands(model.size[1])}")
     if kind == "terms":
         full_apart = model.form.functions.operations.total
         figures += _figure("apart", row["operations_apart"], "operations", f"of {full_apart}: D, h, c")
