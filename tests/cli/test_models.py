@@ -90,7 +90,7 @@ def test_budgets_beside_friction_and_in_torque(run):
     found = run(*words, "--json").json
     assert (found["budget"], found["notices"]) == ("1% or 10% friction", [])
     assert all(row["allowed_error"] > 0.01 * row["peak_torque"] for row in found["joints"])
-    assert "of allowed error (joint" in run(*words).words
+    assert "of the budget (joint" in run(*words).words
     (notice,) = run(f"{quick} --json").json["notices"]
     assert '--budget "1% or 10% friction"' in notice
     assert "N m (joint" in run(f"{quick} --budget 1").words
@@ -149,7 +149,7 @@ def test_the_ranking(run, here):
     [
         ("two_link two-link-swing", "peak torque", 1.0),
         ("two_link two-link-swing --quick", "peak torque", 1.0),
-        ("puma560 pick-and-place --quick --budget 0.5", "allowed error", 0.5),
+        ("puma560 pick-and-place --quick --budget 0.5", "the budget", 0.5),
     ],
 )
 def test_the_curve(run, words, of, whole):

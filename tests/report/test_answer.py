@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections import defaultdict
 
 import numpy as np
 import pytest
-import xarray as xr
 from page_reader import Page
 
 from gd_analyze.figures.figure import Area
@@ -18,6 +18,11 @@ from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
+from gd_analyze.results.run_result import stop_rows
+from gd_analyze.simplification.effort import ROUGH
+from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.text import number
 
 EPS = np.finfo(float).eps
 
@@ -65,7 +70,11 @@ def test_bars_are_shares_of_the_sum_of_rms(puma_findings: Findings) -> None:
 
 
 def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
-    listed = [label for group in verdict_lists(puma_findings) for label in group.elements]
+    groups = verdict_lists(puma_findings)
+    listed = [label for group in groups for label in group.elements]
+    # Elements of which only the drive counts are named in words.
+    words = next(group.words for group in groups if group.verdict == "drives")
+    listed += re.findall(r"D\d\d", words)
     assert sorted(listed) == sorted(puma_findings.dominance.element.values.tolist())
     assert [one["label"] for one in element_details(puma_findings)][:7] == [
         *(f"D1{j}" for j in range(1, 7)),
@@ -116,20 +125,71 @@ def test_two_notices_stand_before_the_answer(puma_findings: Findings) -> None:
 
 
 def test_named_budgets_are_stops_of_the_slider(puma_findings: Findings) -> None:
-    stops = xr.Dataset(
-        {
-            "budget": ("stop", ["1%", "1% or 10% friction"]),
-            "terms": ("stop", [34, 15]),
-            "operations": ("stop", [78, 30]),
-            "proven_share": ("stop", [0.0095, 0.04]),
-            "position": ("stop", [10, -1]),
-        }
-    )
-    unnamed = Page(render_html(puma_findings))
-    assert not [button for button in unnamed.all("button") if "data-stop" in button]
+    stops, budgets = puma_findings.tables["stops"], puma_findings.tables["budgets"]
+    page = Page(render_html(puma_findings))
+    buttons = [button for button in page.all("button") if "data-stop" in button]
+    assert [int(button["data-stop"]) for button in buttons] == stops.position.values.tolist()
+    assert [button["aria-pressed"] for button in buttons].count("true") == 1
+    words = " ".join(page.text.split())
+    for row in stops.to_dataframe().itertuples():
+        assert f"{row.terms} terms; D, h, c in {row.operations}, torque in {row.operations_torque};" in words
+        # The position is that of the named budget's own model.
+        kept = budgets.isel(position=row.position)
+        assert (int(kept.operations_apart), int(kept.kept.sum())) == (row.operations, row.terms)
+        assert row.budget == str(kept.budget.values)
+        assert 0.0 < row.proven_share <= 1.0
+
+
+def test_a_budget_that_was_not_searched_says_why(puma_findings: Findings) -> None:
+    stops = puma_findings.tables["stops"].copy(deep=True)
+    stops.terms[1:], stops.position[1:], stops.proven_share[1:] = -1, -1, np.nan
+    stops.terms_beyond[1], stops.terms_beyond[2] = 481, -1
     shown = dataclasses.replace(puma_findings, tables={**puma_findings.tables, "stops": stops})
     page = Page(render_html(shown))
     buttons = [button for button in page.all("button") if "data-stop" in button]
-    assert [button["data-stop"] for button in buttons] == ["10", "-1"]
-    assert ["disabled" in button for button in buttons] == [False, True]
-    assert "15 terms, 30 operations" in " ".join(page.text.split())
+    assert ["disabled" in button for button in buttons] == [False, True, True]
+    words = " ".join(page.text.split())
+    assert "481 terms exceed it alone: too many to read" in words
+    assert "-1 terms" not in words
+
+
+def test_the_budget_of_a_model_with_errors_above_its_bound_is_not_called_proven(
+    puma_findings: Findings,
+) -> None:
+    stops = puma_findings.tables["stops"].copy(deep=True)
+    stops.proven_share[1] = 1.16
+    shown = dataclasses.replace(puma_findings, tables={**puma_findings.tables, "stops": stops})
+    said = {row["budget"]: row["words"] for row in stop_rows(shown)}
+    assert said[str(stops.budget.values[1])].endswith("not proven")
+    assert said[str(stops.budget.values[2])].endswith("(proven)")
+    assert "not proven" in BudgetPath.of(shown).proofs(shown)[int(stops.position[1])]
+
+
+def test_h_and_gamma_are_explained_before_the_equations(puma_findings: Findings) -> None:
+    model = puma_findings.model
+    gamma = model.accuracy.gamma
+    assert gamma is not None
+    assert gamma < 1.0
+    words = " ".join(Page(render_html(puma_findings)).text.split())
+    assert (
+        words.index(H_NOTE) < words.index(f"Gamma {number(gamma)} =") < words.index("D, J (drives), h and c")
+    )
+    unfit = dataclasses.replace(model, accuracy=dataclasses.replace(model.accuracy, gamma=1.5))
+    assert TORQUE_ONLY in structure_note(unfit)
+    assert TORQUE_ONLY.capitalize() in headline(unfit)
+    assert TORQUE_ONLY not in structure_note(model) + headline(model)
+
+
+def test_every_position_errs_as_the_table_says(puma_findings: Findings) -> None:
+    """The terms shown at a position, mirror terms of D included, have the errors of its row."""
+    path, model, dataset = BudgetPath.of(puma_findings), puma_findings.model, puma_findings.decomposition
+    states = [dataset[name].values for name in ("q", "qd", "qdd")]
+    exact = dataset.torque.values
+    for k, row in enumerate(path.rows):
+        torques = path.torques(puma_findings, k)
+        program = torque_program(model.form.velocities, torques, ROUGH)
+        made = dataclasses.replace(model, program=program)
+        error = np.abs(made.torque(*states) - exact).max(axis=0)
+        # Torques are sums of up to some hundred products, in another order than the table's program.
+        near = 1000 * EPS * np.abs(exact).max()
+        np.testing.assert_allclose(error, row["largest_error"], rtol=0, atol=near)

@@ -11,13 +11,17 @@ import pytest
 from page_reader import Page
 from report_cases import HOSTILE, made_findings
 
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import prepare_pdf
+from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.run_result import is_unreadable, run_result
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import Settings, find
 
@@ -82,8 +86,8 @@ def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page)
     assert shown["operations"][path.asked] == puma_findings.model.operations.total
     # Four digits are written.
     np.testing.assert_allclose(shown["largest_error"], table.largest_error.values, rtol=1e-3)
-    factors = [row["factor"] for row in path.rows]
-    assert (factors[0], factors[path.asked], factors[-1]) == (0.1, 1.0, 10.0)
+    assert shown["apart"] == table.operations_apart.values.tolist()
+    assert [*map(len, (row["kept"] for row in path.rows))] == shown["kept"]
 
 
 def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
@@ -126,6 +130,33 @@ def test_an_arm_of_too_many_terms_shows_its_recursion(recursive: Findings) -> No
     assert not page.of_class("span", "term")
     assert "Regrouped parameters" in words_of(page)
     assert page.data["budgets"] is None or page.data["budgets"]["keeps"] == ""
+
+
+@pytest.mark.parametrize("why", ["too many in all", "too many for the budget"])
+def test_without_a_readable_model_the_dominant_elements_are_shown(
+    why: str, two_link: RobotArm, swing: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Named on page and terminal: why there is no model, the exact torque, and what to do."""
+    if why == "too many in all":
+        monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
+        monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
+    else:
+        monkeypatch.setattr("gd_analyze.studies.budget_stops.READABLE", 1)
+        monkeypatch.setattr("gd_analyze.studies.main_job.READABLE", 1)
+    findings = find(two_link, swing)
+    assert is_unreadable(findings)
+    assert findings.model.is_exact
+    full = findings.model.operations_full.total
+    words = words_of(Page(render_html(findings)))
+    terminal = " ".join(text_of(run_result(findings)).split())
+    for said in (words, terminal):
+        assert f"the exact torque in {full} operations" in said
+        assert "--level recursive" in said
+        assert "too many to read" in said or "too many terms to read" in said
+        # A larger error helps where terms can be chosen at all.
+        assert ("`--budget`" in terminal) == (why != "too many in all")
+    assert "these are the dominant parts" in words
+    assert prepare_pdf(findings)().startswith(b"%PDF-")
 
 
 def test_any_result_has_a_page() -> None:

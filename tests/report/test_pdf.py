@@ -19,6 +19,8 @@ from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.model_facts import H_NOTE
+from gd_analyze.results.run_result import stop_facts
 
 NOW = "2024-05-01T00:00:00+00:00"
 
@@ -31,14 +33,20 @@ def puma_pdf(puma_findings: Findings) -> bytes:
 def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
     words = " ".join(read(puma_pdf, tmp_path, "-l", "1").split())
     opening = main_report(puma_findings).opening
-    for said in (opening.title, opening.headline, *(fact.label for fact in opening.facts)):
-        assert said in words
+    labels = (fact.label for fact in opening.facts)
+    for said in (opening.title, opening.headline, *labels):
+        # Exponents are raised, and are lines of their own for the reader.
+        assert said.partition("^")[0] in words
     for joint in puma_findings.arm.joints:
         assert joint.name in words
     for group in verdict_lists(puma_findings):
         assert group.heading in words
     labels = [subscripted(label) for label in puma_findings.dominance.element.values.tolist()]
     assert all(label in words for label in labels)
+    assert "The model" in words
+    assert H_NOTE.partition("--")[0].strip() in words
+    for fact in stop_facts(puma_findings):
+        assert f"{fact.label}: {fact.written}" in words
     assert {"Figure 1.", "Figure 2."} <= set(re.findall(r"(?:Figure|Table) \d\.", words))
 
 

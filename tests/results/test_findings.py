@@ -130,7 +130,7 @@ def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings)
         np.testing.assert_array_equal(table[f"tube_margin_{name}"], margins)
     assert (table.tube_certified >= model.accuracy.errors.largest).all()
     assert (table.tube_certified < puma_findings.tables["beyond"].certified).all()
-    assert table.attrs["note"] in run_result(puma_findings).notices
+    assert table.attrs["note"] in run_result(puma_findings).document()["notices"]
 
 
 @pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(revolute=np.radians(3.0), velocity=0.06)])
@@ -173,7 +173,7 @@ def test_errors_are_in_the_terms_of_the_budget(of_budget):
     assert worst_error(model).text == f"{model.accuracy.errors.largest.max():.3g} N m"
     model = of_budget("1% or 10% friction")
     used, worst = model.accuracy.errors.largest / model.accuracy.allowed, worst_error(model)
-    assert (worst.joint, worst.of, worst.value) == (used.argmax() + 1, "allowed error", used.max())
+    assert (worst.joint, worst.of, worst.value) == (used.argmax() + 1, "the budget", used.max())
 
 
 def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):

@@ -53,15 +53,18 @@ class Output:
             # In ASCII and without the NaN and Infinity that JSON does not know.
             click.echo(json.dumps(result.document() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
-            from gd_analyze.report.terminal import text_of
+            from gd_analyze.report.terminal import text_of, wrapped
 
             text = text_of(result, width(), functools.partial(click.style, bold=True))
             click.echo(text, nl=False, color=colour())
-            names = [str(path) for path in written]
-            if folder is not None and names:
-                names = [f"{folder}: {', '.join(path.name for path in written)}"]
-            for name in names:
-                click.echo(visible(f"wrote {name}"))
+            if folder is not None and written:
+                # A folder's name is not broken between its words.
+                where = str(folder).replace(" ", "\u00a0")
+                names = ", ".join(path.name for path in written)
+                click.echo("\n".join(wrapped(f"wrote {where}: {names}", width(), "  ")))
+                return
+            for path in written:
+                click.echo(visible(f"wrote {path}"))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

@@ -18,7 +18,7 @@ from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import gamma_size, reference, worst_error
+from gd_analyze.results.model_facts import gamma_size, worst_error
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_result import near_bound, stop_rows
 from gd_analyze.simplification.harmonic import TERM
@@ -48,16 +48,19 @@ class BudgetPath:
         """Whether any budget gives a model other than the one asked for."""
         return len({(row["operations"], len(row["kept"])) for row in self.rows}) > 1
 
-    def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
-        """Elements of the model at a position; the report's own coefficients where it has the term."""
+    def torques(self, findings: Findings, k: int) -> Torques:
+        """Torque terms of the model at a position; the report's own coefficients where it has the term."""
         model = findings.model
-        torques: Torques = model.torques
-        if k != self.asked:
-            ranked = [*findings.ranked_terms.items()]
-            kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
-            terms = {term: model.terms.get(term, weight) for term, weight in kept}
-            torques = TERM.torques(model.form, terms)
-        own = model.form.velocities.in_joint_velocities(torques)
+        if k == self.asked:
+            return model.torques
+        ranked = [*findings.ranked_terms.items()]
+        kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
+        return TERM.torques(model.form, {term: model.terms.get(term, weight) for term, weight in kept})
+
+    def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
+        """Elements of the model at a position."""
+        model = findings.model
+        own = model.form.velocities.in_joint_velocities(self.torques(findings, k))
         return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
 
     def proofs(self, findings: Findings) -> list[str]:
@@ -96,7 +99,7 @@ class BudgetPath:
             "limit": [[place(share) for share in row] for row in limits / allowed],
             "allowed": limits.tolist(),
             "whole": [whole.tolist() if of_peak else row for row in limits.tolist()],
-            "shares_of": reference(model.accuracy.asked.shares_of),
+            "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
 

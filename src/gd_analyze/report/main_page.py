@@ -33,10 +33,10 @@ from gd_analyze.report.model_sections import made_of, model_parts
 from gd_analyze.report.numbering import Numbers
 from gd_analyze.result import Drawing, Section
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import reference, structure_note
+from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows, tube_bound
-from gd_analyze.text import amount, percent
+from gd_analyze.text import amount, percent, thousands
 
 _EMPTY_CELL = '<td class="value"></td>'
 _APPENDIX_NAMES = {
@@ -175,12 +175,12 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
     share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
     figures = ""
     if kind in ("terms", "parts"):
-        figures += _figure("kept", len(row["kept"]), kind, f"of {model.size[1]}")
+        figures += _figure("kept", len(row["kept"]), kind, f"of {thousands(model.size[1])}")
     if kind == "terms":
         full_apart = model.form.functions.operations.total
         figures += _figure("apart", row["operations_apart"], "operations", f"of {full_apart}: D, h, c")
     figures += _figure("count", row["operations"], "operations", f"of {full}: torque")
-    figures += _figure("worst", text(f"up to {percent(share)}"), f"of {reference(of)}", "at the set points")
+    figures += _figure("worst", text(f"up to {percent(share)}"), f"of {of}", "at the set points")
     return template("budget.html").format(
         stops=_stops(findings),
         low=escape(budget_words(rows[0]["budget"])),
@@ -220,7 +220,7 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
     return template("errors.html").format(
         caption=f"{numbers.of_table('errors')}{title}",
         rows="".join(rows),
-        shares_of=reference(accuracy.asked.shares_of),
+        shares_of=accuracy.asked.shares_of,
         budget=place(1.0),
     )
 

@@ -46,11 +46,6 @@ class WorstError(NamedTuple):
         return Fact(key, label, self.value, text=text, note=f"joint {self.joint}")
 
 
-def reference(shares_of: str) -> str:
-    """Reference of shares in words, from `Budget.shares_of`."""
-    return "peak torque" if shares_of == "peak torque" else "the budget"
-
-
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:
     """Find the joint with the largest error, as stated by the model or by a bound, N m, shape (n,).
 
@@ -62,7 +57,7 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     in_torque = asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1
     sizes = error if in_torque else model.accuracy.shares_of(error)
     joint = int(sizes.argmax())
-    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (reference(asked.shares_of), "")
+    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (asked.shares_of, "")
     return WorstError(joint + 1, float(sizes[joint]), bound is not None, of, unit)
 
 

@@ -176,10 +176,10 @@ def verdict_rows(findings: Findings) -> list[Row]:
 
 
 def worst_fact(rows: Sequence[Row]) -> Fact:
-    """The largest share of the allowed error along any motion, from rows of `motion_rows`."""
+    """The largest share of the budget along any motion, from rows of `motion_rows`."""
     worst = max(rows, key=lambda row: row["worst"])
     where = f"joint {worst['joint']} along {worst['motion']}"
-    label = "Largest share of the allowed error"
+    label = "Largest share of the budget"
     return Fact("worst_of_allowed", label, worst["worst"], shown="percent", note=where)
 
 

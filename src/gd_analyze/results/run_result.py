@@ -120,7 +120,7 @@ def _stop_words(row: Row) -> str:
         return (
             f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
         )
-    if row["position"] < 0:
+    if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"
     return f"{row['terms']} terms; {costs}; {used_words(row)}"
@@ -187,8 +187,12 @@ def is_unreadable(findings: Findings) -> bool:
 
 def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
-    # No budget helps an arm whose terms cannot be counted.
-    wider = "" if stops[0]["terms_beyond"] < 0 else ", `--budget` with a larger error finds a readable model"
+    readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
+    wider = ", `--budget` with a larger error finds a readable model"
+    if readable:
+        wider = f', `--budget "{readable}"` has a readable model'
+    elif stops[0]["terms_beyond"] < 0:  # no budget helps an arm whose terms cannot be counted
+        wider = ""
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
         f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "
@@ -201,7 +205,8 @@ def _other_budget(findings: Findings) -> str:
     passed = [*takewhile(lambda row: not row["own"], stop_rows(findings))]
     if not passed:
         return ""
-    why = f"has more than {READABLE} terms" if passed[0]["position"] < 0 else "saves nothing"
+    is_read = 0 <= passed[0]["terms"] <= READABLE
+    why = "saves nothing" if is_read else f"has more than {READABLE} terms"
     budgets = " and ".join(row["budget"] for row in passed)
     return f"Within {findings.model.accuracy.budget} ({budgets} {why}): "
 
@@ -349,7 +354,9 @@ def bound_ratio(findings: Findings) -> float | None:
 
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
-    own = "" if _has_wider_stop(findings) else findings.model.notice
+    # At level element the error is stated as the budget, which nobody asked for.
+    is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
+    own = findings.model.notice if is_asked else ""
     every = (*motion_result.recording_notices(findings), own, _drives_notice(findings))
     return tuple(filter(None, every))
 
@@ -363,7 +370,7 @@ def notes(findings: Findings) -> tuple[str, ...]:
 
 def _has_wider_stop(findings: Findings) -> bool:
     """Whether a named budget accounts for the friction that the run's own is below."""
-    return any("friction" in row["budget"] and row["position"] >= 0 for row in stop_rows(findings))
+    return any("friction" in row["budget"] and row["terms"] >= 0 for row in stop_rows(findings))
 
 
 def _long_notice(findings: Findings) -> str:

@@ -180,7 +180,7 @@ class Accuracy:
 
     @property
     def shares(self) -> FloatArray:
-        """Largest errors as shares of peak torque or allowed error, see `Budget.shares_of`, shape (n,)."""
+        """Largest errors as shares of peak torque or of the budget, see `Budget.shares_of`, shape (n,)."""
         return self.shares_of(self.errors.largest)
 
     def shares_of(self, error: FloatArray) -> FloatArray:

@@ -182,8 +182,8 @@ class Budget:
 
     @property
     def shares_of(self) -> str:
-        """Reference of errors when shown: "peak torque" for a share of it, otherwise "allowed error"."""
-        return "peak torque" if self.wholes == {"peak"} else "allowed error"
+        """Reference of errors when shown: "peak torque" for a share of it, otherwise "the budget"."""
+        return "peak torque" if self.wholes == {"peak"} else "the budget"
 
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint; a UsageError if there are neither one nor as many as joints."""

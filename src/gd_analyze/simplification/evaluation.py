@@ -45,7 +45,7 @@ class Evaluation:
     def __repr__(self) -> str:
         worst, share = self.errors.worst, percent(float(self.errors.largest_share.max()))
         error = f"{share} of the peak torque here (joint {worst + 1})"
-        return f"Evaluation({self.dynamics.states!r}, largest error {error})"
+        return f"Evaluation({self.dynamics.states!r}, error up to {error})"
 
     def _repr_html_(self) -> str:
         """The errors, for a notebook."""
@@ -55,7 +55,7 @@ class Evaluation:
             peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
             share = percent(float(errors.largest_share[i]))
             rows.append([joint_name(i + 1, joint.name), peak, largest, share, rms])
-        headings = ["joint", "peak torque here", "largest error", "of that peak", "RMS error"]
+        headings = ["joint", "peak torque here", "error up to", "of that peak", "RMS error"]
         return html_of(f"{self.dynamics.arm.name}: {self.dynamics.states.in_words}", headings, rows)
 
     def within(self, allowed: FloatArray) -> FloatArray:

@@ -68,9 +68,11 @@ class SimplifiedModel:
         """Operations and error."""
         accuracy = self.accuracy
         joint = int(accuracy.shares.argmax())
+        states = "set points" if "trajectory" in accuracy.fitted_on else "states tried"
         return (
-            f"{self.operations.total} of {self.operations_full.total} operations, largest error "
-            f"{percent(float(accuracy.shares[joint]))} of the {accuracy.asked.shares_of} (joint {joint + 1})"
+            f"{self.operations.total} of {self.operations_full.total} operations, error up to "
+            f"{percent(float(accuracy.shares[joint]))} of {accuracy.asked.shares_of} (joint {joint + 1}) at "
+            f"the {states}"
         )
 
     def _repr_html_(self) -> str:
@@ -82,12 +84,14 @@ class SimplifiedModel:
             for i, joint in enumerate(self.arm.joints)
         ]
         printer = Plain()
-        formulas = self.formulas if len(self.terms) <= _MOST_SHOWN else ()
-        lines = [printer.wrapped(formula, 100) for formula in formulas]
-        legend = ", ".join(printer.legend(self.legend)) if formulas else ""
+        shown = Written(())
+        if len(self.terms) <= _MOST_SHOWN:
+            shown = self.equations if self.level.is_structured else Written(self.formulas, self.legend)
+        lines = [printer.wrapped(formula, 100) for formula in shown.formulas]
+        legend = ", ".join(printer.legend(shown.legend)) if shown.legend else ""
         return html_of(
-            f"{self.arm.title or self.arm.name}: {self.size[0]} {self.level.keeps}",
-            ["joint", "peak torque", "allowed error", "largest error", "RMS error"],
+            f"{self.arm.title or self.arm.name}: {self.size[0]} of {self.size[1]} {self.level.keeps}",
+            ["joint", "peak torque", "allowed error", "error up to", "RMS error"],
             rows,
             f"{self._summary}; budget {self.accuracy.budget}.",
             "\n".join([*lines, *filter(None, [legend])]),

@@ -377,7 +377,9 @@ def find(
     # With a limit on operations, and at level element, the model keeps another budget.
     path = (model,) if is_recursion else budget_path(near, model.accuracy.asked, measured(near, model))
     path = tuple(measured(exact, each) for each in path) if long is None else long.path(exact, path)
-    others = [stop.held.model for stop in stops if stop.held and stop.is_readable and stop is not own_stop]
+    # A recursion stands alone: its path has no terms that others share.
+    other_stops = [stop for stop in stops if stop.is_readable and stop is not own_stop and not is_recursion]
+    others = [stop.held.model for stop in other_stops if stop.held is not None]
     path, places = joined_path(path, [measured(exact, other) for other in others])
     own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
     ranking = TermRanking()
@@ -415,7 +417,7 @@ def find(
     }
     if stops:
         shown = iter(places)
-        at = [next(shown) if stop.is_readable and stop is not own_stop else -1 for stop in stops]
+        at = [next(shown) if stop in other_stops else -1 for stop in stops]
         if own_stop is not None and not is_recursion:
             at[stops.index(own_stop)] = own
         tables["stops"] = stops_table(stops, at, arm)
