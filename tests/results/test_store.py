@@ -16,7 +16,7 @@ from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
 from gd_analyze.studies.study_files import write_findings
 
 # The PUMA states uncertainties.
-STORED = set(GROUPS) - OPTIONAL_GROUPS | {"robustness"}
+STORED = set(GROUPS) - OPTIONAL_GROUPS | {"robustness", "stops"}
 
 
 def test_round_trip_is_exact(stored, puma_findings):
