@@ -31,7 +31,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
+from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
 
@@ -290,7 +290,7 @@ class _Rounds:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
             return best
-        everything = exactly(self.exact, how.level, allowed, str(self.budget))
+        everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:

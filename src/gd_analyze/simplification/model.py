@@ -257,7 +257,13 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
         return model
     everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
     stated = everything.accuracy
-    accuracy = replace(model.accuracy, errors=stated.errors, motions=stated.motions, norms=stated.norms)
+    accuracy = replace(
+        model.accuracy,
+        errors=stated.errors,
+        motions=stated.motions,
+        norms=stated.norms,
+        gamma=everything.gamma(exact),
+    )
     return replace(everything, accuracy=accuracy, provenance=model.provenance)
 
 
