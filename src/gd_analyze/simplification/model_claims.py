@@ -208,15 +208,15 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
             was = share_at(shares, norm.states)
             raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
     # At other states near these gamma may be larger.
-    gamma, stated = model.gamma(exact), accuracy.gamma
-    if stated is not None and stated < gamma - _ROUNDING * float(np.linalg.cond(exact.inertia).max()):
-        raise _impossible("gamma", f"at least {gamma:.6g}, as measured at {states.in_words}", f"{stated:.6g}")
+    gamma, known = model.gamma(exact), accuracy.gamma
+    if known is not None and known < gamma - _ROUNDING * float(np.linalg.cond(exact.inertia).max()):
+        raise _impossible("gamma", f"at least {gamma:.6g}, as measured at {states.in_words}", f"{known:.6g}")
     again = replace(
         accuracy,
         measured=True,
         uncertainty=exact.uncertainty,
         norms=exact.norms_of(torque),
-        gamma=gamma if stated is None else stated,
+        gamma=gamma if known is None else known,
     )
     return replace(model, accuracy=again)
 
