@@ -83,9 +83,16 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
 
 
 def rebuilt(exact: ExactDynamics) -> tuple[SimplifiedModel, SimplifiedModel]:
-    """Exact model in the fewest operations known, and what the 1 % rule leaves of its terms."""
-    every = replace(model_of(exact, exact.form.torques), program=exact.form.program)
-    return every, model_of(exact, one_percent_rule(exact.form.torques))
+    """Exact model in the fewest operations known, and what the 1 % rule leaves of its terms.
+
+    A term of D stays in D_ij and D_ji if the rule keeps it in one of them.
+    """
+    form, every = exact.form, TERM.terms(exact.form)
+    ruled = one_percent_rule(form.torques)
+    remaining = {
+        term: weight for term, weight in every.items() if TERM.source(form, term).keys() & ruled.keys()
+    }
+    return replace(model_of(exact, every), program=form.program), model_of(exact, remaining)
 
 
 def largest_shares(exact: ExactDynamics, model: SimplifiedModel) -> np.ndarray:

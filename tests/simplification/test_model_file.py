@@ -189,6 +189,7 @@ def cosine(*multiples: int, power: int = 1, kind: str = "cos") -> Callable[[Docu
     return change
 
 
+COUNTED = ("multiplications", "additions", "sines_cosines")
 # Each change fits the types, or nearly, and the digest is set right again.
 CONTRADICTIONS = {
     "a term less": lambda d: d["terms"].pop(),
@@ -210,6 +211,11 @@ CONTRADICTIONS = {
     "errors too few": lambda d: d["errors"].pop(),
     "errors of other joints": lambda d: d["errors"].reverse(),
     "fewer operations": at("operations additions", 1),
+    "fewer operations of D": at("operations_apart inertia additions", 0),
+    "operations of h, c and nothing": lambda d: d["operations_apart"].pop("inertia"),
+    "operations of more than D, h and c": at("operations_apart torque", dict.fromkeys(COUNTED, 1)),
+    "a negative gamma": at("gamma", -0.1),
+    "gamma in words": at("gamma", "below 1"),
     "changed gravity": at("arm gravity 1", -1.6),
     "another arm's fingerprint": at("arm_fingerprint", "0" * 64),
     "states of nothing": at("fitted_on", {"moon": "full"}),
@@ -286,6 +292,31 @@ def test_a_consistent_lie_is_a_statement_until_the_states_are_there(own, path, s
     assert "peak_torque of joint 1" in caught.value.details["where"]
     save_model(own, path)
     assert measured_at(load_model(path), states_of(swing)).accuracy.measured
+
+
+def test_gamma_is_at_least_that_of_the_states(pick_and_place, path):
+    """Of the torque-only model a file could otherwise say that its D is fit for feedback."""
+    model = of_puma(pick_and_place, "10%")
+    save_model(model, path)
+    assert load_model(path).accuracy.gamma == model.accuracy.gamma > 0.0
+    for forged in (0.0, 0.99 * model.accuracy.gamma):
+        details = refused(changed(model, path, at("gamma", forged))).details
+        assert details["where"].endswith("gamma")
+        assert "measured at" in details["expected"]
+    refused(changed(model, path, at("gamma", -1.0)))
+    # Near the states it may be larger; a file that does not say so is asked no more.
+    assert load_model(changed(model, path, at("gamma", 2.0))).is_torque_only
+    unsaid = load_model(changed(model, path, at("gamma", None))).accuracy.gamma
+    assert unsaid == pytest.approx(model.accuracy.gamma, rel=1e-9)
+
+
+def test_gamma_is_a_statement_until_the_states_are_there(pick_and_place, path):
+    model = of_puma(unknown(pick_and_place), "10%")
+    stated = load_model(changed(model, path, at("gamma", 0.0)))
+    assert (stated.accuracy.gamma, stated.accuracy.measured) == (0.0, False)
+    with pytest.raises(ModelError, match="impossible errors") as caught:
+        measured_at(stated, states_of(pick_and_place))
+    assert caught.value.details["where"] == "gamma"
 
 
 # Where each is noticed, in a model for two motions.
@@ -457,8 +488,11 @@ def test_a_change_that_does_nothing_is_refused(two_link, swing, path):
 
 @pytest.fixture(scope="module")
 def certified(two_link) -> SimplifiedModel:
+    """Without h: its error is largest at two corners of the velocities, which no drawn state comes near."""
     exact = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 50))
-    return gd.simplify_certified(exact, "60%", gd.Box.of(two_link))[0]
+    model = gd.simplify_certified(exact, "40%", gd.Box.of(two_link))[0]
+    assert {term.quantity for term in model.terms} == {"inertia", "gravity_loading"}
+    return model
 
 
 @pytest.fixture(scope="module")

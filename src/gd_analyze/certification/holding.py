@@ -23,7 +23,6 @@ from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
-from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import POINT, THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics
@@ -31,7 +30,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer
+from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
 
@@ -290,7 +289,7 @@ class _Rounds:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
             return best
-        everything = exactly(self.exact, how.level, allowed, str(self.budget))
+        everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
@@ -364,16 +363,7 @@ def _finished(
     """State the budget, and write the program with few operations."""
     if model.terms:
         model = replace(model, program=model.level.write(model.form, model.terms, effort))
-    count = model.functions.operations if model.level.is_structured else model.program.count
-    operations, steps = count.total, model.accuracy.steps
-    if steps and operations < steps[-1].operations:
-        steps = (*steps, SearchStep("rewriting", operations))
-    accuracy = replace(
-        model.accuracy,
-        allowed=allowed,
-        budget=stated,
-        steps=steps,
-        fitted_on=exact.states.described,
-    )
+    model = with_rewriting(model)
+    accuracy = replace(model.accuracy, allowed=allowed, budget=stated, fitted_on=exact.states.described)
     accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
     return no_dearer(exact, replace(model, accuracy=accuracy))

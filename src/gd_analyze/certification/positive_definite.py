@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from gd_analyze.simplification.model import SimplifiedModel
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
 EFFORT = 8_000
+# Most boxes around the pieces of a tube, a few more if it has gaps: each takes 5 ms.
+_MOST_BOXES = 32
 # Shares of the smallest eigenvalue found to try as the shift; the first that can be proven is taken.
 _SHIFTS = (0.999, 0.99, 0.9, 0.0)
 # Roundings of an eigenvalue, per joint.
@@ -33,17 +36,17 @@ _EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, eq=False)
 class Definiteness:
-    """Smallest eigenvalue of a model's D over a box, kg m^2 (if all joints are revolute)."""
+    """Smallest eigenvalue of a model's D over positions, kg m^2 (if all joints are revolute)."""
 
-    box: Box
-    proven: float  # lower bound over the box
+    box: Box  # the positions, or the smallest box around those of a tube
+    proven: float  # lower bound
     smallest_found: float  # smallest one found; the truth lies between
     position: FloatArray  # position of that, rad (m), shape (n,)
     round_off: float  # largest round-off of an eigenvalue found
 
     @property
     def is_proven(self) -> bool:
-        """Whether D is proven positive definite over the whole box."""
+        """Whether D is proven positive definite at all positions."""
         return self.proven > 0.0
 
     @property
@@ -62,10 +65,11 @@ def certify_positive_definite(
     model
         A model with a symmetric D, such as one of level "term" or "energy".
     region
-        The positions: a box, or those of a tube, each of whose pieces is a box; by default the arm's ranges.
+        The positions: a box, or those of a tube, around whose pieces boxes are laid; by default the arm's
+        ranges.
     effort
-        Most positions at which D is evaluated, in all pieces together but at least one in each; the same
-        effort gives the same result on any machine.
+        Most positions at which D is evaluated, at least one in each box; the same effort gives the same
+        result on any machine.
 
     Returns
     -------
@@ -89,44 +93,40 @@ def certify_positive_definite(
     every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
     boxes = [box]
     if isinstance(region, Tube):
-        ends = np.unique(np.stack([region.lower[:, 0], region.upper[:, 0]], axis=1), axis=0)
-        boxes = [Box(lower, upper, box.velocity, box.acceleration) for lower, upper in ends]
-    each = [
-        _over_box(_GriddedInertia.of(expansion, every, piece, max(1, effort // len(boxes))))
-        for piece in boxes
-    ]
-    worst = min(each, key=lambda piece: piece.smallest_found)
-    proven, round_off = min(piece.proven for piece in each), max(piece.round_off for piece in each)
-    return Definiteness(box, proven, worst.smallest_found, worst.position, round_off)
-
-
-def _over_box(inertia: _GriddedInertia) -> Definiteness:
-    """Bound the smallest eigenvalue over one box."""
-    box = inertia.box
-    unit = np.eye(box.n_joints)
-    lows = np.concatenate([np.linalg.eigvalsh(d)[:, 0] for d in inertia.on_grid()])
-    position, highest = local_maximum(
-        lambda q: np.asarray(-np.linalg.eigvalsh(_matrices(inertia.every(q)))[:, 0], dtype=float),
-        box,
-        inertia.grid.positions(np.array([lows.argmin()])),
-    )
+        boxes = _boxes_around(region, -(-len(region) // _MOST_BOXES))
+    gridded = [_GriddedInertia.of(expansion, every, part, max(1, effort // len(boxes))) for part in boxes]
+    if isinstance(region, Tube):
+        pieces = _boxes_around(region, 1)
+        starts = np.stack([piece.centre for piece in pieces], axis=1)
+        lowest = int(_smallest(every(starts)).argmin())
+        within, start = pieces[lowest], starts[:, [lowest]]
+    else:
+        within, start = box, gridded[0].lowest
+    position, highest = local_maximum(lambda q: -_smallest(every(q)), within, start)
     smallest = -highest
-    round_off = _ROUNDINGS * box.n_joints * _EPS * inertia.reach(unit, 0.0)
-    typical = np.asarray(sum(d.sum(axis=0) for d in inertia.on_grid()) / inertia.grid.size)
+    unit = np.eye(n)
+    round_off = _ROUNDINGS * n * _EPS * max(part.reach(unit, 0.0) for part in gridded)
     proven = -np.inf
     # For an eigenvalue of zero K would consist of round-off.
     for share in () if abs(smallest) <= round_off else _SHIFTS:
         shift = smallest - (1.0 - share) * abs(smallest)
-        values, vectors = np.linalg.eigh(typical - shift * unit)
-        # K exists only if the typical D lies above the shift.
-        if values[0] > 0.0:
-            proven = max(proven, inertia.proven((vectors / np.sqrt(values)).T, shift))
+        proven = max(proven, min(part.proven_above(shift) for part in gridded))
         if proven > shift:
             break
     if not proven > 0.0:
         # K = 1 is never far below the truth, nor close to a small eigenvalue.
-        proven = max(proven, inertia.proven(unit, 0.0))
-    return Definiteness(box, float(proven), smallest, position, round_off)
+        proven = max(proven, min(part.proven(unit, 0.0) for part in gridded))
+    return Definiteness(box, proven, smallest, position, round_off)
+
+
+def _boxes_around(tube: Tube, count: int) -> list[Box]:
+    """Boxes of positions, each around at most `count` pieces of a tube that follow without a gap."""
+    starts = np.flatnonzero(np.append(True, tube.begin[1:] != tube.end[:-1])).tolist()
+    firsts = [first for one, end in pairwise([*starts, len(tube)]) for first in range(one, end, count)]
+    lower = np.minimum.reduceat(tube.lower[:, 0], firsts)
+    upper = np.maximum.reduceat(tube.upper[:, 0], firsts)
+    still = np.zeros(tube.n_joints)
+    return [Box(*ends, still, still) for ends in zip(lower, upper, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +157,26 @@ class _GriddedInertia:
         left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(every, box)
         return cls(box, every, gridded, grid, left_out)
 
+    @property
+    def lowest(self) -> FloatArray:
+        """Node with the smallest eigenvalue, shape (n, 1)."""
+        values = np.concatenate([_smallest(values) for values in self._values()])
+        return self.grid.positions(np.array([values.argmin()]))
+
     def on_grid(self) -> Iterator[FloatArray]:
         """D of its harmonics on the grid, in pieces of shape (K, n, n)."""
-        return (_matrices(values) for values in self.gridded.on_grid(self.grid.nodes))
+        return (_matrices(values) for values in self._values())
+
+    def _values(self) -> Iterator[FloatArray]:
+        return self.gridded.on_grid(self.grid.nodes)
+
+    def proven_above(self, shift: float) -> float:
+        """Lower bound on all eigenvalues of D, close where they exceed the shift; -inf if none is found."""
+        total = sum(d.sum(axis=0) for d in self.on_grid())
+        typical = np.asarray(total / self.grid.size)
+        values, vectors = np.linalg.eigh(typical - shift * np.eye(len(typical)))
+        # K exists only if the typical D lies above the shift.
+        return self.proven((vectors / np.sqrt(values)).T, shift) if values[0] > 0.0 else -np.inf
 
     def reach(self, k: FloatArray, shift: float) -> float:
         """Bound on the norm of |K| (|D| + |shift| 1) |K|^T in the box."""
@@ -179,6 +196,11 @@ class _GriddedInertia:
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.
         below = bound / (stretch[-1] if bound > 0.0 else stretch[0])
         return float(shift + below - rough * (abs(shift) + abs(below)))
+
+
+def _smallest(values: FloatArray) -> FloatArray:
+    """Smallest eigenvalue of matrices by element (n^2, K), shape (K,)."""
+    return np.asarray(np.linalg.eigvalsh(_matrices(values))[:, 0], dtype=float)
 
 
 def _matrices(values: FloatArray) -> FloatArray:

@@ -102,7 +102,7 @@ def simplify(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> model = gd.simplify("two_link", "two-link-swing", "1%")
+    >>> model = gd.simplify("two_link", "two-link-swing", "60%")
     >>> bool((model.accuracy.certificate.certified <= model.accuracy.allowed).all())
     True
     """

@@ -292,8 +292,8 @@ class Extremes:
 
 
 def ratio(values: FloatArray, whole: FloatArray) -> FloatArray:
-    """Share of a whole: infinite if the whole is zero, 0 if the value is zero."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    """Share of a whole: infinite if the whole is zero or nearly so, 0 if the value is zero."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         return np.where(values == 0.0, 0.0, values / whole)
 
 

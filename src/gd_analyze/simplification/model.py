@@ -17,8 +17,8 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import Accuracy, budget_notice
-from gd_analyze.simplification.effort import THOROUGH, effort_for
+from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
+from gd_analyze.simplification.effort import ROUGH, THOROUGH, effort_for
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.inertia_error import gammas
@@ -120,9 +120,14 @@ class SimplifiedModel:
     @property
     def saves(self) -> bool:
         """Whether it takes fewer operations than exact: as D, h and c at level term, else as the torque."""
-        if self.level.is_structured:
-            return self.functions.operations.total < self.form.functions.operations.total
-        return self.operations.total < self.operations_full.total
+        form = self.form
+        full = form.functions.operations if self.level.is_structured else form.operations
+        return self.operations_minimized.total < full.total
+
+    @property
+    def operations_minimized(self) -> OperationCount:
+        """Operations that its search minimised: of D, h and c at level term, else of the torque."""
+        return self.functions.operations if self.level.is_structured else self.operations
 
     @property
     def is_exact(self) -> bool:
@@ -220,10 +225,11 @@ class SimplifiedModel:
             return functions
         if self.program is self.form.program:
             return self.form.functions
-        velocities = self.form.velocities
-        return functions.cheapest(
-            functions_of_terms(velocities, self.torques, effort_for(len(self.terms)), symmetric=symmetric)
-        )
+        # Sums with shared parts may take more operations than nested ones, which a search counts.
+        for effort in dict.fromkeys((ROUGH, effort_for(len(self.terms)))):
+            own = functions_of_terms(self.form.velocities, self.torques, effort, symmetric=symmetric)
+            functions = functions.cheapest(own)
+        return functions
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest |eigenvalue of D^-1 Ds - I| at given states, with its own D as Ds.
@@ -261,7 +267,13 @@ def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
         return model
     everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
     stated = everything.accuracy
-    accuracy = replace(model.accuracy, errors=stated.errors, motions=stated.motions, norms=stated.norms)
+    accuracy = replace(
+        model.accuracy,
+        errors=stated.errors,
+        motions=stated.motions,
+        norms=stated.norms,
+        gamma=everything.gamma(exact),
+    )
     return replace(everything, accuracy=accuracy, provenance=model.provenance)
 
 
@@ -276,6 +288,14 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
     )
     return measured(exact, model)
+
+
+def with_rewriting(model: SimplifiedModel) -> SimplifiedModel:
+    """State the last step of a search: its terms, written in fewer operations than the search counted."""
+    steps, operations = model.accuracy.steps, model.operations_minimized.total
+    if steps and operations < steps[-1].operations:
+        steps = (*steps, SearchStep("rewriting", operations))
+    return replace(model, accuracy=replace(model.accuracy, steps=steps))
 
 
 def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:

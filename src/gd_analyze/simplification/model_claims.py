@@ -43,7 +43,7 @@ _SAME = 1e-8
 _SAMPLED = 1e-11
 # A budget is written with six digits, least precise as 1.00000.
 _SIX_DIGITS = 5e-6
-# Rounding of a mean of thousands of squares.
+# Rounding of a mean of thousands of squares; of gamma, times the condition number of D.
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
@@ -207,8 +207,17 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
         if not share_at(low, norm.states) <= norm.share <= share_at(high, norm.states):
             was = share_at(shares, norm.states)
             raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
-    norms = exact.norms_of(torque)
-    again = replace(accuracy, measured=True, uncertainty=exact.uncertainty, norms=norms)
+    # At other states near these gamma may be larger.
+    gamma, known = model.gamma(exact), accuracy.gamma
+    if known is not None and known < gamma - _ROUNDING * float(np.linalg.cond(exact.inertia).max()):
+        raise _impossible("gamma", f"at least {gamma:.6g}, as measured at {states.in_words}", f"{known:.6g}")
+    again = replace(
+        accuracy,
+        measured=True,
+        uncertainty=exact.uncertainty,
+        norms=exact.norms_of(torque),
+        gamma=gamma if known is None else known,
+    )
     return replace(model, accuracy=again)
 
 

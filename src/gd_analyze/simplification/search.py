@@ -32,8 +32,9 @@ Progress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
-# Most directions of every position in which D is limited, and attempts after each, as a share of the usual.
-_DIRECTIONS, _AFTER_D = 12, 0.25
+# Most directions of every position in which D is limited; attempts after each, as a share of the usual, and
+# the number of directions after which there are none: descents alone end sooner.
+_DIRECTIONS, _AFTER_D, _ATTEMPTED = 40, 0.25, 12
 
 
 def selected_terms(
@@ -105,7 +106,7 @@ def _with_usable_inertia(
     Where gamma is too large, what D lacks in the worst direction joins the errors that a selection limits.
     """
     inertia_terms, places = inertia
-    for _ in range(_DIRECTIONS):
+    for turn in range(_DIRECTIONS):
         excess = inertia_terms.excess(exact.inertia, selection.selected[places], LARGEST_GAMMA)
         if excess is None:
             return candidates, selection
@@ -114,7 +115,7 @@ def _with_usable_inertia(
         selection = Selection(candidates.choice, selection.selected)
         repair(selection, settings)
         descend(selection, candidates.stays, settings)
-        if improving is not None:
+        if improving is not None and turn < _ATTEMPTED:
             selection = _cheapest(candidates, improve(selection, candidates.stays, improving))
     return None
 

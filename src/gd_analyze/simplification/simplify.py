@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,13 +13,17 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer, with_gamma
+from gd_analyze.simplification.model import (
+    SimplifiedModel,
+    exactly,
+    measured,
+    no_dearer,
+    with_gamma,
+    with_rewriting,
+)
 from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
-
-if TYPE_CHECKING:
-    pass
 
 # --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
 # Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
@@ -121,6 +124,7 @@ def _within(
         done = replace(model.accuracy, steps=found.steps, cut_short=found.cut_short)
         model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
         model = measured(known, replace(model, accuracy=done))
+        model = with_rewriting(model) if how.write else model
         model = model if how.dearer else no_dearer(known, model)
         if known is exact:
             break

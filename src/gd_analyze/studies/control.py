@@ -181,7 +181,7 @@ def control(
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> model = gd.simplify("two_link", "two-link-swing", "20%")
+    >>> model = gd.simplify("two_link", "two-link-swing", "60%")
     >>> study = gd.control(model, "two-link-swing", gd.ControlSettings(rates=(500.0,), speeds=(1.0,)))
     >>> bool(study.loops[0].peak_error.max() < study.loops[2].peak_error.max())
     True
