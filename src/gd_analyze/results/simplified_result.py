@@ -67,7 +67,6 @@ def simplified_result(
             why = "too many equations to write out here; `gd-analyze certify` does it"
             proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
     steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
-    search = Fact("", "Search" * accuracy.cut_short, accuracy.search)
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
@@ -86,9 +85,7 @@ def simplified_result(
             Fact("budget", "", accuracy.budget),
             Fact("fitted_on", "", dict(accuracy.fitted_on)),
             *operation_facts(model),
-            Fact("cut_short", "", accuracy.cut_short),
             *proven,
-            search,
             *norm_facts(accuracy.norms, arm),
             Fact("seconds", "", seconds, "s"),
         ),

@@ -81,7 +81,8 @@ def write_results(findings: Findings, path: Path) -> None:
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
     attributes = {"format": FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
     attributes["warnings"] = "\n".join(findings.warnings)
-    write_tables(path, {**findings.tables, "documents": stored}, attributes)
+    tables = {**findings.tables, "documents": stored}
+    write_tables(path, {name: tables[name] for name in GROUPS if name in tables}, attributes)
     seal(path)
 
 

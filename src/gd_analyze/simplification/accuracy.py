@@ -151,7 +151,6 @@ class Accuracy:
     errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
     fitted_on: Mapping[str, str | int]  # those states, see `States.described`
     steps: tuple[SearchStep, ...] = ()  # the steps of the search
-    cut_short: bool = False  # the search ended because its effort was used up
     measured: bool = True  # errors were measured here; otherwise a file states them
     uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, if stated
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
@@ -195,9 +194,7 @@ class Accuracy:
     @property
     def search(self) -> str:
         """The steps and their operations in a line."""
-        steps = [f"{step.name} {step.operations}" for step in self.steps]
-        ends = ["effort used up"] * self.cut_short
-        return ", ".join([*steps, *ends])
+        return ", ".join(f"{step.name} {step.operations}" for step in self.steps)
 
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:

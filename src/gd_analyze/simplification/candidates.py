@@ -119,7 +119,7 @@ def candidates_of(
     if not isinstance(level, CandidateLevel):
         what = f"level {level.name} has no single terms to choose from"
         raise UsageError(what, where="level", expected="term or energy", found=level.name)
-    _require_writable(exact, level)
+    require_writable(exact, level)
     every = level.terms(exact.form)
     listed = list(every)
     torques = _every_torque(level, exact.form)
@@ -143,7 +143,7 @@ def candidates_of(
     return Candidates(level, exact.form, terms, choice, stays[remaining], len(listed), sine_price)
 
 
-def _require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
+def require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     if not has_more_terms(exact.form, MOST_TERMS):
         return
@@ -170,7 +170,7 @@ def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArra
     TooManyTermsError
         If the arm has too many terms to be written out.
     """
-    _require_writable(exact, level)
+    require_writable(exact, level)
     return int((_peaks(_every_torque(level, exact.form), exact.states, allowed) > 1.0).sum())
 
 

@@ -167,4 +167,3 @@ class Found(NamedTuple):
     program: Program
     refitted: bool
     steps: tuple[SearchStep, ...]
-    cut_short: bool = False

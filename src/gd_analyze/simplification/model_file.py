@@ -132,7 +132,6 @@ class ModelDocument(Checked):
     motions: list[_AlongMotion]
     norms: list[_Norm]
     search: list[SearchStep]
-    cut_short: bool
     certificate: _Certificate | None
     operations: OperationCount
     operations_apart: dict[str, OperationCount]  # of D, h and c as functions of their own
@@ -168,7 +167,6 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         ],
         norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
         search=list(accuracy.steps),
-        cut_short=accuracy.cut_short,
         certificate=_certificate(model),
         operations=model.operations,
         operations_apart={name: program.count for name, program in model.functions._asdict().items()},
@@ -227,7 +225,6 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
             errors,
             document.fitted_on.model_dump(exclude_none=True),
             tuple(document.search),
-            document.cut_short,
             uncertainty=spread,
             motions=tuple(
                 AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))

@@ -121,7 +121,7 @@ def _within(
         else:
             found = pruned(known, most, how, progress)
         model = exactly(known, level, most, str(budget))
-        done = replace(model.accuracy, steps=found.steps, cut_short=found.cut_short)
+        done = replace(model.accuracy, steps=found.steps)
         model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
         model = measured(known, replace(model, accuracy=done))
         model = with_rewriting(model) if how.write else model

@@ -348,9 +348,10 @@ def find(
         )
 
         def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
-            elements = replace(model_by_verdicts(exact, how.verdicts, how.dominance), provenance=source)
+            elements = with_gamma(exact, model_by_verdicts(exact, how.verdicts, how.dominance))
+            elements = replace(elements, provenance=source)
             if level is ELEMENT:
-                return elements, Held(with_gamma(exact, elements))
+                return elements, Held(elements)
             if is_recursion:
                 everything = exactly(exact, RECURSIVE, exact.allowed(asked), str(asked))
                 return elements, Held(replace(with_gamma(exact, everything), provenance=source))
