@@ -94,24 +94,20 @@ def puma_models() -> Iterator[Row]:
 
 def held_models() -> Iterator[Row]:
     """Models that keep their budget near a motion or within the limits, tried at states that no search uses."""
-    yield "states", "search", "at set points", "level", "operations", "proven", "100 000 others", "s"
+    yield "states", "level", "D, h and c", "torque", "proven", "100 000 others", "s"
     puma, stanford, box = gd.load_arm("puma560"), gd.load_arm("stanford"), "within its limits"
-    ways = {
-        "main job": SearchOptions(thorough=False),
-        "`simplify`": SearchOptions(),
-        "`simplify --level term`": SearchOptions(LEVELS["term"]),
-    }
-    cases = [(puma, motion, way) for motion in MOTIONS for way in ways]
-    long = (arm_of("SCARA"), arm_of("KR6"), arm_of("LBR7"), panda())
-    for arm, where, way in (*cases, *((arm, box, "`simplify`") for arm in (puma, stanford, *long))):
+    cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy", "recursive")]
+    cases += [(arm, box, "term") for arm in (puma, stanford, arm_of("SCARA"))]
+    cases += [(arm, box, "recursive") for arm in (puma, stanford, arm_of("KR6"), arm_of("LBR7"), panda())]
+    for arm, where, level in cases:
         region: gd.Box | gd.Tube
         if where == box:
             exact, region = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
         else:
             exact = gd.ExactDynamics.of(arm, where)
             region = gd.Tube.along(arm, gd.read_trajectory(where, arm))
-        at_states = simplify_exact(exact, "1%").operations.total
-        held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, ways[way]))
+        how = SearchOptions(LEVELS[level])
+        held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, how))
         rng, model = np.random.default_rng(20_261_124), held.model
         lower, upper, _ = region.pieces(100_000, rng)
         others = States(*rng.uniform(lower, upper))
@@ -120,10 +116,9 @@ def held_models() -> Iterator[Row]:
         proven = "" if proof is None else f"{(proof.certified / allowed).max():.2f}"
         yield (
             f"{arm.name} {where if where == box else f'near {where}'}",
-            way,
-            at_states,
-            model.level,
-            model.operations.total,
+            level,
+            "" if level == "recursive" else sum(function.count.total for function in model.functions),
+            f"{model.operations.total} of {model.operations_full.total}",
             proven,
             f"{(errors / allowed).max():.2f}",
             seconds,
@@ -144,7 +139,7 @@ def long_models() -> Iterator[Row]:
         ("LBR7 of PSDM's Table 1, fast profile", arm_of("LBR7")),
         ("KR6 of PSDM's Table 1, fast profile", arm_of("KR6")),
     ):
-        model, seconds = timed(partial(gd.simplify, arm, states_in_box(arm, 4000), "1%"))
+        model, seconds = timed(partial(gd.simplify, arm, states_in_box(arm, 4000), "1%", level="recursive"))
         yield name, arm.n_joints, model.operations_full.total, model.operations.total, seconds
 
 

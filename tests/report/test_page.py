@@ -145,6 +145,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.studies.main_job.READABLE", 1)
     findings = find(two_link, swing)
     assert is_unreadable(findings)
+    assert "No readable model keeps" in findings._repr_html_()
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(render_html(findings)))

@@ -61,7 +61,11 @@ class Findings(Run):
         headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown]
         rows = [list(row) for row in zip(*(cells for _, _, cells in shown), strict=True)]
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
-        note = " ".join([headline(self.model), *(f"Warning: {warning}." for warning in self.warnings)])
+        answer, stops = headline(self.model), self.tables.get("stops")
+        if stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position:
+            budget, count = self.model.accuracy.budget, self.model.operations_full.total
+            answer = f"No readable model keeps the budget of {budget}. Exact torque: {count} operations."
+        note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
         return html_of(title, headings, rows, note)
 
     @property

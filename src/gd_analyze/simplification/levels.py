@@ -33,9 +33,9 @@ class SearchOptions:
     refit: bool = False  # fit kept coefficients to compensate for dropped ones
     # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
-    thorough: bool = True  # search the integer program: seconds; dive into it only: tenths of a second
+    thorough: bool = True  # attempts after the first descent; without them, the descent alone
     write: bool = True  # spend tenths of a second on a program of few operations
-    effort: float = 1.0  # relative to the usual, a minute at most; the result is the best found by then
+    effort: float = 1.0  # number of attempts, relative to the usual
     # For level recursive: successive changes on the way to a model, which a search continues and extends.
     way: list[Terms] | None = None
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as

@@ -198,11 +198,11 @@ void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double
         const double qd2 = qd[1];
         const double sin1 = sine[0];
         const double t1 = qd1 + qd2;
-        const double t2 = t1 * t1;
-        const double t3 = 0.5 * sin1;
-        const double t4 = t2 * t3;
-        const double t5 = qd1 * qd1;
-        const double t6 = t3 * t5;
+        const double t2 = 0.5 * sin1;
+        const double t3 = t1 * t2;
+        const double t4 = t1 * t3;
+        const double t5 = qd1 * t2;
+        const double t6 = qd1 * t5;
         const double t7 = t6 - t4;
         h[0] = t7;
         h[1] = t6;
