@@ -79,6 +79,8 @@ class _Fit:
         while True:
             theta, least = _smallest_largest(columns[:, deciding], self._target[deciding])
             error = np.abs(theta @ columns - self._target)
+            if least > 1.0:  # beyond the budget at these states already
+                break
             worst = np.argsort(-error, kind="stable")[:_JOINING]
             fresh = np.setdiff1d(worst[error[worst] > least * (1.0 + _CLOSE) + _CLOSE], deciding)
             if not len(fresh):
