@@ -204,7 +204,6 @@ VERBS += [
     "sweep",
     "batch",
     "evaluate",
-    "validate",
     "equations",
     "compare",
     "certify",
