@@ -66,7 +66,7 @@ def kept(name: str) -> Any:
         return None
     path = place / (name + _SUFFIX)
     # Others may have written there: anything that is not JSON, too deep, too large or foreign is ignored.
-    with suppress(OSError, ValueError, RecursionError):
+    with suppress(Exception):
         digest, _, body = (read_at_most(path, _LARGEST) or b"").partition(b"\n")
         if digest.decode("ascii") == _digest(name, body):
             value = json.loads(body)
