@@ -249,14 +249,14 @@ def test_a_verdict_is_an_exit_code_and_a_junit_file(run, motions, here):
     # The motion is known by its numbers: as a file it is another than the one that the model was fitted on.
     told = run("evaluate model.json slow.csv fast.csv --junit out/junit.xml")
     assert (told.code, "Passed" in told.out, "Not judged" in told.out) == (0, False, True)
-    assert "Promise broken" in told.words
+    assert "Promise broken" in told.out
     assert ElementTree.parse(here / "out/junit.xml").getroot().attrib["skipped"] == "4"
     assert run("evaluate model.json slow.csv fast.csv --strict").code == 1
     passes = run("evaluate model.json slow.csv --fail-over 5%")
     assert (passes.code, "Passed (--fail-over 5%" in passes.out) == (0, True)
     words = "evaluate model.json slow.csv fast.csv --fail-over 5% --junit out/junit.xml"
     fails = run(words)
-    assert (fails.code, "Failed on 1 of 2 motions, passed on 1 (--fail-over 5%" in fails.words) == (1, True)
+    assert (fails.code, "Failed on 1 of 2 motions, passed on 1 (--fail-over 5%" in fails.out) == (1, True)
     assert "error:" not in fails.err
     assert fails.out.endswith("wrote out/junit.xml\n")
     told = run(f"{words} --json").json
@@ -277,7 +277,7 @@ def test_a_motion_of_the_fit_passes_and_another_is_not_judged(run, here):
     (here / "fast.csv").write_text(trajectory_csv(swung(1.0, "x")), encoding="utf-8")
     words = "evaluate model.json two-link-swing fast.csv"
     told = run(words)
-    assert (told.code, "Passed on 1 of 2 motions, 1 not judged" in told.words) == (0, True)
+    assert (told.code, "Passed on 1 of 2 motions, 1 not judged" in told.out) == (0, True)
     assert run(f"{words} --strict").code == 1
     assert run("evaluate model.json two-link-swing --strict").code == 0
     assert of(run(f"{words} --json").json["motions"], "passed") == [True, None]
@@ -287,7 +287,7 @@ def test_a_motion_of_the_fit_passes_and_another_is_not_judged(run, here):
 
 def test_json_of_a_verdict_is_the_library_s(run, motions):
     told = run("evaluate model.json slow.csv fast.csv --fail-over 5% --json").json
-    found = gd.validate(motions, [swung(6.0, "slow"), swung(1.0, "fast")], fail_over="5%")
+    found = gd.evaluate(motions, [swung(6.0, "slow"), swung(1.0, "fast")], fail_over="5%")
     for said, one in zip(told["motions"], found.motions, strict=True):
         # The file holds the same numbers to 17 digits, and so the same bits.
         assert of(said["joints"], "largest_error") == one.errors.largest.tolist()
