@@ -99,7 +99,8 @@ def evaluate(
             strict=strict,
             progress=stage.advance,
         )
-        result = evaluation_result(found, body, body and held, fit_friction=fit_friction)
+        unloaded = None if body is None else held
+        result = evaluation_result(found, body, unloaded, fit_friction=fit_friction)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motions[0], found.motions[0]))

@@ -142,7 +142,9 @@ class _Motion:
             "norms": [norm._asdict() for norm in one.norms],
             "mass_within_budget": self.effect.largest_mass,
             "limiting_joint": self.effect.limiting_joint,
-            "largest_losses": Table("", "", tuple(columns_of(self.lost, *_LOSSES))).rows(),
+            "largest_losses": Table(
+                "", "", tuple(columns_of(self.lost, *((key, "", "number") for key in _LOSSES)))
+            ).rows(),
             "outside_box": int(one.outside.sum()),
             "box_exits": self.exits().rows(),
             "measured_torque": measured
@@ -266,7 +268,7 @@ class _Motion:
         return [replace(table, key="") for table in tables]
 
 
-_LOSSES = tuple((key, "", "number") for key in ("part", "torque_peak", "torque_joint", "torque_share"))
+_LOSSES = ("part", "torque_peak", "torque_joint", "torque_share")
 
 
 def junit_xml(evaluation: Evaluation) -> str:
