@@ -30,16 +30,16 @@ print(model)
 # %% [markdown]
 # ## The verdict
 #
-# `validate` compares the model with the exact dynamics and fails if any joint's error exceeds 2 % of its peak
+# `evaluate` compares the model with the exact dynamics and fails if any joint's error exceeds 2 % of its peak
 # torque.
 
 # %%
-verdict = gd.validate(model, motion, fail_over="2%")
+verdict = gd.evaluate(model, motion, fail_over="2%")
 print(verdict)
 assert verdict.passed
 
 # %% [markdown]
-# `validate` also compares the measured torques with both models, after fitting friction. The remaining RMS
+# `evaluate` also compares the measured torques with both models, after fitting friction. The remaining RMS
 # of the exact model contains errors of the URDF and noise; that of the simplified model also its torque
 # error.
 

@@ -52,14 +52,13 @@ from gd_analyze.robots.arm import RobotArm as RobotArm
 from gd_analyze.robots.catalogue import builtin_arms as builtin_arms
 from gd_analyze.robots.catalogue import load_arm as load_arm
 from gd_analyze.simplification.budget import Budget as Budget
-from gd_analyze.simplification.evaluation import evaluate as evaluate
-from gd_analyze.simplification.evaluation import payload_effect as payload_effect
 from gd_analyze.simplification.exact import ExactDynamics as ExactDynamics
 from gd_analyze.simplification.exact import torque_uncertainty as torque_uncertainty
 from gd_analyze.simplification.levels import LEVELS as LEVELS
 from gd_analyze.simplification.model import SimplifiedModel as SimplifiedModel
 from gd_analyze.simplification.model_file import load_model as load_model
 from gd_analyze.simplification.model_file import save_model as save_model
+from gd_analyze.simplification.model_torque import payload_effect as payload_effect
 from gd_analyze.simplification.term_ranking import rank_terms as rank_terms
 from gd_analyze.simplification.trade_off import trade_off as trade_off
 from gd_analyze.studies.batch import batch as batch
@@ -67,13 +66,13 @@ from gd_analyze.studies.control import ControlStudy as ControlStudy
 from gd_analyze.studies.control import control as control
 from gd_analyze.studies.control_law import ControlSettings as ControlSettings
 from gd_analyze.studies.control_law import Tolerance as Tolerance
+from gd_analyze.studies.evaluation import Evaluation as Evaluation
+from gd_analyze.studies.evaluation import evaluate as evaluate
 from gd_analyze.studies.main_job import Settings as Settings
 from gd_analyze.studies.main_job import analyze as analyze
 from gd_analyze.studies.main_job import find as find
 from gd_analyze.studies.sweep import sweep as sweep
 from gd_analyze.studies.tracking import tracking_budget as tracking_budget
-from gd_analyze.studies.validation import Validation as Validation
-from gd_analyze.studies.validation import validate as validate
 
 __version__: str
 __all__: list[str]

@@ -6,11 +6,16 @@ import errno
 import hashlib
 import json
 import os
+import platform
 import re
 import select
+import shutil
 import stat
+import sys
+import tempfile
 import time
 import warnings
+import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -35,8 +40,10 @@ _BAD_PLACE = {
 _PIECE = 2**20  # bytes read at once
 # Seconds in which somebody has to begin to write to a pipe.
 _PATIENCE = 60.0
-# Prefix of a file being written; the remains of a killed process are removed after a day.
+# Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
+# that writes there on the same machine, or after a day.
 _TEMPORARY, _ABANDONED_AFTER = ".gd-analyze.", 86400.0
+_MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
 
 # Searched for in the bytes of any kind of file.
 _MARK = re.compile(rb"gd-run:[0-9a-f]{8}-[0-9a-f]{16}")
@@ -64,7 +71,7 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         yield ()
         return
     folder, where = paths[0].parent, paths[0] if len(paths) == 1 else paths[0].parent
-    temporaries = tuple(folder / f"{_TEMPORARY}{os.getpid()}.{path.name}" for path in paths)
+    temporaries = tuple(folder / f"{_own_prefix()}{path.name}" for path in paths)
     for path in paths:
         _require_no_obstacle(path)
     try:
@@ -84,6 +91,42 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         for temporary in temporaries:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Yield a folder in the system's place for temporary files, removed at the end; or by another process."""
+    _remove_abandoned(Path(tempfile.gettempdir()))
+    with tempfile.TemporaryDirectory(prefix=_own_prefix()) as place:
+        yield Path(place)
+
+
+@contextmanager
+def appending_alone(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to append, for this process alone; an OutputError where another one has it.
+
+    The system ends the lock with the process, however that ends.
+    """
+    with path.open("ab") as file:
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                file.seek(2**62)  # a byte that nobody writes
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            taken = error.errno in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+            raise OutputError(
+                "another run writes there" if taken else "the file cannot be locked",
+                where=Location(path),
+                found=None if taken else error.strerror,
+                next_step=f"{'wait for its end, or ' * taken}choose another folder with --out",
+            ) from None
+        yield file
 
 
 def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
@@ -226,11 +269,31 @@ def _others(folder: Path, names: Iterable[str], mark: str) -> list[str]:
     return [name for name in names if (folder / name).is_file() and mark_in(folder / name) != mark]
 
 
+def _own_prefix() -> str:
+    return f"{_TEMPORARY}{_MACHINE}.{os.getpid()}."
+
+
 def _remove_abandoned(folder: Path) -> None:
     for left in folder.glob(f"{_TEMPORARY}*"):
         with suppress(OSError):
-            if time.time() - left.lstat().st_mtime > _ABANDONED_AFTER:
-                left.unlink()
+            if _is_dead(left.name) or time.time() - left.lstat().st_mtime > _ABANDONED_AFTER:
+                shutil.rmtree(left) if left.is_dir() and not left.is_symlink() else left.unlink()
+
+
+def _is_dead(name: str) -> bool:
+    """Whether the process that a temporary name states ran on this machine and has ended."""
+    machine, _, rest = name.removeprefix(_TEMPORARY).partition(".")
+    number = rest.partition(".")[0]
+    # On Windows a signal of 0 would end the process.
+    if os.name != "posix" or machine != _MACHINE or not number.isdecimal():
+        return False
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):
+        return False  # another user's
+    return False
 
 
 def _require_no_obstacle(path: Path) -> None:

@@ -13,7 +13,14 @@ from pathlib import Path
 import pytest
 
 from gd_analyze.errors import OutputError, StorageError
-from gd_analyze.files import read_at_most, replacing, replacing_together, require_writable, write_text
+from gd_analyze.files import (
+    read_at_most,
+    replacing,
+    replacing_together,
+    require_writable,
+    temporary_folder,
+    write_text,
+)
 from strategies import names_in
 
 KILLED_MIDWAY = """
@@ -76,21 +83,42 @@ def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL, which only POSIX has")
-def test_what_a_killed_process_left_goes_after_a_day(tmp_path):
+def test_what_a_killed_process_left_goes_with_the_next_run(tmp_path):
     path = tmp_path / "file.txt"
     path.write_text("old")
     words = [sys.executable, "-c", KILLED_MIDWAY, str(path)]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"writing\n"
+        (left,) = [name for name in names_in(tmp_path) if name != path.name]
+        write_text(path, "old")
+        assert names_in(tmp_path) == [left, path.name]  # its owner lives
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
     assert path.read_text() == "old"
-    (left,) = [name for name in names_in(tmp_path) if name != path.name]
+    foreign = [".gd-analyze.0.1.x", ".gd-analyze.x", f"{left[:-20]}.99999999999999999999.x"]
+    for name in foreign:
+        (tmp_path / name).touch()
     write_text(path, "new")
-    assert names_in(tmp_path) == [left, path.name]  # its owner may live
-    os.utime(tmp_path / left, (0, 0))
+    assert names_in(tmp_path) == sorted([*foreign, path.name])  # their owners may live on other machines
+    for name in foreign:
+        os.utime(tmp_path / name, (0, 0))
     write_text(path, "new")
     assert names_in(tmp_path) == [path.name]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL, which only POSIX has")
+def test_a_temporary_folder_of_a_killed_process_goes_with_the_next_one(tmp_path, monkeypatch):
+    killed = (
+        "import os\nfrom gd_analyze.files import temporary_folder\n"
+        "with temporary_folder() as folder:\n    (folder / 'x').touch()\n    os.kill(os.getpid(), 9)"
+    )
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    subprocess.run([sys.executable, "-c", killed], check=False)
+    assert len(names_in(tmp_path)) == 1
+    with temporary_folder() as folder:
+        assert names_in(tmp_path) == [folder.name]
+    assert names_in(tmp_path) == []
 
 
 def test_what_cannot_be_a_file_is_refused(tmp_path, blocked_folder):

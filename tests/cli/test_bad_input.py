@@ -135,7 +135,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     # Verbs and arguments
     "two_link": ("TRAJECTORY...", "gd-analyze --help"),
     "equations": ("missing argument",),
-    "validate x.csv": ("TRAJECTORY...",),
+    "evaluate": ("missing argument",),
     "two_link x.csv --fromat csv": ("'--fromat'", "--format"),
     "two_link x.csv y.csv": ("y.csv",),
     "pln two_link --from 0,0": ("'pln'", "gd-analyze plan"),
@@ -184,9 +184,9 @@ WORDS: dict[str, tuple[str, ...]] = {
     "export two_link --to c --name|a b": ("a_b would do",),
     "export two_link --to c --name double": ("found: double", "arm_double would do"),
     "export two_link --to c --name ../up": ("found: ../up", "up would do"),
-    "validate m.json x.csv --fail-over|1% frction": ("--fail-over, entry 1", "did you mean friction?"),
-    "validate m.json x.csv --fail-over 1,2,3": ("--fail-over", "expected: 1 or 2", "found: 3"),
-    "validate m.json x.csv --fail-over|10% friction": ("--fail-over, joint 1, shoulder, of two_link",),
+    "evaluate m.json x.csv --fail-over|1% frction": ("--fail-over, entry 1", "did you mean friction?"),
+    "evaluate m.json x.csv --fail-over 1,2,3": ("--fail-over", "expected: 1 or 2", "found: 3"),
+    "evaluate m.json x.csv --fail-over|10% friction": ("--fail-over, joint 1, shoulder, of two_link",),
     # Options that do not go together
     "simplify two_link --refit --level element": ("level term, recursive or energy",),
     "two_link x.csv --refit --level element": ("level term, recursive or energy",),
@@ -208,7 +208,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "two_link x.csv --out x.csv/results": ("x.csv is not a folder",),
     "two_link x.csv --out /proc/results": ("where: /proc/results",),
     PLAN.replace("made.csv", "x.csv/made.csv"): ("where: x.csv/made.csv",),
-    "validate m.json x.csv --junit x.csv/j.xml": ("--junit",),
+    "evaluate m.json x.csv --junit x.csv/j.xml": ("--junit",),
     "export two_link --to c --out x.csv/below": ("x.csv",),
 }
 FILES: dict[str, str | bytes] = {
@@ -288,7 +288,7 @@ def test_a_file_name_does_not_act(run, here, model):
     (here / name).write_text(MOTION)
     for result in (
         run("two_link", name, "--format", "json"),
-        run("validate model.json", name, "--junit", "j.xml"),
+        run("evaluate model.json", name, "--junit", "j.xml"),
     ):
         assert result.code == 0
         assert all(line.isprintable() for line in result.out.splitlines())

@@ -196,7 +196,7 @@ def test_a_plan_of_many_set_points_is_no_noise(run):
     assert "Kind plan" in run("columns puma560 plan.csv").words
 
 
-@pytest.mark.parametrize("verb", ["columns two_link", "validate model.toml", "two_link"])
+@pytest.mark.parametrize("verb", ["columns two_link", "evaluate model.toml", "two_link"])
 def test_every_verb_refuses_nan_in_a_plan(run, here, verb):
     model = gd.analyze("two_link", "two-link-swing").model
     gd.save_model(model, here / "model.toml")

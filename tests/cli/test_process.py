@@ -61,6 +61,14 @@ def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch,
     assert without == cold == told(words)
 
 
+def test_the_package_runs_as_a_module():
+    command = [sys.executable, "-m", "gd_analyze"]
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith(f"gd-analyze {gd.__version__}\n")
+    refused = subprocess.run([*command, "arms", "nowhere.toml"], capture_output=True, text=True, check=False)
+    assert (refused.returncode, "nowhere.toml" in refused.stderr) == (2, True)
+
+
 def test_debug_adds_the_traceback(run):
     plain, debug = run("two_link nowhere.csv"), run("two_link nowhere.csv --debug")
     assert plain.code == debug.code == 2
@@ -204,7 +212,6 @@ VERBS += [
     "sweep",
     "batch",
     "evaluate",
-    "validate",
     "equations",
     "compare",
     "certify",

@@ -220,7 +220,7 @@ def test_a_file_tells_the_norms_again(exact, model, tmp_path):
     again = gd.load_model(tmp_path / "model.json")
     assert again.accuracy.norms == model.accuracy.norms
     assert again.accuracy.measured
-    assert gd.evaluate(again, exact.states).norms == model.accuracy.norms
+    assert gd.evaluate(again, exact.states).motions[0].norms == model.accuracy.norms
 
 
 @pytest.mark.parametrize(("factor", "says"), [(0.5, "as measured at 300 states"), (None, "at most")])

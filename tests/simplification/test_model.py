@@ -18,11 +18,11 @@ from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import parts_of
-from gd_analyze.simplification.evaluation import evaluate
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_torque import model_torque
 from gd_analyze.simplification.simplify import simplify_exact
 from made_models import ROUND_OFF, exact_model, model_of_parts
 from strategies import arms_with_states, examples, random_states
@@ -95,7 +95,7 @@ def test_error_table_by_hand():
 
 
 def test_it_errs_by_what_it_promises_where_it_was_made(model, swing):
-    found = evaluate(model, swing)
+    found = model_torque(model, swing)
     np.testing.assert_array_equal(found.errors.largest, model.accuracy.errors.largest)
     assert found.within(model.accuracy.allowed).all()
     assert not found.within(0 * model.accuracy.allowed).all()

@@ -512,14 +512,43 @@ def test_a_certificate_comes_back_and_is_proven_again(request, path, which):
     assert holds
     assert result.headline == "The certificate holds"
 
-    def smaller(document: Document) -> None:
-        # A tube's boxes are halved until they reach what is stated, which takes more than that to fail.
-        document["certificate"]["joints"][0]["certified"] *= 0.9999 if which == "certified" else 0.99
-
-    # Not so small that an error at the states it was fitted on is larger, or at some drawn ones.
-    worse = load_model(changed(model, path, smaller))
+    # A tube's boxes are halved until they reach what is stated, which takes more than that to fail.
+    stated = model.accuracy.certificate
+    smaller = replace(stated, certified=stated.certified * (0.9999 if which == "certified" else 0.99))
+    worse = replace(model, accuracy=replace(model.accuracy, certificate=smaller))
     assert proven_again(worse)[0].headline.startswith("The certificate does not hold at joint")
     assert not proven_again(worse)[1]
+
+
+def test_a_bound_near_a_motion_lowered_to_the_sampled_errors_is_refused(around, path):
+    def lowered(document: Document) -> None:
+        for row, sampled in zip(document["certificate"]["joints"], document["errors"], strict=True):
+            row["certified"] = sampled["largest_error"]
+
+    assert "certificate of joint" in refused(changed(around, path, lowered)).details["where"]
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        (lambda stated: stated.update(trajectory_fingerprint="0" * 64), "trajectory_fingerprint"),
+        (lambda stated: stated["joints"][0].update(piece=None), ""),
+        (
+            lambda stated: stated["joints"][1]["piece"][1][0].__setitem__(0, 9.0),
+            "piece of certificate of joint 2",
+        ),
+        (lambda stated: stated["joints"][1]["piece"].reverse(), "piece of certificate of joint 2"),
+        (
+            lambda stated: stated["joints"][0]["piece"].__setitem__(1, stated["joints"][0]["piece"][0]),
+            "joint 1",
+        ),
+        (lambda stated: stated["joints"][0]["piece"][0].append([0.0, 0.0]), "certificate.joints.0.piece"),
+        (lambda stated: stated["joints"][0]["piece"][0][0].append(0.0), ""),
+    ],
+)
+def test_pieces_of_a_tube_that_cannot_be_are_refused(around, path, change, where):
+    forged = changed(around, path, lambda document: change(document["certificate"]))
+    assert where in refused(forged).details["where"]
 
 
 @pytest.mark.parametrize("which", ["certified", "around"])

@@ -27,7 +27,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program, written
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.simplification.cache import VARIABLE, keep, without_cache
+from gd_analyze.simplification.cache import VARIABLE, keep, kept, without_cache
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_program
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
@@ -133,6 +133,32 @@ def exact(arm: RobotArm, drives: bool = False) -> Program:
     """As another run would make it."""
     kept_program.cache_clear()
     return ExactForm(arm, drives).program
+
+
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        lambda steps, outputs: None,
+        lambda steps, outputs: {"steps": steps, "outputs": outputs},
+        lambda steps, outputs: [steps, None],
+        lambda steps, outputs: [steps, [*outputs, 0.0]],
+        lambda steps, outputs: [steps, {"a": 1}],
+        lambda steps, outputs: [7, outputs],
+        lambda steps, outputs: [[*steps, 7], outputs],
+        lambda steps, outputs: [[*steps, []], outputs],
+        lambda steps, outputs: [[[["input"], "q1"], *steps], outputs],
+        lambda steps, outputs: [steps, [True, *outputs[1:]]],
+        lambda steps, outputs: [steps, [[], *outputs[1:]]],
+        lambda steps, outputs: [steps, outputs, {"solved": True}],
+    ],
+)
+def test_an_entry_of_other_types_is_written_anew(two_link, place, spoilt):
+    first = exact(two_link)
+    (entry,) = place.iterdir()
+    name = entry.name.removesuffix(".gd.json")
+    keep(name, spoilt(*kept(name)))
+    assert written(exact(two_link)) == written(first)
+    assert kept(name) == json.loads(json.dumps(written(first)))
 
 
 def test_it_is_written_once_and_the_same_with_and_without(two_link, place):

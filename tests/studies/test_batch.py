@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
+import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +89,83 @@ def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert table.state.tolist() == ["done"] * 4
     keys = [json.loads(line)["key"] for line in record.read_text().splitlines()]
     assert len(keys) == len(set(keys)) == 6
+
+
+@pytest.fixture
+def done(monkeypatch) -> list[module.Task]:
+    """Tasks that were done, as they are done."""
+    analysed, tasks = module.analysed, list[module.Task]()
+    monkeypatch.setattr(module, "analysed", lambda task: tasks.append(task) or analysed(task))
+    return tasks
+
+
+@pytest.mark.parametrize("spoil", ["empty", "edit", "delete", "record"])
+def test_a_row_whose_files_or_record_changed_is_done_again(tmp_path, done, spoil):
+    table = batch(ROWS[:2], tmp_path)
+    path, record = tmp_path / table.files[1] / "model.json", tmp_path / RECORD
+    content = path.read_text()
+    if spoil == "delete":
+        path.unlink()
+    elif spoil == "record":
+        first, second = record.read_text().splitlines()
+        count = int(table.model_operations[1])
+        second = second.replace(f'"model_operations": {count}', f'"model_operations": {count + 1}')
+        record.write_text(f"{first}\n{second}\n")
+    else:
+        path.write_text("" if spoil == "empty" else content.replace("two_link", "two_lint"))
+    done.clear()
+    pd.testing.assert_frame_equal(batch(ROWS[:2], tmp_path), table)
+    assert [task.row for task in done] == [ROWS[1]]
+    assert gd.load_model(path).operations.total == table.model_operations[1]
+    done.clear()
+    pd.testing.assert_frame_equal(batch(ROWS[:2], tmp_path), table)
+    assert done == []
+
+
+def test_one_run_writes_in_a_folder_at_a_time(tmp_path, done):
+    """The lock ends with the run that holds it, also where that is killed."""
+    words = (
+        "import sys, time\nfrom pathlib import Path\nfrom gd_analyze.files import appending_alone\n"
+        "with appending_alone(Path(sys.argv[1])):\n    print('locked', flush=True)\n    time.sleep(60)"
+    )
+    command = [sys.executable, "-c", words, str(tmp_path / RECORD)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
+        assert other.stdout.readline() == b"locked\n"
+        with pytest.raises(OutputError, match="another run writes there"):
+            batch(ROWS[:1], tmp_path, formats=())
+        other.kill()
+    assert done == []
+    assert batch(ROWS[:1], tmp_path, formats=()).state.tolist() == ["done"]
+
+
+def test_too_many_combinations_are_refused_before_they_are_made(tmp_path, monkeypatch):
+    numbers = ", ".join(f"{k}%" for k in range(1, 252))
+    path = tmp_path / "a.yaml"
+    path.write_text("".join(f"{key}: [{numbers}]\n" for key in ("arm", "trajectory", "budget")))
+    tracemalloc.start()
+    try:
+        with pytest.raises(UsageError, match="15813251"):
+            batch_rows.rows_in(path)
+        # The lists take some 50 kB; a row takes more than 200 bytes.
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+    monkeypatch.setattr(batch_rows, "_MOST_ROWS", 2)
+    (tmp_path / "a.csv").write_text("arm,trajectory\n" + "two_link,x.csv\n" * 3)
+    with pytest.raises(UsageError, match="too many rows"):
+        batch_rows.rows_in(tmp_path / "a.csv")
+
+
+def test_no_cell_is_a_formula(tmp_path):
+    names = ['=HYPERLINK("x")', "@SUM(A1)", "+1+1", "-2+3", "plain"]
+    rows = [{"arm": name, "trajectory": "two-link-swing", "gravity": "-1"} for name in names]
+    table = batch(rows, tmp_path, to=("csv", "parquet"))
+    stored = pd.read_csv(tmp_path / "batch.csv", dtype=str)
+    assert stored.arm.tolist() == [*(f"'{name}" for name in names[:-1]), "plain"]
+    assert not stored.stack().str.startswith(("=", "@", "+")).any()
+    # A number is none, and Parquet is not for spreadsheets.
+    assert stored.gravity.tolist() == ["-1"] * len(names)
+    assert pd.read_parquet(tmp_path / "batch.parquet").arm.tolist() == names == table.arm.tolist()
 
 
 def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link):

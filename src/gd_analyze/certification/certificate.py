@@ -77,8 +77,12 @@ class Certificate:
         """Form in which a model states it."""
         box, tube = self.box, self.region if isinstance(self.region, Tube) else None
         limits = box.lower, box.upper, box.velocity, box.acceleration
-        about = () if tube is None else (tube.margin, tube.fingerprint)
-        return Proven(self.certified, *limits, self.region.where, self.effort, *about)
+        where = self.region.where, self.effort
+        if tube is None or self.along is None:
+            return Proven(self.certified, *limits, *where)
+        worst = self.along.argmax(axis=0)
+        pieces = np.stack([tube.lower[worst], tube.upper[worst]], axis=1)
+        return Proven(self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces)
 
     @property
     def where(self) -> str:

@@ -22,7 +22,7 @@ from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.simplify import rank, simplify, trade_off
 from gd_analyze.cli.sweep import sweep
-from gd_analyze.cli.trials import certify, evaluate, validate
+from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
 from gd_analyze.simplification.cache import folder
@@ -38,7 +38,7 @@ Examples:
 \b
 Exit codes:
   0  done; warnings, if any, are on standard error
-  1  gd-analyze or the machine failed; or a model failed `validate`
+  1  gd-analyze or the machine failed; or a model failed `evaluate`
   2  the command or its input is at fault, and nothing was written
   130  interrupted
 
@@ -175,7 +175,6 @@ VERBS = (
     sweep,
     batch,
     evaluate,
-    validate,
     equations,
     compare,
     certify,

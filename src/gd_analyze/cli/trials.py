@@ -1,4 +1,4 @@
-"""Verbs that try a model: `evaluate`, `validate` and `certify`."""
+"""Verbs that try a model: `evaluate` and `certify`."""
 
 from __future__ import annotations
 
@@ -14,59 +14,9 @@ from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
-@click.command(short_help="Evaluate a simplified model on another motion.")
+@click.command(short_help="Errors of a model on motions, and a verdict.")
 @options.model()
-@options.trajectory(DRAWN)
-@log_options
-@options.payload
-@options.states
-@options.out("CSV file for exact and simplified torque over time.")
-@reporting
-def evaluate(
-    model: Path,
-    trajectory: str | None,
-    payload: str | None,
-    states: int,
-    seed: int,
-    out: Path | None,
-    output: Output,
-) -> None:
-    r"""Evaluate a simplified model at states other than those it was fitted on, and report its torque error.
-
-    The error that a model states is for the states it was fitted on; at others it may be larger. This command
-    is for one motion or for drawn states, and for torques over time; `gd-analyze validate` gives a verdict on
-    files. With --payload the exact torque is that of the arm with its load; the model is unchanged.
-
-    \b
-    Examples:
-      gd-analyze evaluate reports/puma560-pick-and-place/model.json large-slew
-      gd-analyze evaluate model.json
-      gd-analyze evaluate model.json large-slew --payload 1.5,0,0,0.1
-    """
-    if out is not None and trajectory is None:
-        raise click.UsageError("-o writes torque over time, and needs a trajectory")
-    require_outputs(out)
-    with output.working() as stage:
-        from gd_analyze.files import write_text
-        from gd_analyze.robots.payload import parse_payload
-        from gd_analyze.simplification.evaluation import torque_csv
-        from gd_analyze.studies.trial import tried
-
-        body = None if payload is None else parse_payload(payload)
-        loaded = gd.load_model(model)
-        motion = None if trajectory is None else read_motion(trajectory, loaded.arm)
-        given = gd.states_in_box(loaded.arm, states, seed) if motion is None else motion
-        stage("evaluating")
-        found, result = tried(loaded, given, body)
-        if out is not None and motion is not None:
-            stage(f"writing {out.name}")
-            write_text(out, torque_csv(motion, found))
-    output.give(result, out)
-
-
-@click.command(short_help="Pass or fail a model on files of motions.")
-@options.model()
-@options.trajectories(several="each motion is judged by itself")
+@options.trajectories(DRAWN, several="each motion is judged by itself")
 @log_options
 @click.option(
     "--fail-over",
@@ -75,57 +25,89 @@ def evaluate(
     show_default=True,
     help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
     "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
-    "`simplify`; `promise`, what the model's own budget allows; or `stated`, what the model states for these "
-    "states: its certificate's bound within its box or tube, or its budget along a motion it was fitted on.",
+    "`simplify`; `promise`, what the model's own budget allows; `stated`, what the model states for these "
+    "states: its certificate's bound within its box or tube, or its budget at states it was fitted on; or "
+    "`none`, no verdict, as with --payload by default.",
 )
-@click.option("--report-only", is_flag=True, help="Show errors without a verdict.")
+@click.option("--strict", is_flag=True, help="Fail also where the model states nothing.")
 @click.option(
-    "--arm", metavar="ROBOT", help="Arm whose exact torque counts, in place of the one in the model."
+    "--arm", metavar="ROBOT", help="A version of the model's arm whose exact torque counts instead."
 )
+@options.payload
 @click.option(
     "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show what remains."
 )
+@options.states
+@options.out("CSV file for exact and simplified torque over time, of one motion.")
 @click.option("--junit", type=OutputPath(), help="JUnit XML file, with a test per motion and joint.")
 @reporting
-def validate(
+def evaluate(
     model: Path,
     trajectories: tuple[str, ...],
     fail_over: str,
-    report_only: bool,
+    strict: bool,
     arm: str | None,
+    payload: str | None,
     fit_friction: bool,
+    states: int,
+    seed: int,
+    out: Path | None,
     junit: Path | None,
     output: Output,
 ) -> None:
-    r"""Give a verdict on a simplified model, motion by motion.
+    r"""Compare a simplified model with exact dynamics on motions, or at drawn states, and give a verdict.
 
-    For each joint the result shows the model's torque error and whether it keeps its promise. It also lists
-    set points outside the arm's limits, where a certificate for these limits does not hold, and, for a log
-    with measured torques, how far exact and simplified torque are from them. If the model states nothing
-    there is no verdict, and the exit code is 0. `gd-analyze evaluate` shows more of one motion: torques over
-    time, payloads, dropped parts.
+    For each joint the result shows the model's torque error, what it promised, and whether the error is above
+    --fail-over. The error that a model states is for certain states; at others there is no verdict unless
+    --fail-over names one, and the exit code is 0, or with --strict 1. The result also lists set points
+    outside the arm's limits, where a certificate for these limits does not hold, and, for a log with measured
+    torques, how far exact and simplified torque are from them. With --payload the exact torque is that of the
+    arm with its load; the model is unchanged.
 
     \b
     Examples:
-      gd-analyze validate model.json large-slew wrist-move
-      gd-analyze validate model.json logs/ --fail-over 1% --junit junit.xml
-      gd-analyze validate model.json log.csv --fit-friction --json
+      gd-analyze evaluate reports/puma560-pick-and-place/model.json large-slew
+      gd-analyze evaluate model.json logs/ --fail-over 1% --junit junit.xml
+      gd-analyze evaluate model.json large-slew --payload 1.5,0,0,0.1
+      gd-analyze evaluate model.json
     """
+    if out is not None and not trajectories:
+        raise click.UsageError("-o writes torque over time, and needs a trajectory")
+    if payload is not None and is_default("fail_over"):
+        fail_over = "none"
+    require_outputs(out)
     require_outputs(junit, option="--junit")
     with output.working() as stage:
         from gd_analyze.files import write_text
         from gd_analyze.motions.pool import motions_of
-        from gd_analyze.studies.validation_result import junit_xml, validation_result
+        from gd_analyze.robots.payload import carrying, parse_payload
+        from gd_analyze.simplification.model_torque import torque_csv
+        from gd_analyze.studies.evaluation_result import evaluation_result, junit_xml
 
+        body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
-        motions = motions_of(trajectories, loaded.arm, read_motion)
-        stage("validating", len(motions))
-        asked, other = None if report_only else fail_over, None if arm is None else gd.load_arm(arm)
-        found = gd.validate(loaded, motions, fail_over=asked, arm=other, progress=stage.advance)
+        held = loaded.arm if arm is None else gd.load_arm(arm)
+        motions = motions_of(trajectories, loaded.arm, read_motion) if trajectories else []
+        if out is not None and len(motions) > 1:
+            raise click.UsageError(f"-o writes torque over time along one motion, not {len(motions)}")
+        stage("evaluating", len(motions) or 1)
+        found = gd.evaluate(
+            loaded,
+            motions or gd.states_in_box(loaded.arm, states, seed),
+            held if body is None else carrying(held, body),
+            fail_over=fail_over,
+            strict=strict,
+            progress=stage.advance,
+        )
+        unloaded = None if body is None else held
+        result = evaluation_result(found, body, unloaded, fit_friction=fit_friction)
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, torque_csv(motions[0], found.motions[0]))
         if junit is not None:
             stage(f"writing {junit.name}")
             write_text(junit, junit_xml(found))
-    output.give(validation_result(found, fit_friction=fit_friction), junit)
+    output.give(result, *filter(None, (out, junit)))
     if not found.passed:
         click.get_current_context().exit(1)
 

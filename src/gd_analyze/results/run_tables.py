@@ -21,10 +21,10 @@ from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
-from gd_analyze.simplification.evaluation import PayloadEffect, losses
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_torque import PayloadEffect, losses
 from gd_analyze.simplification.term_ranking import TermRanking
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
 

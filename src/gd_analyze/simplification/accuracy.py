@@ -140,6 +140,8 @@ class Proven:
     effort: int  # as for `certify`
     margin: str = ""  # of a tube, as read by `Margin.parse`, and the motion's fingerprint
     trajectory_fingerprint: str = ""
+    # Of a tube: its piece with the largest bound of each joint, (n, 2, 3, n): lower, upper; q, qd, qdd
+    pieces: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from gd_analyze import __version__
-from gd_analyze.files import read_at_most
+from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.files import read_at_most, replacing
 
 VARIABLE = "GD_ANALYZE_CACHE"
 # Largest bytes of an entry, and of the folder: the least recently used are removed, down to half of that.
@@ -65,7 +66,7 @@ def kept(name: str) -> Any:
         return None
     path = place / (name + _SUFFIX)
     # Others may have written there: anything that is not JSON, too deep, too large or foreign is ignored.
-    with suppress(OSError, ValueError, RecursionError):
+    with suppress(Exception):
         digest, _, body = (read_at_most(path, _LARGEST) or b"").partition(b"\n")
         if digest.decode("ascii") == _digest(name, body):
             value = json.loads(body)
@@ -80,14 +81,10 @@ def keep(name: str, value: Any) -> None:
     if (place := folder()) is None:
         return
     body = json.dumps(value, allow_nan=False).encode()
-    with suppress(OSError):
+    with suppress(OSError, GdAnalyzeError):
         place.mkdir(parents=True, exist_ok=True, mode=0o700)
-        temporary = place / f"{name}-{os.getpid()}{_SUFFIX}"
-        try:
+        with replacing(place / (name + _SUFFIX)) as temporary:
             temporary.write_bytes(_digest(name, body).encode() + b"\n" + body)
-            temporary.replace(place / (name + _SUFFIX))
-        finally:
-            temporary.unlink(missing_ok=True)
         _make_room(place)
 
 

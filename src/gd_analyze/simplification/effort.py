@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import platform
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -89,25 +91,26 @@ def named(key: Any) -> str:
 def kept_program(wanted: Task) -> Program:
     """Return a program as shipped, from the cache, or newly written; the last two are equal."""
     for known in (wanted.shipped, kept(wanted.name)):
-        program = _read(known, wanted)
-        if program is not None and wanted.is_right(program):
-            return program
+        with suppress(Exception):  # an entry may hold anything, and then the program is written anew
+            program = _read(known, wanted)
+            if wanted.is_right(program):
+                return program
     values = written(wanted.write())
     keep(wanted.name, values)
-    again = _read(values, wanted)
-    assert again is not None
-    return again
+    return _read(values, wanted)
 
 
-def _read(values: Any, wanted: Task) -> Program | None:
-    """A program from plain values; None for any other values."""
+def _read(values: Any, wanted: Task) -> Program:
+    """A program from plain values; an exception for any other values."""
     inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(wanted.n_joints)}
-    try:
-        steps, outputs = values
-        program = read_back(steps, outputs, inputs)
-    except (TypeError, ValueError, AttributeError, IndexError, OverflowError):
-        return None
-    return program if len(program.outputs) == wanted.n_joints else None
+    steps, outputs = values
+    for cell in chain(outputs, *steps):
+        if type(cell) not in (str, float, int):  # of JSON, true is not 1
+            raise TypeError(f"{cell!r} is neither a name nor a number")
+    program = read_back(steps, outputs, inputs)
+    if len(program.outputs) != wanted.n_joints:
+        raise ValueError(f"{len(program.outputs)} outputs of {wanted.n_joints} joints")
+    return program
 
 
 def inputs_of(states: States) -> dict[str, FloatArray]:

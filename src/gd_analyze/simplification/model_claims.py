@@ -25,6 +25,7 @@ from gd_analyze.simplification.accuracy import (
     AlongMotion,
     ErrorTable,
     NormShare,
+    Proven,
     norm_shares,
     norms_by_kind,
     share_at,
@@ -47,8 +48,9 @@ _SIX_DIGITS = 5e-6
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
-# States at which a certificate is tested; `gd-analyze certify --check` proves it again.
-_TRIED = 1000
+# States at which a certificate is tested, and the share of them at ends of q, of qd and of qdd; `certify
+# --check` proves it again.
+_TRIED, _CORNERS = 1000, 0.5
 
 
 def require_equal(what: str, stated: Any, found: Any) -> None:
@@ -146,21 +148,45 @@ def require_states_named(model: SimplifiedModel) -> None:
 
 
 def require_not_refuted(model: SimplifiedModel) -> None:
-    """Raise a ModelError if random states, or the fitted ones, refute a certificate."""
-    stated, errors = model.accuracy.certificate, model.accuracy.errors.largest
+    """Raise a ModelError if states drawn from its region, or the fitted ones, refute a certificate."""
+    stated, fitted = model.accuracy.certificate, model.accuracy.errors.largest
     if stated is None:
         return
     _require(model, "certificate", stated.lower <= stated.upper, stated.lower, "a range of positions")
-    of_motion = stated.trajectory_fingerprint
-    if of_motion and of_motion != model.accuracy.fitted_on.get("trajectory_fingerprint"):
-        return
-    if not of_motion:
-        rng, shape = np.random.default_rng(), (_TRIED, model.arm.n_joints)
-        qd, qdd = (rng.uniform(-most, most, shape) for most in (stated.velocity, stated.acceleration))
-        states = States(rng.uniform(stated.lower, stated.upper, shape), qd, qdd)
-        exact = ExactDynamics.of(model.arm, states, model.drives)
-        errors = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0) - exact.round_off
+    if stated.pieces is None:
+        lower = np.array([[stated.lower, -stated.velocity, -stated.acceleration]])
+        upper = np.array([[stated.upper, stated.velocity, stated.acceleration]])
+    else:
+        named = model.accuracy.fitted_on.get("trajectory_fingerprint")
+        require_equal("trajectory_fingerprint of certificate", stated.trajectory_fingerprint, named)
+        _require_pieces(model, stated)
+        _require(model, "certificate", fitted <= stated.certified, stated.certified, "at least largest_error")
+        lower, upper = stated.pieces.swapaxes(0, 1)
+    rng = np.random.default_rng()
+    chosen, shape = rng.integers(len(lower), size=_TRIED), (_TRIED, *lower.shape[1:])
+    # A torque's error is largest at ends of the velocities and accelerations, and in small pieces at corners.
+    shares = np.where(rng.random((_TRIED, 3, 1)) < _CORNERS, rng.integers(0, 2, shape), rng.random(shape))
+    drawn = np.clip(lower[chosen] + shares * (upper - lower)[chosen], lower[chosen], upper[chosen])
+    states = States(*drawn.swapaxes(0, 1))
+    exact = ExactDynamics.of(model.arm, states, model.drives)
+    errors = np.abs(model.torque(*states.arrays) - exact.torque).max(axis=0) - exact.round_off
     _require(model, "certificate", errors <= stated.certified, stated.certified, "at least the error found")
+
+
+def _require_pieces(model: SimplifiedModel, stated: Proven) -> None:
+    """Raise a ModelError for pieces of a tube that are empty, outside its box or thinner than its margin."""
+    assert stated.pieces is not None  # as of every tube
+    lower, upper = stated.pieces.swapaxes(0, 1)
+    least = np.array([stated.lower, -stated.velocity, -stated.acceleration])
+    most = np.array([stated.upper, stated.velocity, stated.acceleration])
+    is_inside = ((least <= lower) & (lower <= upper) & (upper <= most)).all(axis=(1, 2))
+    _require(
+        model, "piece of certificate", is_inside, stated.certified, "a piece within the certificate's box"
+    )
+    margin = Margin.parse(stated.margin)
+    position = np.where(model.arm.is_revolute, margin.revolute, margin.prismatic)
+    is_wide = (upper[:, 0] - lower[:, 0] >= (2.0 - _SIX_DIGITS) * position).all(axis=1)
+    _require(model, "piece of certificate", is_wide, stated.certified, f"a piece as wide as {stated.margin}")
 
 
 def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:

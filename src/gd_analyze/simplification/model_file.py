@@ -88,6 +88,9 @@ class _AlongMotion(Checked):
     errors: list[_JointError]
 
 
+_Limits = tuple[list[float], list[float], list[float]]
+
+
 class _Bound(Checked):
     joint: str
     certified: Annotated[float, Field(ge=0.0)]
@@ -95,6 +98,8 @@ class _Bound(Checked):
     upper: float
     velocity: Annotated[float, Field(ge=0.0)]
     acceleration: Annotated[float, Field(ge=0.0)]
+    # Of a tube: limits of q, qd and qdd of all joints in its piece with the largest bound of this one
+    piece: tuple[_Limits, _Limits] | None
 
 
 class _Certificate(Checked):
@@ -110,7 +115,16 @@ class _Certificate(Checked):
         joints: dict[str, Any] = {
             name: np.array([getattr(row, name) for row in self.joints]) for name in _PROVEN
         }
-        return Proven(**joints, **{name: getattr(self, name) for name in _ABOUT})
+        pieces = [row.piece for row in self.joints if row.piece is not None]
+        shape = (len(self.joints), 2, 3, len(self.joints))
+        is_tube = bool(self.trajectory_fingerprint)
+        if len(pieces) != len(self.joints) * is_tube:
+            raise ValueError("a certificate near a motion has a piece for every joint, and no other has any")
+        return Proven(
+            **joints,
+            **{name: getattr(self, name) for name in _ABOUT},
+            pieces=np.array(pieces).reshape(shape) if is_tube else None,
+        )
 
 
 _PROVEN = ("certified", "lower", "upper", "velocity", "acceleration")
@@ -202,7 +216,11 @@ def _certificate(model: SimplifiedModel) -> _Certificate | None:
     if stated is None:
         return None
     joints = [
-        _Bound(joint=joint.name, **{name: getattr(stated, name)[i] for name in _PROVEN})
+        _Bound(
+            joint=joint.name,
+            **{name: getattr(stated, name)[i] for name in _PROVEN},
+            piece=None if stated.pieces is None else stated.pieces[i].tolist(),
+        )
         for i, joint in enumerate(model.arm.joints)
     ]
     return _Certificate(joints=joints, **{name: getattr(stated, name) for name in _ABOUT})

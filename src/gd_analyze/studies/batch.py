@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze import __version__
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, OutputError, UsageError
-from gd_analyze.files import RESULT_FILES, mark_of, replacing, replacing_together, require_writable
+from gd_analyze.files import (
+    RESULT_FILES,
+    appending_alone,
+    mark_of,
+    replacing,
+    replacing_together,
+    require_writable,
+    temporary_folder,
+)
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.result import Column, Fact, Result, Shown, Table, plain
 from gd_analyze.results.run_result import first_facts, run_headline
@@ -26,6 +34,7 @@ from gd_analyze.studies.batch_rows import (
     Input,
     Row,
     checked,
+    digest_of,
     inputs_of,
     picked_of,
     rows_in,
@@ -34,7 +43,7 @@ from gd_analyze.studies.batch_rows import (
 from gd_analyze.studies.main_job import Settings, find
 from gd_analyze.studies.many import each
 from gd_analyze.studies.study_files import write_findings
-from gd_analyze.text import short_name
+from gd_analyze.text import number_in, short_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -123,38 +132,47 @@ def batch(
     for name in (RECORD, *(f"batch.{kind}" for kind in to)):
         require_writable(folder / name)
     folder.mkdir(parents=True, exist_ok=True)
-    done, keys = _recorded(folder / RECORD), list[str]()
-    stage("analysing", len(rows))
+    keys = list[str]()
+    with appending_alone(folder / RECORD) as record:
+        done = _recorded(folder)
+        stage("analysing", len(rows))
 
-    def tasks() -> Iterator[tuple[Task]]:
-        asked = set[str]()
-        for row in rows:
-            task = Task(row, *inputs_of(row, beside), tuple(sorted(formats)))
-            keys.append(task.key)
-            if task.key in asked or done.get(task.key, {}).get("state") == "done":
-                progress(1)
-            else:
-                asked.add(task.key)
-                yield (task,)
+        def tasks() -> Iterator[tuple[Task]]:
+            asked = set[str]()
+            for row in rows:
+                task = Task(row, *inputs_of(row, beside), tuple(sorted(formats)))
+                keys.append(task.key)
+                if task.key in asked or done.get(task.key, {}).get("state") == "done":
+                    progress(1)
+                else:
+                    asked.add(task.key)
+                    yield (task,)
 
-    with (folder / RECORD).open("ab") as record:
         for _, (key, found, files) in each(analysed, tasks(), jobs, scheduler, at_once=1):
             with replacing_together([folder / key / name for name in files]) as temporaries:
                 for temporary, content in zip(temporaries, files.values(), strict=True):
                     temporary.write_bytes(content)
-            record.write(json.dumps({"key": key} | found).encode() + b"\n")
+            written = {name: digest_of(folder / key / name) for name in files}
+            line = {"key": key, **found, "files": written}
+            record.write(json.dumps(line | {"digest": _digest(line)}).encode() + b"\n")
             record.flush()
             os.fsync(record.fileno())
             done[key] = found
             progress(1)
-    made = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
-    for kind in to:
-        with replacing(folder / f"batch.{kind}") as temporary:
-            if kind == "csv":
-                made.to_csv(temporary, index=False, lineterminator="\n")
-            else:
-                made.to_parquet(temporary, index=False)
+        made = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
+        for kind in to:
+            with replacing(folder / f"batch.{kind}") as temporary:
+                if kind == "csv":
+                    made.map(_no_formula).to_csv(temporary, index=False, lineterminator="\n")
+                else:
+                    made.to_parquet(temporary, index=False)
     return made
+
+
+def _no_formula(cell: Any) -> Any:
+    """Put an apostrophe before text that a spreadsheet would run."""
+    runs = isinstance(cell, str) and cell.startswith(("=", "@", "+", "-", "\t", "\r"))
+    return f"'{cell}" if runs and number_in(cell) is None else cell
 
 
 def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
@@ -162,9 +180,8 @@ def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
 
     Any error becomes the row's own, and is stated in it.
     """
-    with tempfile.TemporaryDirectory() as place, warnings.catch_warnings(record=True) as caught:
+    with temporary_folder() as folder, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
-        folder = Path(place)
         try:
             findings = _findings(task, folder, caught)
             write_findings(findings, folder, task.formats)
@@ -214,19 +231,35 @@ def _headline(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _recorded(path: Path) -> dict[str, dict[str, Any]]:
-    """Rows of a record, by key; a last line cut short by a kill is removed."""
-    if not path.exists():
-        return {}
+def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
+    """Rows of a record by key, but those changed since, or whose files are; a line cut short is removed."""
+    path = folder / RECORD
     data = path.read_bytes()
     whole = data[: data.rfind(b"\n") + 1]
     if len(whole) < len(data):
         os.truncate(path, len(whole))
+    found: dict[str, dict[str, Any]] = {}
     try:
-        return {(row := json.loads(line)).pop("key"): row for line in whole.splitlines()}
-    except (ValueError, KeyError, AttributeError):
+        for line in whole.splitlines():
+            row = json.loads(line)
+            digest, key = row.pop("digest", ""), row["key"]
+            if digest == _digest(row):
+                found[key] = row
+            else:
+                found.pop(key, None)
+    except (ValueError, KeyError, AttributeError, TypeError):
         step = "name another folder, or remove the file to begin anew"
         raise OutputError("the record of the rows is damaged", where=Location(path), next_step=step) from None
+    return {
+        key: {name: value for name, value in row.items() if name not in ("key", "files")}
+        for key, row in found.items()
+        if all(digest_of(folder / key / name) == written for name, written in row["files"].items())
+    }
+
+
+def _digest(row: Mapping[str, Any]) -> str:
+    """SHA-256 of a row of the record."""
+    return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
 
 
 def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:

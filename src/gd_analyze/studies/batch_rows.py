@@ -6,9 +6,10 @@ import csv
 import difflib
 import hashlib
 import io
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -26,9 +27,12 @@ PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 SETTINGS = tuple(entry.name for entry in fields(Settings))
 KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTINGS)
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+_COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
 # Bytes of a table, and of an input that travels with its task.
 _LARGEST, _SMALL = 100_000_000, 1_000_000
+# Most rows: some hundred MB, as for the points of a sweep.
+_MOST_ROWS = 1_000_000
 _PIECE = 2**20
 
 Row = Mapping[str, Any]
@@ -51,14 +55,16 @@ def rows_in(path: Path) -> list[Row]:
         rows = list(_of_folders(path))
     else:
         text, kind = text_of(path, "table of a batch", _LARGEST), path.suffix.lower()
-        if kind in (".yaml", ".yml", ".toml"):
+        if kind in _COMBINED:
             read = parsed_toml if kind == ".toml" else parsed_yaml
             rows = list(_combined(read(path, text, "table of a batch"), path))
         else:
             text = text.removeprefix("\ufeff")
             between = max(",;\t", key=text.partition("\n")[0].count)
             lines = csv.DictReader(io.StringIO(text), delimiter=between, restkey="(beyond the header)")
-            rows = [{str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines]
+            named = ({str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines)
+            rows = list(islice(named, _MOST_ROWS + 1))
+            _require_few(len(rows), path)
     return checked(rows, str(path))
 
 
@@ -100,9 +106,19 @@ def _combined(document: Any, path: Path) -> Iterator[Row]:
         expected = "keys with a value or a list of values each, and `rows`, a list of such tables"
         raise UsageError("this is not a table of a batch", where=Location(path), expected=expected)
     lists = {key: x if isinstance(x, list) else [x] for key, x in document.items() if key != "rows"}
-    for row in rows:
-        free = {key: values for key, values in lists.items() if key not in row}
+    every = [{key: values for key, values in lists.items() if key not in row} for row in rows]
+    _require_few(sum(math.prod(map(len, free.values())) for free in every), path)
+    for row, free in zip(rows, every, strict=True):
         yield from ({**dict(zip(free, chosen, strict=True)), **row} for chosen in product(*free.values()))
+
+
+def _require_few(count: int, path: Path) -> None:
+    """Refuse more rows than memory holds."""
+    if count > _MOST_ROWS:
+        found = f"{count}" if path.suffix.lower() in _COMBINED else "more"
+        what, step = "the table has too many rows", "divide it into several tables"
+        expected = f"1 to {_MOST_ROWS}"
+        raise UsageError(what, where=Location(path), expected=expected, found=found, next_step=step)
 
 
 def picked_of(row: Row) -> dict[str, Any]:

@@ -18,9 +18,9 @@ from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.evaluation import require_arm
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_torque import require_arm
 from gd_analyze.studies import control_bounds as bounds
 from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World

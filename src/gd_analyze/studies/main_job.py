@@ -47,12 +47,12 @@ from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.evaluation import payload_effect
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
+from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms

@@ -11,6 +11,7 @@ import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
 from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.motions.pool import GivenMotions
@@ -24,14 +25,17 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.recursion_losses import first_terms, omissions
 from gd_analyze.simplification.recursive import RecursiveLevel
-from gd_analyze.text import amount, html_of, joint_name, percent
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# Difference of the angle between two axes, rad, by which an arm is of another make: calibration moves axes by
+# tenths of a degree, another design or zero position by tens; and positions at which axes are compared.
+_OTHER_AXES, _POSITIONS = np.radians(10.0), 8
+
 
 @dataclass(frozen=True, eq=False)
-class Evaluation:
+class ModelTorque:
     """A model's torque at states, N m, shape (N, n), the exact dynamics, and the error.
 
     Shares of the torque's norm are at 95 % and 99.9 % of the states.
@@ -42,31 +46,15 @@ class Evaluation:
     errors: ErrorTable
     norms: tuple[NormShare, ...]
 
-    def __repr__(self) -> str:
-        worst, share = self.errors.worst, percent(float(self.errors.largest_share.max()))
-        error = f"{share} of the peak torque here (joint {worst + 1})"
-        return f"Evaluation({self.dynamics.states!r}, error up to {error})"
-
-    def _repr_html_(self) -> str:
-        """The errors, for a notebook."""
-        errors, rows = self.errors, []
-        for i, joint in enumerate(self.dynamics.arm.joints):
-            torques = (errors.peak_torque, errors.largest, errors.rms)
-            peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
-            share = percent(float(errors.largest_share[i]))
-            rows.append([joint_name(i + 1, joint.name), peak, largest, share, rms])
-        headings = ["joint", "peak torque here", "error up to", "of that peak", "RMS error"]
-        return html_of(f"{self.dynamics.arm.name}: {self.dynamics.states.in_words}", headings, rows)
-
     def within(self, allowed: FloatArray) -> FloatArray:
         """Whether each joint's largest error is within `allowed` (n,)."""
         return np.asarray(self.errors.largest <= allowed)
 
 
-def evaluate(
+def model_torque(
     model: SimplifiedModel, given: States | GivenMotions | xr.Dataset, arm: RobotArm | None = None
-) -> Evaluation:
-    """Evaluate a model and measure its torque error.
+) -> ModelTorque:
+    """Compute a model's torque at states, and its error.
 
     Parameters
     ----------
@@ -81,7 +69,7 @@ def evaluate(
 
     Returns
     -------
-    Evaluation
+    ModelTorque
         Torque of the model, N m (N), shape (N, n), and its errors.
 
     Raises
@@ -89,7 +77,7 @@ def evaluate(
     TrajectoryError
         If the states have another number of joints.
     ModelError
-        If a decomposition is of another arm or differs in drives, or the arm's number of joints is wrong.
+        If a decomposition is of another arm or differs in drives, or the arm is of another make.
     ArmError
         If the model includes drives and the arm describes none.
     """
@@ -104,24 +92,46 @@ def evaluate(
     exact = ExactDynamics.of(held, given, model.drives)
     _ = exact.torque  # first: its error for states of another arm is the clearest
     torque = model.torque(*exact.states.arrays)
-    return Evaluation(exact, torque, exact.errors_of(torque), exact.norms_of(torque))
+    return ModelTorque(exact, torque, exact.errors_of(torque), exact.norms_of(torque))
 
 
 def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
-    """Raise a ModelError for an arm with another number of joints than the model."""
-    if held.n_joints != model.arm.n_joints:
-        expected = f"{model.arm.n_joints} joints, as {model.arm.name} has"
-        found = f"{held.n_joints} joints"
-        raise ModelError(f"the model does not fit {held.name}", where="arm", expected=expected, found=found)
+    """Raise a ModelError for an arm of another make than the model's: other joints, or axes elsewhere."""
+    own = model.arm
+
+    def other(expected: str, found: str) -> ModelError:
+        step = f"name a version of {own.name}, or make a model of {held.name} with `gd-analyze simplify`"
+        what = f"the model of {own.name} does not fit {held.name}"
+        return ModelError(what, where="arm", expected=expected, found=found, next_step=step)
+
+    if held.n_joints != own.n_joints:
+        raise other(f"{own.n_joints} joints, as {own.name} has", f"{held.n_joints} joints")
+    for joint, (turns, as_well) in enumerate(zip(own.is_revolute, held.is_revolute, strict=True), start=1):
+        if turns != as_well:
+            kinds = ("prismatic", "revolute")
+            raise other(f"joint {joint} is {kinds[turns]}, as of {own.name}", f"it is {kinds[as_well]}")
+    expected, found = (_angles_between_axes(arm) for arm in (own, held))
+    apart = np.abs(found - expected)
+    if apart.max() > _OTHER_AXES:
+        at = i, j, _ = np.unravel_index(apart.argmax(), apart.shape)
+        between = f"between the axes of joints {i + 1} and {j + 1} at one position"
+        raise other(*(f"{np.degrees(angles[at]):.0f}° {between}" for angles in (expected, found)))
 
 
-def torque_csv(trajectory: Trajectory, evaluation: Evaluation) -> str:
+def _angles_between_axes(arm: RobotArm) -> FloatArray:
+    """Angle between the axes of every two joints at a few positions, rad, shape (n, n, positions)."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (arm.n_joints, _POSITIONS))
+    axes = solve_kinematics(arm, q).joint_axes
+    return np.arccos(np.clip(np.einsum("iak,jak->ijk", axes, axes), -1.0, 1.0))
+
+
+def torque_csv(trajectory: Trajectory, found: ModelTorque) -> str:
     """Exact and simplified torque over time as CSV: time, exact1..n, simplified1..n."""
     import pandas as pd
 
     joints = range(1, trajectory.n_joints + 1)
     names = ["time", *(f"{kind}{joint}" for kind in ("exact", "simplified") for joint in joints)]
-    rows = np.column_stack([trajectory.time, evaluation.dynamics.torque, evaluation.torque])
+    rows = np.column_stack([trajectory.time, found.dynamics.torque, found.torque])
     return pd.DataFrame(rows, columns=names).to_csv(index=False, lineterminator="\n")
 
 

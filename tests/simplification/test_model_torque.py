@@ -17,8 +17,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.element import parts_of
-from gd_analyze.simplification.evaluation import evaluate, payload_effect
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model_torque import model_torque, payload_effect
 from made_models import allowing, exact_model, model_of_parts
 from strategies import arms_with_states, examples
 
@@ -36,8 +36,11 @@ def carrying(puma):
 def test_a_trajectory_its_set_points_and_its_decomposition_are_the_same(
     model, pick_and_place, pick_and_place_dataset
 ):
-    along = evaluate(model, pick_and_place)
-    for again in (evaluate(model, states_of(pick_and_place)), evaluate(model, pick_and_place_dataset)):
+    along = model_torque(model, pick_and_place)
+    for again in (
+        model_torque(model, states_of(pick_and_place)),
+        model_torque(model, pick_and_place_dataset),
+    ):
         np.testing.assert_array_equal(again.dynamics.torque, along.dynamics.torque)
         np.testing.assert_array_equal(again.torque, along.torque)
         assert again.dynamics.states.described == along.dynamics.states.described
@@ -45,25 +48,27 @@ def test_a_trajectory_its_set_points_and_its_decomposition_are_the_same(
 
 
 def test_another_arms_torque_counts(model, carrying, pick_and_place):
-    found = evaluate(model, pick_and_place, carrying)
-    own = evaluate(model, pick_and_place)
+    found = model_torque(model, pick_and_place, carrying)
+    own = model_torque(model, pick_and_place)
     np.testing.assert_array_equal(
         found.dynamics.torque, decompose(carrying, pick_and_place, drives=False).torque
     )
     np.testing.assert_array_equal(found.torque, own.torque)
     assert found.errors.largest_share.max() > 0.1
-    again = evaluate(model, decompose(carrying, pick_and_place, christoffel=False, drives=False), carrying)
+    again = model_torque(
+        model, decompose(carrying, pick_and_place, christoffel=False, drives=False), carrying
+    )
     np.testing.assert_array_equal(again.errors.largest, found.errors.largest)
 
 
 def test_another_arm_is_refused(model, carrying, two_link, pick_and_place, pick_and_place_dataset):
     with pytest.raises(ModelError, match="does not fit two_link"):
-        evaluate(model, pick_and_place, two_link)
+        model_torque(model, pick_and_place, two_link)
     with pytest.raises(ModelError, match="another arm") as caught:
-        evaluate(model, pick_and_place_dataset, carrying)
+        model_torque(model, pick_and_place_dataset, carrying)
     assert caught.value.details["where"] == "arm_fingerprint"
     with pytest.raises(ModelError, match="treats drives differently from the model"):
-        evaluate(model, decompose(model.arm, pick_and_place, christoffel=False))
+        model_torque(model, decompose(model.arm, pick_and_place, christoffel=False))
 
 
 EPS = float(np.finfo(float).eps)
@@ -83,7 +88,7 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
     rng = np.random.default_rng(seed)
     labels = [part.label for part in parts_of(arm.n_joints)]
     made = model_without(arm, np.full(arm.n_joints, np.inf), *rng.choice(labels, 2))
-    left_out = evaluate(made, states).errors.largest
+    left_out = model_torque(made, states).errors.largest
     scale = np.abs(decompose_states(arm, states, christoffel=False)["torque"]).max()
     assume(scale > 0.1)
     made = allowing(made, left_out + rng.uniform(0.01, 0.1) * scale)
@@ -94,7 +99,7 @@ def test_each_joint_leaves_its_budget_at_its_own_mass(case, seed):
         if mass > 1e3:
             continue
         carrying = with_payload(arm, mass, HAND)
-        found = evaluate(made, states, carrying).errors.largest[joint]
+        found = model_torque(made, states, carrying).errors.largest[joint]
         loaded = decompose_states(carrying, states, christoffel=False)["torque"]
         # Some thousand roundings of the largest torque of the arm with this mass.
         assert found == pytest.approx(made.accuracy.allowed[joint], abs=1e4 * EPS * np.abs(loaded).max())

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import ModelError, TrajectoryError, UsageError
+from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.studies.validation import box_exits, validate
-from gd_analyze.studies.validation_result import junit_xml
+from gd_analyze.studies.box_exits import box_exits, outside_of
+from gd_analyze.studies.evaluation import evaluate
+from gd_analyze.studies.evaluation_result import junit_xml
 from made_models import ROUND_OFF, exact_model
 from recordings import recorded, swung
 from strategies import examples
@@ -31,26 +33,26 @@ def rough(two_link) -> gd.SimplifiedModel:
 
 
 def test_the_exact_model_is_off_by_round_off_alone(two_link, swing):
-    found = validate(exact_model(two_link), [swing, BRISK], fail_over=f"{100 * ROUND_OFF}%")
+    found = evaluate(exact_model(two_link), [swing, BRISK], fail_over=f"{100 * ROUND_OFF}%")
     assert found.passed
     for one in found.motions:
-        errors = one.evaluation.errors
+        errors = one.errors
         assert (errors.largest <= ROUND_OFF * errors.peak_torque.max()).all()
         assert one.keeps_promise.all()
         assert one.measured is None
 
 
 def test_a_model_keeps_its_promise_where_it_was_made_and_not_beyond(rough):
-    found = validate(rough, SLOW, fail_over="promise")
+    found = evaluate(rough, SLOW, fail_over="promise")
     (one,) = found.motions
     # The same program at the same states, so the same bits.
-    np.testing.assert_array_equal(one.evaluation.errors.largest, rough.accuracy.errors.largest)
+    np.testing.assert_array_equal(one.errors.largest, rough.accuracy.errors.largest)
     np.testing.assert_array_equal(one.most, rough.accuracy.allowed)
     assert found.passed
     assert one.keeps_promise.all()
-    judged, told = (validate(rough, FAST, fail_over=asked) for asked in ("promise", None))
+    judged, told = (evaluate(rough, FAST, fail_over=asked) for asked in ("promise", None))
     (one,) = told.motions
-    expected = gd.evaluate(rough, FAST).errors.largest > rough.accuracy.allowed
+    expected = evaluate(rough, FAST).errors.largest > rough.accuracy.allowed
     assert expected.any()
     assert one.keeps_promise.tolist() == (~expected).tolist()
     assert judged.motions[0].fails.tolist() == expected.tolist()
@@ -59,31 +61,31 @@ def test_a_model_keeps_its_promise_where_it_was_made_and_not_beyond(rough):
 
 
 def test_an_error_as_large_as_it_may_be_passes_and_its_instant_is_known(rough):
-    largest = gd.evaluate(rough, FAST).errors.largest
+    largest = evaluate(rough, FAST).errors.largest
     found, below = (
-        validate(rough, FAST, fail_over=gd.Budget.of_torques(x * largest)) for x in (1.0, 1.0 - 1e-12)
+        evaluate(rough, FAST, fail_over=gd.Budget.of_torques(x * largest)) for x in (1.0, 1.0 - 1e-12)
     )
     assert (found.passed, below.passed) == (True, False)
     (one,) = found.motions
-    error = np.abs(one.evaluation.torque - one.evaluation.dynamics.torque)
+    error = np.abs(one.torque - one.dynamics.torque)
     for joint, at in enumerate(one.at):
         assert error[FAST.time.tolist().index(at), joint] == error[:, joint].max()
 
 
 def test_each_motion_is_judged_by_itself(two_link, rough):
-    alone = [validate(rough, one, fail_over="1%").motions[0] for one in (SLOW, FAST)]
+    alone = [evaluate(rough, one, fail_over="1%").motions[0] for one in (SLOW, FAST)]
     for motions in ([SLOW, FAST], gd.pool([SLOW, FAST])):
-        together = validate(rough, motions, fail_over="1%").motions
+        together = evaluate(rough, motions, fail_over="1%").motions
         assert [one.name for one in together] == ["slow", "fast"]
         for one, other in zip(together, alone, strict=True):
             np.testing.assert_array_equal(one.most, other.most)
             assert one.fails.tolist() == other.fails.tolist()
     model = gd.simplify(two_link, [SLOW, BRISK], "5%")
-    found = validate(model, [SLOW, BRISK], fail_over="promise")
+    found = evaluate(model, [SLOW, BRISK], fail_over="promise")
     assert found.passed
     for one, promised in zip(found.motions, model.accuracy.motions, strict=True):
         np.testing.assert_array_equal(one.most, promised.allowed)
-        np.testing.assert_array_equal(one.evaluation.errors.largest, promised.errors.largest)
+        np.testing.assert_array_equal(one.errors.largest, promised.errors.largest)
 
 
 def test_a_joint_that_needs_no_torque_is_judged_by_the_other_motions(puma, pick_and_place):
@@ -91,25 +93,25 @@ def test_a_joint_that_needs_no_torque_is_judged_by_the_other_motions(puma, pick_
     q = np.tile(pick_and_place.q[:1], (2, 1))
     # Gravity moves nothing about the vertical axis of the first joint.
     rest = Trajectory(np.arange(2.0), q, 0 * q, 0 * q, "rest")
-    still, moving = validate(model, [rest, pick_and_place], fail_over="1%").motions
-    assert still.evaluation.errors.peak_torque[0] == 0.0
-    assert still.most[0] == moving.most[0] == 0.01 * moving.evaluation.errors.peak_torque[0]
-    assert still.most[1] == 0.01 * still.evaluation.errors.peak_torque[1]
+    still, moving = evaluate(model, [rest, pick_and_place], fail_over="1%").motions
+    assert still.errors.peak_torque[0] == 0.0
+    assert still.most[0] == moving.most[0] == 0.01 * moving.errors.peak_torque[0]
+    assert still.most[1] == 0.01 * still.errors.peak_torque[1]
 
 
 def test_the_box_is_the_arms_limits_or_the_one_given(two_link, rough):
-    box, (one,) = Box.of(two_link), validate(rough, FAST).motions
+    box, (one,) = Box.of(two_link), evaluate(rough, FAST).motions
     beyond = (FAST.q < box.lower) | (FAST.q > box.upper)
     beyond |= (np.abs(FAST.qd) > box.velocity) | (np.abs(FAST.qdd) > box.acceleration)
     assert beyond.any()
     assert one.outside.tolist() == beyond.any(axis=1).tolist()
     around = Box.around(FAST.q, FAST.qd, FAST.qdd)
-    assert not validate(rough, FAST, box=around).motions[0].outside.any()
+    assert not evaluate(rough, FAST, box=around).motions[0].outside.any()
 
 
 def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
     log = recorded(two_link, friction=(2.0, 0.7, 0.3))
-    one, without = validate(rough, [log, SLOW]).motions
+    one, without = evaluate(rough, [log, SLOW]).motions
     assert without.measured is None
     # Sums of 500 readings of some 30 N m beside terms of the order of 1: round-off is far below.
     np.testing.assert_allclose(one.measured.exact.friction.terms, [[2.0, 0.7, 0.3]] * 2, rtol=1e-9)
@@ -117,7 +119,7 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
     # What was dropped is not friction, and stays.
     assert (one.measured.simplified.friction.rms > 1e-3).any()
     np.testing.assert_array_equal(one.measured.exact.rms, gd.compare_torque(two_link, log).rms)
-    error = one.evaluation.torque - log.recording.torque
+    error = one.torque - log.recording.torque
     # RMS about nothing, of the same 500 numbers: roundings of their sum.
     np.testing.assert_allclose(one.measured.simplified.rms, np.sqrt((error**2).mean(axis=0)), rtol=1e-9)
 
@@ -134,16 +136,16 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
 )
 def test_what_is_no_verdict(rough, fail_over, says, where):
     with pytest.raises(UsageError, match=says) as caught:
-        validate(rough, SLOW, fail_over=fail_over)
+        evaluate(rough, SLOW, fail_over=fail_over)
     assert caught.value.details["where"] == where
 
 
 def test_what_is_of_another_arm(rough, pick_and_place, puma):
     for motions in (pick_and_place, []):
         with pytest.raises(TrajectoryError):
-            validate(rough, motions)
+            evaluate(rough, motions)
     with pytest.raises(UsageError, match="the box does not fit the arm"):
-        validate(rough, SLOW, box=Box.of(puma))
+        evaluate(rough, SLOW, box=Box.of(puma))
 
 
 BOX = Box(np.array([-1.0, -2.0]), np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([5.0, 6.0]))
@@ -155,8 +157,8 @@ def exits(count: int = 11, gaps: tuple[int, ...] = (), **columns: list[float]):
     for column, values in columns.items():
         states[column[:-1]][:, int(column[-1]) - 1] = values
     motion = Trajectory(np.arange(count) / 10, *states.values(), gaps=gaps)
-    found, outside = box_exits(gd.load_arm("two_link"), motion, BOX)
-    return found, np.flatnonzero(outside).tolist()
+    arm = gd.load_arm("two_link")
+    return box_exits(arm, motion, BOX), np.flatnonzero(outside_of(arm, BOX, states_of(motion))).tolist()
 
 
 def test_velocities_and_accelerations_count_by_magnitude_and_each_limit_by_itself():
@@ -193,6 +195,54 @@ def test_as_found_one_by_one(values, gaps):
         assert e.end - e.begin == pytest.approx(max(lengths), abs=1e-15)
 
 
+def test_a_motion_of_which_the_model_states_nothing_is_not_judged(two_link, rough):
+    """It neither passes nor fails, and a strict verdict fails it; the numbers stand beside."""
+    alone, both = evaluate(rough, FAST), evaluate(rough, [SLOW, FAST])
+    assert "Passed" not in alone.verdict
+    assert alone.motions[0].passed is None
+    assert (both.passed, [one.passed for one in both.motions]) == (True, [True, None])
+    assert "on 1 of 2 motions, 1 not judged" in both.verdict
+    assert not both.motions[1].keeps_promise.all()
+    assert [case.tag for case in ElementTree.fromstring(junit_xml(both)).iter("skipped")] == ["skipped"] * 2
+    counts = ElementTree.fromstring(junit_xml(both)).attrib
+    assert (counts["tests"], counts["failures"], counts["skipped"]) == ("4", "0", "2")
+    strict = evaluate(rough, [SLOW, FAST], strict=True)
+    assert (strict.passed, strict.failures, strict.verdict[:6]) == (False, (), "Failed")
+    counts = ElementTree.fromstring(junit_xml(strict)).attrib
+    assert (counts["failures"], counts["skipped"]) == ("2", "0")
+    assert evaluate(rough, SLOW, strict=True).passed
+    with pytest.raises(UsageError, match="needs a verdict"):
+        evaluate(rough, SLOW, fail_over=None, strict=True)
+
+
+def test_drawn_states_are_judged_where_the_model_was_fitted_on_them(two_link):
+    model = gd.simplify(two_link, gd.states_in_box(two_link, 50), "5%", at_set_points=True)
+    for seed, passed in ((0, True), (1, None)):
+        (one,) = evaluate(model, gd.states_in_box(two_link, 50, seed)).motions
+        assert one.passed is passed
+
+
+def turned(arm: gd.RobotArm, joint: int, axis: list[float]) -> gd.RobotArm:
+    joints = list(arm.joints)
+    joints[joint] = replace(joints[joint], axis=np.array(axis))
+    return replace(arm, joints=tuple(joints), name="other")
+
+
+def test_an_arm_of_another_make_is_refused(puma, pick_and_place, two_link):
+    """Of other joints, or other axes; a calibrated or longer version of the same arm is not."""
+    model = exact_model(puma)
+    others = [gd.load_arm("stanford"), two_link, turned(puma, 4, [0.0, 0.0, -1.0])]
+    for other in [*others, turned(puma, 2, [0.0, np.sin(0.3), np.cos(0.3)])]:
+        with pytest.raises(ModelError, match="does not fit"):
+            evaluate(model, pick_and_place, other)
+    askew = turned(puma, 2, [0.0, np.sin(0.01), np.cos(0.01)])
+    longer = list(puma.links)
+    frame = longer[1].frame
+    longer[1] = replace(longer[1], frame=replace(frame, translation=1.2 * frame.translation))
+    for version in (askew, replace(puma, links=tuple(longer))):
+        assert evaluate(model, pick_and_place, version, fail_over=None).errors.largest.max() > 0.0
+
+
 HOSTILE = ("]]></testcase><b>&\"'", "Ünïcødé \U0001f916", "\x00\x1b[2J\r\ta", "\ufffe\ud800", "")
 
 
@@ -203,7 +253,7 @@ def test_junit_has_a_case_per_motion_and_joint_and_hostile_names_stay_in_their_p
     if name and name.isprintable():
         arm = replace(arm, name=name, joints=(replace(arm.joints[0], name=name), arm.joints[1]))
     model = replace(rough, form=ExactForm(arm, form.drives))
-    found = validate(model, [SLOW, swung(1.0, name)], fail_over="promise")
+    found = evaluate(model, [SLOW, swung(1.0, name)], fail_over="promise")
     text = junit_xml(found)
     assert not any(ord(sign) < 32 and sign != "\n" for sign in text)
     root = ElementTree.fromstring(text.encode())
@@ -233,18 +283,18 @@ def test_what_a_model_states_is_held_against_the_arm_as_it_is_now(two_link, swin
     tube, _ = gd.simplify_certified(exact, "30%", gd.Tube.along(two_link, swing))
     plain = gd.simplify(two_link, swing, "30%")
     for model in (boxed, tube, plain):
-        found = validate(model, [swing])
+        found = evaluate(model, [swing])
         assert found.fail_over == "stated"
         assert found.passed
         assert found.motions[0].most is not None
-        assert not validate(model, [swing], arm=heavier).passed
-        assert validate(model, [swing], arm=heavier, fail_over=None).passed
-        assert validate(model, [FAST]).motions[0].most is None
+        assert not evaluate(model, [swing], arm=heavier).passed
+        assert evaluate(model, [swing], arm=heavier, fail_over=None).passed
+        assert evaluate(model, [FAST]).motions[0].most is None
     # Of a motion that is partly in the box that part counts.
     wider = replace(swing, qd=1.5 * swing.qd, qdd=2.0 * swing.qdd, name="wider")
-    (partly,) = validate(boxed, [wider]).motions
+    (partly,) = evaluate(boxed, [wider]).motions
     inside = np.abs(wider.qd) <= box.velocity
     inside = (inside & (np.abs(wider.qdd) <= box.acceleration)).all(axis=1)
-    error = np.abs(partly.evaluation.torque - partly.evaluation.dynamics.torque)
+    error = np.abs(partly.torque - partly.dynamics.torque)
     assert inside.any()
     np.testing.assert_allclose(partly.counted, error[inside].max(axis=0), atol=1e-12)
