@@ -316,9 +316,13 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     remarks = []
     q = chosen.get("q")
     if q is not None and q.renamed:
-        (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
-        matched = f"joints matched by number, as their names differ: {other} is {own} ... {last}"
-        remarks.append(f"{matched}; --map joint:{own}={other} and so on changes this")
+        (other, own), *_ = q.renamed
+        if len(q.renamed) == 1:
+            matched, changes = f"{other} is taken for {own}, the only other joint", "confirms it"
+        else:
+            matched = f"joints matched by number, as their names differ: {other} is {own}"
+            matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
+        remarks.append(f"{matched}; --map joint:{own}={other} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -374,14 +378,17 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the log's arm"
         return refusal(what, table.where(), f"positions of all joints: {expected}", found, step)
     strangers = {
-        as_written(meaning.token, name) if meaning.label else name: None
+        as_written(meaning.token, name) if meaning.label else name: meaning.number
         for meaning, name in zip(log.meanings, table.names, strict=True)
         if meaning.role == "q" and meaning.token and meaning.joint is None
     }
     if strangers:
-        pairs = (f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False))
         what, found = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        step = f"if these are the same joints in this order: {' '.join(pairs)}"
+        if len(strangers) == arm.n_joints:
+            pairs = (f"--map 'joint:{own}={other}'" for own, other in zip(names, strangers, strict=True))
+            step = f"if these are the same joints in this order: {' '.join(pairs)}"
+        else:
+            step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
         return refusal(what, table.where(), ", ".join(names), found, step)
     what, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"

@@ -18,6 +18,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
+from gd_analyze.motions.corrupt_rows import jumping_rows, require_sound
 from gd_analyze.motions.families import SAMPLE
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.logged import ColumnUse, Logged
@@ -391,7 +392,7 @@ def _logged(
     if not choice.measured and any(
         np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
     ):
-        _require_numbers(table, held, choice.set_points)
+        _require_numbers(table, held, choice.set_points, [*columns.wrong])
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
@@ -407,6 +408,8 @@ def _logged(
         rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
         place = (table.label(column), table.where(None, column))
         time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
+    jumping = jumping_rows(time, q, arm) if choice.measured else {}
+    require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
     known = np.isfinite(time)
     for chunk in blocks(q):
@@ -414,9 +417,14 @@ def _logged(
     if not known.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
+    corrupt = sorted({*columns.wrong, *jumping})
+    empty = np.delete(~known, corrupt).sum()
+    if empty:
+        why += f"; rows without time or positions, left out: {int(empty)}"
+    known[corrupt] = False
     if not known.all():
-        why += f"; rows without time or positions, left out: {int((~known).sum())}"
         time, arrays = time[known], {role: array[known] for role, array in arrays.items()}
+        gaps = gaps and tuple(int(known[:gap].sum()) for gap in gaps)
     if reading.save_mapping is not None:
         write_mapping(choice, table, reading, unit)
     return Logged(
@@ -444,10 +452,14 @@ def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) ->
     return spool.array()
 
 
-def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: bool) -> None:
-    """Refuse a plan with a cell nan, and a file of set points with an empty cell."""
+def _require_numbers(
+    table: LogTable, held: dict[int, FloatArray], everywhere: bool, corrupt: Sequence[int]
+) -> None:
+    """Refuse a plan with a cell nan, and a file of set points with an empty cell, but for corrupt rows."""
     for column, values in held.items():
-        for row in np.flatnonzero(np.isnan(values))[:1].tolist():
+        empty = np.isnan(values)
+        empty[corrupt] = False
+        for row in np.flatnonzero(empty)[:1].tolist():
             found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
             if everywhere or found.lower().strip("-") == "nan":
                 what, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
