@@ -19,7 +19,8 @@ from gd_analyze.text import number
 
 # Garbage is a few rows long; more in a row are another motion.
 _FEW = 3
-# A jump of a position exceeds this many times 99 % of its steps, and this speed, per s: ten times that of arms.
+# A position jumps by more than this many times 99 % of its steps, and faster than this, per s: ten times as
+# fast as arms move.
 _TIMES, _SHARE, _FASTEST = 30.0, 0.99, 30.0
 _TURN = 2 * math.pi
 # Most lines listed in a message.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -268,6 +269,6 @@ def time_columns(
         listed = [names[columns.columns[0]] for columns in choices]
         if len({*listed}) < len(listed):
             listed = [f"#{columns.columns[0] + 1}" for columns in choices]
-        step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
+        step = "choose one: " + " or ".join(f"--map {shlex.quote(f'time={name}')}" for name in listed[:4])
         raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
     return choices[0]

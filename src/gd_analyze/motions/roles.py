@@ -183,8 +183,11 @@ def without_fillers(words: Words) -> Words:
 
 def as_written(words: Words, name: str) -> str:
     """Words as written in a name that contains them, or joined by underscores."""
-    found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
-    return found[0] if found and words else "_".join(words)
+    for some in filter(None, (words, without_fillers(words))):
+        found = re.search("[^A-Za-z0-9]?".join(map(re.escape, some)), name, re.IGNORECASE)
+        if found:
+            return found[0]
+    return "_".join(words)
 
 
 def known_joints(names: Sequence[str]) -> dict[Words, int]:
@@ -277,7 +280,9 @@ def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[li
     Words of role and kind may stand among those of the joint: axis_a_1 is named by AXIS_ACT_A1.
     """
     every = [range(len(segment)) for segment in segments]
-    bare = [[i for i in at if not _says_what(segment[i])] for at, segment in zip(every, segments, strict=True)]
+    bare = [
+        [i for i in at if not _says_what(segment[i])] for at, segment in zip(every, segments, strict=True)
+    ]
     for words in sorted(joints, key=len, reverse=True):
         for places in (every, bare):
             for k, (segment, at) in enumerate(zip(segments, places, strict=True)):
@@ -322,7 +327,9 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name; other words certainly name a joint only
         # beside "joint".
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE))
+        counts = number is not None and (
+            not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
+        )
         is_external = number is not None and label == EXTERNAL
         # elbow is a position; elbow_enabled and elbow_x are other quantities.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)

@@ -108,6 +108,18 @@ class ArrayTable(LogTable):
     names: tuple[str, ...]
     columns: tuple[FloatArray | NDArray[np.int64], ...]
     planned: bool | None = None
+    lines: tuple[int, ...] = ()  # of the rows, if they were read from lines of text
+    wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
+
+    def where(self, row: int | None = None, column: int | None = None) -> Location:
+        """Place of a row, a column or both, counted from 0."""
+        if not self.lines or row is None:
+            return super().where(row, column)
+        return Location(self.path, self.lines[row], None if column is None else column + 1)
+
+    def lines_of(self, rows: Sequence[int]) -> list[int]:
+        """Line of each row."""
+        return [self.lines[row] for row in rows] if self.lines else super().lines_of(rows)
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""
@@ -119,7 +131,7 @@ class ArrayTable(LogTable):
         for k, column in enumerate(numbers):
             table[:, k] = self.columns[column]
         progress(1, 1)
-        wrong = too_large(self, table, numbers)
+        wrong = {**too_large(self, table, numbers), **self.wrong}
         return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps), wrong=wrong)
 
 
@@ -265,7 +277,7 @@ def in_seconds(
             what = f"{name} does not count samples, so --rate does not apply to it"
             expected = "whole numbers in steps of 1, or a name such as sample"
             found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
-            remedy = "omit --rate, or the column with --map time=none; --time-unit gives a unit"
+            remedy = "omit --rate; or count the rows in place of this column: --map time=none"
             raise refusal(what, where, expected, found, remedy)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:

@@ -43,8 +43,8 @@ _LONGEST_NAME = 200
 _EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
 _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
-_EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
-_NOT_GIVEN = sorted({word for empty in _EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
+EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
+_NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
@@ -156,7 +156,7 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
 def _require_number(cell: str, name: str, where: Location) -> None:
     """Raise a TrajectoryError if a cell is not a finite number of possible size."""
     number = number_in(cell)
-    if number is None and cell.lower() in _EMPTY | _INFINITE:
+    if number is None and cell.lower() in EMPTY | _INFINITE:
         found, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
         raise refusal(f"{name} is not a finite number", where, "a finite number", found, step)
     if number is None:
@@ -227,7 +227,7 @@ class TextTable(LogTable):
         for row in self._head:
             cell = row[column] if column < len(row) else ""
             number = number_in(self.layout.plain(cell))
-            read.append(float("nan") if cell.lower() in _EMPTY else cell if number is None else number)
+            read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
         return read
 
     def stands(self, column: int) -> bool:
@@ -244,6 +244,13 @@ class TextTable(LogTable):
         """A cell as written."""
         number, line = self._line(row)
         return self._cells(line, number)[column]
+
+    def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
+        """Line and cells of every row, or why it cannot be read."""
+        for block in self._blocks(no_progress):
+            wrong = dict(self._wrong(block, (), ())) if block.numbers else {}
+            for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
+                yield number, wrong[row] if row in wrong else self._cells(line, number)
 
     def _line(self, row: int) -> tuple[int, str]:
         blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks(no_progress))
@@ -270,7 +277,9 @@ class TextTable(LogTable):
                 wrong |= {rows + row: error for row, error in of_block.items()}
                 if len(wrong) > MOST_WRONG:
                     raise wrong[min(wrong)]
-                spool.add(frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0)))
+                spool.add(
+                    frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
+                )
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
             rows += len(block.numbers)
@@ -305,7 +314,7 @@ class TextTable(LogTable):
 
     def _is_instant(self, cell: str) -> bool:
         number = number_in(self.layout.plain(cell))
-        return cell.strip().lower() in _EMPTY or (number is not None and math.isfinite(number))
+        return cell.strip().lower() in EMPTY or (number is not None and math.isfinite(number))
 
     def _no_table(self, block: _Block) -> TrajectoryError:
         where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
@@ -373,7 +382,7 @@ class TextTable(LogTable):
                     raise refusal(what, where, expected, str(len(cells)), step)
                 for column in sorted({*numbers, *stamps}):
                     # A stamp may have any size.
-                    known = cells[column].lower() in _EMPTY
+                    known = cells[column].lower() in EMPTY
                     if not known and (column in numbers or not self._is_instant(cells[column])):
                         where = Location(self.path, number, column + 1)
                         _require_number(layout.plain(cells[column]), self.label(column), where)
@@ -383,7 +392,7 @@ class TextTable(LogTable):
     def _stamps(self, cells: Any) -> Stamps:
         """Instants from their digits, so that an epoch in nanoseconds stays exact."""
         given = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
-        texts = ["nan" if cell.lower() in _EMPTY else self.layout.plain(cell) for cell in given]
+        texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in given]
         values = np.array([float(text) for text in texts])
         known = values[np.isfinite(values)]
         if not known.size or np.abs(known).max() < _EXACT_ENOUGH or np.abs(known).max() > 2.0**62:
