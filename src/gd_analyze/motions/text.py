@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+import shlex
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -46,6 +47,10 @@ _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
 EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
 _NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
+# Functions of pandas that read tables of other formats; not pickles, which execute code when they are read.
+_PANDAS = dict.fromkeys((".xlsx", ".xls", ".ods"), "read_excel") | {
+    **{".feather": "read_feather", ".orc": "read_orc", ".dta": "read_stata"}
+}
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
@@ -434,9 +439,18 @@ class TextTable(LogTable):
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
-            expected = "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml"
+            expected = (
+                "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz, .mat or .yaml"
+            )
             utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-            found, step = "UTF-16" if utf_16 else "a binary file (zero bytes)", "save it as CSV in UTF-8"
+            found = "UTF-16" if utf_16 else "a binary file (zero bytes)"
+            reader = _PANDAS.get(Path(self.path).suffix.lower())
+            step = "save it as CSV in UTF-8"
+            if utf_16:
+                step = f"iconv -f UTF-16 -t UTF-8 {shlex.quote(str(self.path))} > log.csv"
+            elif reader is not None:
+                command = f"import pandas; pandas.{reader}({str(self.path)!r}).to_csv('log.csv', index=False)"
+                step = f'python -c "{command}" writes it as CSV'
             raise refusal("the file is not a text table", Location(self.path), expected, found, step)
 
 
