@@ -30,8 +30,8 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST
 
-# Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000 readings,
-# leave an error of ten times a parameter's plausible size.
+# Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
+# readings, leave an error of ten times a parameter's plausible size.
 _USELESS = 1e5
 # Set points per second by default.
 _RATE = 100.0
