@@ -58,7 +58,7 @@ def test_what_sound_logs_have_is_not_corrupt(read, warned):
     with warned() as texts:
         for time in (late, restart, gap):
             assert len(read(text(time=time), ARM).time) == 400
-        turned = text([(k, 1, repr(Q[k, 0] + 2 * np.pi)) for k in (60, 61, 80)])
+        turned = text([(k, 1, repr(float(Q[k, 0] + 2 * np.pi))) for k in (60, 61, 80)])
         assert len(read(turned, ARM).time) == 400
     assert not texts
 
