@@ -63,4 +63,4 @@ def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints:
 def _instants(q: FloatArray, qd: FloatArray) -> FloatArray:
     """Instants of even steps with which velocities cover the distance that positions do."""
     way, speed = (float(np.abs(x).sum()) for x in (np.diff(q, axis=0), qd[1:]))
-    return np.arange(len(q)) * (way / speed if speed > 0.0 else 1.0)
+    return np.arange(float(len(q))) * (way / speed if speed > 0.0 else 1.0)

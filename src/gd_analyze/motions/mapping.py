@@ -241,7 +241,7 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
     return choices[0]
 
 
-def _incomplete(log: _Log, role: Quantity, given: Mapping[int, int]) -> TrajectoryError:
+def _incomplete(log: _Log, role: str, given: Mapping[int, int]) -> TrajectoryError:
     """Error for a role of which the user named the columns of some joints only."""
     names = [joint.name for joint in log.arm.joints]
     found = ", ".join(names[joint] for joint in sorted(given))
