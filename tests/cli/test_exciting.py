@@ -62,6 +62,8 @@ def test_a_box(run):
         (f"{SHORT} --within 1,1,1,0,0,0", ["--within", "lower corner"]),
         (f"{SHORT} --within 5,5,5,6,6,6", ["--within", "m outside"]),
         (f"{SHORT} --seed -1", ["--seed"]),
+        (f"{SHORT} --points 2", ["--points", "at least 11"]),
+        ("plan two_link --exciting --duration 1e-6", ["--duration", "too short"]),
         ("plan two_link --exciting", ["--duration"]),
     ],
 )

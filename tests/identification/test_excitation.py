@@ -207,7 +207,9 @@ def test_an_arm_without_gravity_or_limits(two_link):
     assert float(made.trajectory.origin.rpartition(" ")[2]) < 1e4
 
 
-@pytest.mark.parametrize(("duration", "count"), [(1e-9, None), (np.nan, None), (5.0, 1), (1e9, None)])
+@pytest.mark.parametrize(
+    ("duration", "count"), [(1e-9, None), (np.nan, None), (5.0, 1), (5.0, 10), (1e9, None)]
+)
 def test_impossible_schedules(two_link, duration, count):
     with pytest.raises(TrajectoryError):
         exciting_motion(two_link, duration, count)
@@ -229,3 +231,9 @@ def test_drives_can_give_its_torque(two_link):
     weak = dataclasses.replace(two_link, drives=(Drive(torque_limit=1.0),) * 2)
     with pytest.warns(TorqueLimitWarning, match="times its limit of 1 N m"):
         exciting_motion(weak, DURATION)
+
+
+def test_a_motion_too_short_to_tell_anything_is_refused(two_link):
+    """Joints that move by 0.2 degrees: the condition number is 1e7, where 1 % of noise leaves nothing."""
+    with pytest.raises(UsageError, match="too short"):
+        exciting_motion(two_link, 0.1)

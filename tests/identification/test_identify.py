@@ -355,6 +355,9 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     assert "joint 2 follows the model of joint 3" in error.what
     assert "--map" in error.details["next"]
     assert "given twice" in refused(puma, log, held_out=log).what
+    # A commanded motion that is repeated is another log: its torques were measured anew.
+    again = with_torque(log, 1.001 * log.recording.torque)
+    assert len(gd.identify(puma, log, held_out=again, physical=False).residuals) == 6
     with pytest.warns(GdAnalyzeWarning, match="is the torque in N m"):
         gd.identify(puma, with_torque(log, 1000.0 * log.recording.torque), physical=False)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from remedies import as_options, remedies, typed
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.logged import Logged
@@ -51,14 +52,25 @@ def read(log: Callable[..., Path]) -> Callable[..., Logged]:
 
 
 @pytest.fixture
-def refused(read: Callable[..., Logged]) -> Callable[..., None]:
-    """Writes a log, which is refused with words that name place or fact."""
+def refused(log: Callable[..., Path], read: Callable[..., Logged]) -> Callable[..., None]:
+    """Writes a log, which is refused with words that name place or fact; types what the message advises."""
 
     def call(says: str, content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> None:
         with pytest.raises(TrajectoryError) as caught:
             read(content, arm, name, **asked)
         assert says in str(caught.value)
         assert name in str(caught.value) or "where: " in str(caught.value)
+        for words, is_complete in remedies(caught.value.details.get("next", "")):
+            advised: TrajectoryError | None = None
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", GdAnalyzeWarning)
+                    read_log(log(content, name), arm, typed([*as_options(asked), *words]))
+            except TrajectoryError as error:
+                advised = error
+            # What the user fills in may be refused, but not for the same reason.
+            assert advised is None or not is_complete, f"{words}: {advised}"
+            assert advised is None or advised.what != caught.value.what, f"{words}: {advised}"
 
     return call
 

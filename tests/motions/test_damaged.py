@@ -15,6 +15,10 @@ from gd_analyze.motions.reading import Reading
 
 SHAPES = np.column_stack([np.sin(np.linspace(0.0, 1.0, 60) + joint) for joint in range(6)])
 TIME = np.linspace(0.0, 1.0, 60)
+SLOPES = np.column_stack([np.cos(TIME + joint) for joint in range(6)])
+# With gravity, and so not the derivative of anything.
+TORQUES = 20.0 * np.cos(SHAPES) - 3.0 * SHAPES
+UNNAMED = "-,-,-,-,-,-"
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mcap", ".yaml"])
@@ -65,17 +69,23 @@ def test_lists_in_a_parquet_column_are_a_column_each(tmp_path, puma):
 @pytest.mark.parametrize(
     ("columns", "named"),
     [
-        (SHAPES, "--columns q1..q6 with --rate HZ"),
-        (np.column_stack([TIME, SHAPES]), "--columns time,q1..q6"),
-        (np.column_stack([SHAPES, SHAPES]), "--columns q1..q6,qd1..qd6 with --rate HZ"),
-        (np.column_stack([TIME, SHAPES, SHAPES, TIME]), "--columns time,q1..q6,qd1..qd6,-"),
+        (SHAPES, "--columns q1..q6 --rate HZ --measured"),
+        (np.column_stack([TIME, SHAPES]), "--columns time,q1..q6 --measured"),
+        (np.column_stack([SHAPES, SLOPES]), "--columns q1..q6,qd1..qd6 --rate HZ --measured"),
+        (np.column_stack([TIME, SHAPES, SLOPES, TIME]), "--columns time,q1..q6,qd1..qd6,- --measured"),
+        (np.column_stack([TIME, SHAPES, SLOPES, -SHAPES]), "--columns time,q1..q6,qd1..qd6,qdd1..qdd6"),
+        (
+            np.column_stack([TIME, SHAPES, SLOPES, TORQUES]),
+            f"--columns time,q1..q6,qd1..qd6,{UNNAMED} --measured; torque1..torque6 in place of -",
+        ),
+        (np.column_stack([TIME, SHAPES, TORQUES]), f"--columns time,q1..q6,{UNNAMED} --measured; torque1"),
+        (np.column_stack([SHAPES, SLOPES, TORQUES]), f"--columns q1..q6,qd1..qd6,{UNNAMED} --rate HZ"),
     ],
 )
-def test_what_is_proposed_for_a_file_without_a_header_has_the_arms_joints(tmp_path, puma, columns, named):
-    np.savetxt(tmp_path / "log.csv", columns, delimiter=",")
-    with pytest.raises(GdAnalyzeError, match="no header line") as caught:
-        read_log(tmp_path / "log.csv", puma)
-    assert caught.value.details["next"].endswith(named)
+def test_what_is_proposed_for_a_file_without_a_header_is_what_its_numbers_are(puma, refused, columns, named):
+    """Torques and currents are no accelerations, which would make a plan of a recording."""
+    text = "\n".join(",".join(map(repr, row)) for row in columns.tolist())
+    refused(f"name them: {named}", text, puma)
 
 
 def test_a_column_per_joint_in_one_word(tmp_path, puma):

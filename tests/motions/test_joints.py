@@ -14,17 +14,17 @@ from gd_analyze.motions.roles import known_joints, meaning_of
 # Names by role and kind; the last digit is the joint's number.
 NUMBERED = {
     ("q", "plain"): "q1, state.q[0], points[0].positions[1], Position1, pos_joint1, joint_3, theta_4, A6, "
-    "Joint 2 [deg], fer_joint2, joint_a1",
+    "Joint 2 [deg], fer_joint2, joint_a1, E1",
     ("qd", "plain"): "qd1_deg, state.dq[6], field.velocity3, joint_1_vel, q_dot_2 (rad/s)",
     ("torque", "plain"): "state.tau_J[2], TorqueCur3",
-    ("q", "measured"): "actual_q_0",
+    ("q", "measured"): "actual_q_0, AXIS_ACT_A5",
     ("qd", "measured"): "actual_qd_5, /controller/state/actual/velocities[2]",
     ("q", "target"): "state.q_d[0], /controller/state/desired/positions[2], PositionCmptd7, qdes1",
     ("qd", "target"): "state.dq_d[6]",
     ("qdd", "target"): "target_qdd_3, state.ddq_d[0], AccCmptd2",
     ("torque", "target"): "target_moment_0, state.tau_J_d[2]",
 }
-LABELS = {"fer_joint2": ("fer",), "joint_a1": ("a",), "TorqueCur3": ("cur",)}
+LABELS = {"E1": ("e",), "fer_joint2": ("fer",), "joint_a1": ("a",), "TorqueCur3": ("cur",)}
 UNITS = {"qd1_deg": "deg", "Joint 2 [deg]": "deg", "q_dot_2 (rad/s)": "rad/s"}
 # Role, number of the arm's joint or label of others.
 NAMED_JOINTS = {
@@ -46,7 +46,7 @@ OTHERS = (
     "Zeit actual_current_0 actual_TCP_pose_0 actual_TCP_speed_2 joint_temperatures_3 speed_scaling Temp1 "
     "Cur1 state.tau_ext_hat_filtered[0] state.dtau_J[0] state.O_T_EE[3] state.joint_contact[1] "
     "header.frame_id points[1].positions[0] /controller/state/error/positions[0] torque_limit_1 "
-    "elbow_joint_enabled E1"
+    "elbow_joint_enabled"
 )
 
 
@@ -157,7 +157,7 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "names that disagree": (log_of("joint_a1 joint_a2 joint_a3"), UR[:3], {}, "found: joint_a1, joint_a2"),
     "a joint too few": (log_of("q1 q2"), UR[:3], {}, "--map 'q:elbow_joint=COLUMN'"),
     "two topics": (log_of(TWO_TOPICS), UR[:2], {}, "--family left or --family right"),
-    "two torques": (TWO_TORQUES, ["joint1"], {}, "--family a or --family b"),
+    "two torques": (TWO_TORQUES, ["joint1"], {}, "--family torque=a or --family torque=b"),
     "a name twice": (TWICE, UR[:2], {}, "line 1, column 4"),
     "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map 'q:shoulder_pan_joint=COLUMN'"),
     "no such family": (log_of("actual_q_0 target_q_0"), ["hip"], {"family": "planned"}, "--family"),
@@ -195,6 +195,60 @@ def test_what_the_messages_advise_settles_it(read):
     np.testing.assert_array_equal(read(TWO_TORQUES, arm_of("joint1"), family="torque=b").torque[0], [3])
     logged = read(TWICE, arm_of(*UR[:2]), map=["q:shoulder_lift_joint=#4"])
     np.testing.assert_array_equal(logged.q[0], [0, 2])
+
+
+RAIL = ["rail", "joint_a1", "joint_a2"]
+
+
+@pytest.mark.parametrize(
+    ("names", "arm", "order"),
+    [
+        ("E1 A1 A2", RAIL, [0, 1, 2]),
+        ("A1 A2 E1", RAIL, [2, 0, 1]),
+        ("AXIS_ACT_A1 AXIS_ACT_A2 AXIS_ACT_E1", RAIL, [2, 0, 1]),
+        ("joint_a2 joint_a1 E1", RAIL, [2, 1, 0]),
+        ("rail A2 A1", RAIL, [0, 2, 1]),
+        ("E1 A1 A2 A3", RAIL, [0, 1, 2]),  # an arm whose tip is chosen
+        ("joint_e1 joint_a1 joint_a2", ["joint_e1", "joint_a1", "joint_a2"], [0, 1, 2]),
+        ("slide_pos pos0 pos1", ["slide", "panda_joint1", "panda_joint2"], [0, 1, 2]),
+    ],
+)
+def test_a_rail_below_numbered_joints_takes_none_of_their_numbers(names, arm, order, read, warned):
+    kinds = ["prismatic", "revolute", "revolute"]
+    with warned() as texts:
+        logged = read(log_of(names), arm_of(*arm, kinds=kinds))
+    np.testing.assert_array_equal(logged.q[0], order)
+    assert any("E1" in text and "--map joint:rail" in text for text in texts) == ("E1" in names)
+
+
+def test_a_rail_that_the_log_lacks_is_missed_and_no_joint_is_moved_to_it(refused):
+    kinds = ["prismatic", "revolute", "revolute"]
+    for names in ("A1 A2 A3", "pos1 pos2", "joint_a1 joint_a2"):
+        refused("no position of joint rail", log_of(names), arm_of(*RAIL, kinds=kinds))
+
+
+@pytest.mark.parametrize(
+    ("role", "column", "kind"),
+    [
+        *(("q", "pos1_deg", "prismatic"), ("q", "pos1 [mm]", "revolute"), ("qd", "vel1 [rpm]", "prismatic")),
+        *(("torque", "tau1 [Nm]", "prismatic"), ("torque", "tau1 [N]", "revolute")),
+    ],
+)
+def test_a_unit_that_contradicts_the_kind_of_its_joint_is_refused(role, column, kind, refused):
+    names = column if role == "q" else f"pos1,{column}"
+    values = ",".join("1" for _ in names.split(","))
+    text, arm = f"time,{names}\n0,{values}\n0.1,{values}\n", arm_of("axis", kinds=[kind])
+    refused(f"is {kind}", text, arm)
+    refused(f"is {kind}", text, arm, map=[f"{role}:1={column}"])
+
+
+AXES = " ".join(f"ARM_ACT_AXIS_{k}" for k in (1, 2, 3))
+
+
+def test_the_printed_names_of_joints_are_those_of_the_columns(refused):
+    """Words of the kind stand among those of the joint; the names are typed by `refused`."""
+    said = "--map joint:shoulder_pan_joint=arm_axis_1 --map joint:shoulder_lift_joint=arm_axis_2"
+    refused(said, log_of(AXES), arm_of(*UR[:3]))
 
 
 @pytest.mark.parametrize("header", ["time,q1,q2,q3\n", ""])

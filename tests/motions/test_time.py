@@ -75,12 +75,13 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, "no column is recognized as time"),
     "a date": (table("time", ["2024-01-01T00:00:00"]), {}, "found: '2024-01-01T00:00:00'"),
     "no time": ("q_0,temp\n1,2\n2,3\n", {}, "--map time=COLUMN"),
-    "two times": (TWO_TIMES, {}, "--map 'time=time' or --map 'time=timestamp'"),
+    "two times": (TWO_TIMES, {}, "--map time=time or --map time=timestamp"),
     "a rate for instants since 1970": (
         table("time", [1.7e12, 1.7e12 + 8]),
         {"rate": 125.0},
         "found: time in ms",
     ),
+    "an epoch of six digits": (table("time", ["1.7e+09"] * 9), {}, "found: 1700000000"),
     "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, "5 Hz and s"),
     "empty": ("time,q_0\n,1\n,2\n", {}, "empty cells"),
 }

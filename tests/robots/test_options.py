@@ -194,6 +194,7 @@ def test_words_that_are_no_limits(robot, given, fact):
         ("l.yaml", "joint_limits: [1, 2", "l.yaml, line 1, column "),
         ("l.toml", "joint_limits = [\n]]", "l.toml, line 2, column "),
         ("l.yaml", "joint_limits: {elbow: {min_position: -0.5}}", "max_position of joint elbow"),
+        ("l.yaml", "joint_limits: {elbow: {max_acceleration: 1, max_acceleration: 9}}", "a second key"),
         ("l.yaml", "joints: 3", "no table joint_limits"),
         ("l.yaml", "joint_limits: {wrist: {max_acceleration: 1}}", "the file limits no joint of"),
         ("l.yaml", "joint_limits: {elbow: {has_acceleration_limits: true}}", "max_acceleration of joint"),

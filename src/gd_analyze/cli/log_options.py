@@ -75,6 +75,7 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "Log: its torque columns hold currents; joint torque per ampere, one value per joint.",
             metavar="LIST",
         ),
+        option("--drop-rows", "Log: leave out corrupt rows, which are refused otherwise.", is_flag=True),
         option(
             "--measured/--planned",
             "Log: sensor readings, to be smoothed, or a plan.  [default: judged by its columns]",

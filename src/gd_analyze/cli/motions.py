@@ -24,6 +24,7 @@ PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
 _OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
 # Options that --exciting makes superfluous.
 _OF_POINTS = _OPTIONS | {"profile": "--profile", "allow_violations": "--allow-violations"}
+_OPTIONS |= {"n_set_points": "--points", "duration": "--duration"}
 
 
 @click.command(short_help="Show how the columns of a log are read.")
@@ -181,7 +182,7 @@ def plan(
                     name=name,
                 )
                 warn_of_torque_limits(arm, gd.states_of(made.trajectory))
-        except TrajectoryError as error:
+        except (TrajectoryError, UsageError) as error:
             raise _with_options(error) from None
         if out is not None:
             gd.write_trajectory(made.trajectory, out, [command_line()])
@@ -215,7 +216,7 @@ def _box(listed: str) -> gd.Workspace:
     return gd.Workspace(known[:3], known[3:])
 
 
-def _with_options(error: TrajectoryError) -> TrajectoryError:
+def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | UsageError:
     """Name the option where the library names its argument, which is in radians."""
     details = dict(error.details)
     option = _OPTIONS.get(details.get("where", "").partition("[")[0].partition(" ")[0])
@@ -224,7 +225,7 @@ def _with_options(error: TrajectoryError) -> TrajectoryError:
         details["where"] = option
         if "radians" in next_step:
             next_step = "`gd-analyze arms ROBOT` shows the ranges"
-    return TrajectoryError(error.what, **details, next_step=next_step or None)
+    return type(error)(error.what, **details, next_step=next_step or None)
 
 
 def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:

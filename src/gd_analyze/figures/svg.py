@@ -119,13 +119,17 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     soft = paint("soft")
     for y, label in zip(y_at, panel.y.labels, strict=True):
         yield _text(left - 2.5, y + 0.32 * size, label, size, soft, "end")
-    named = panel.x.labels
-    for k, (x, label) in enumerate(zip(x_at, named, strict=True)):
+    named, end = panel.x.labels, right + panel.margins[2]
+    free = math.inf  # left end of the label to the right
+    for k, (x, label) in reversed([*enumerate(zip(x_at, named, strict=True))]):
         is_last = k == len(named) - 1
         shown = f"{label} {panel.x.unit}" if is_last and panel.x.unit else label
-        fits = x + 0.25 * size * len(shown) <= right + panel.margins[2]
-        anchor, at = ("middle", x) if fits else ("end", right + panel.margins[2])
-        yield _text(at, bottom + size + 2.5, shown, size, soft, anchor)
+        wide = 0.5 * size * len(shown)
+        fits = x + wide / 2 <= end
+        anchor, at = ("middle", x) if fits else ("end", end)
+        if is_last or x + wide / 2 + 0.5 * size <= free:
+            free = at - (wide / 2 if fits else wide)
+            yield _text(at, bottom + size + 2.5, shown, size, soft, anchor)
 
 
 def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
@@ -268,7 +272,7 @@ def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
     """Draw a legend in as many lines as the width, pt, requires; also return their height, pt."""
     parts, x, y, size = [], 0.0, 0.0, 7.5
     for key in keys:
-        mark, label = 15.0 if key.kind == "area" else 18.0, 0.46 * size * len(key.label)
+        mark, label = 15.0 if key.kind == "area" else 18.0, 0.5 * size * len(key.label)
         if x and x + mark + label > width:
             x, y = 0.0, y + _LEGEND
         parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key, on_paper)}</g>')

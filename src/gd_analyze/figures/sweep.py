@@ -18,6 +18,7 @@ from gd_analyze.figures.figure import (
     Item,
     Key,
     Panel,
+    Words,
     in_columns,
     tick_label,
     ticks,
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 # Most rows of elements, and maps; most marked draws.
 _ROWS, _MAPS, _MARKED = 30, 12, 500
+# Least range of a map's shades, as a share of its largest value: less than this would look like much.
+_LEAST_SPAN = 0.1
 _COLOURS = {
     **{verdict: verdict for verdict in ("translation", "rotation", "both", "drive")},
     "beyond budget": "warn",
@@ -123,14 +126,28 @@ def maps_figure(found: xr.Dataset) -> Figure:
     for title, (array, effort) in numbers.items():
         held = array.transpose(upward, across).values
         low, high = float(np.nanmin(held)), float(np.nanmax(held))
-        shade = 0.1 + 0.9 * np.round((np.nan_to_num(held, nan=low) - low) / max(high - low, 1e-300), 1)
+        span = max(high - low, _LEAST_SPAN * max(abs(low), abs(high))) or 1.0
+        shade = 0.1 + 0.9 * np.round((np.nan_to_num(held, nan=low) - low) / span, 1)
         words = [f"{title} {{1}} {effort}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
         told = np.stack([np.broadcast_to(x, held.shape), np.vectorize(_short)(held)], axis=-1)
         cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told, gap=0.0)
-        corner = f"{low:.3g} to {high:.3g} {effort}"
-        panels.append(Panel(title, title, axis, y, (cells,), corner))
+        bar = _bar(axis, y, low, span)
+        panels.append(Panel(title, title, axis, y, (cells, *bar), effort, margins=(24.0, 12.0, 34.0, 13.0)))
     label = f"Maps over {across} (across) and {upward} (upward)"
     return in_columns(label, panels, 3, 120.0, _LEGEND)
+
+
+def _bar(x: Axis, y: Axis, low: float, span: float) -> tuple[Item, ...]:
+    """Bar of a map's shades right of it, with the values at its ends."""
+    rows, wide = max(int(y.high), 2), x.high - x.low
+    values = np.linspace(low, low + span, rows)
+    edges = x.high + wide * np.array([0.04, 0.08])
+    shade = (0.1 + 0.9 * np.round((values - low) / span, 1))[:, None]
+    words, told = ("{0}",) * rows, np.vectorize(_short)(values)[:, None, None]
+    cells = Cells(edges, np.full((rows, 1), "accent"), shade, words, told, gap=0.0)
+    ends = ((0.0, 0.0, low), (y.high, -6.0, low + span))
+    named = (Words(float(edges[1]), at, tick_label(_short(v)), right=2.0, up=up) for at, up, v in ends)
+    return (cells, *named)
 
 
 def _axis(found: xr.Dataset, name: str) -> Axis:

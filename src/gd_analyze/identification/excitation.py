@@ -22,6 +22,7 @@ from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import INSTANTS, FourierSeries
 from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.planning import Plan, Schedule
+from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -29,6 +30,9 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST
 
+# Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
+# readings, leave an error of ten times a parameter's plausible size.
+_USELESS = 1e5
 # Set points per second by default.
 _RATE = 100.0
 # Equations are evaluated at every fifth of the instants used for limits.
@@ -116,9 +120,11 @@ def exciting_motion(
     Raises
     ------
     TrajectoryError
-        If the duration or the number of set points is impossible.
+        If the duration is impossible, or the set points are fewer than two per period of the fastest
+        harmonic.
     UsageError
-        If no motion was found that keeps the end effector in its box.
+        If no motion was found that keeps the end effector in its box, or the duration is so short that logs
+        would not determine the parameters.
 
     Warns
     -----
@@ -136,9 +142,27 @@ def exciting_motion(
     count = max(2, round(_RATE * duration) + 1) if n_set_points is None else n_set_points
     Schedule(duration, n_set_points=count)  # refuses impossible values
     family = FourierSeries(box_limits(arm), duration)
+    fewest = 1 + 2 * family.harmonics * round(duration / family.period)
+    if n_set_points is None:
+        count = max(count, fewest)
+    elif count < fewest:
+        what, found = "too few set points for the motion's harmonics", str(count)
+        expected = f"at least {fewest}, two per period of the fastest harmonic"
+        raise refusal(what, "n_set_points", expected, found, f"by default there are {_RATE:g} per second")
     search = _Search(arm, family, within)
-    series = search.best(np.random.default_rng(seed))
-    condition = search.equations.condition(family.motion(series)[..., ::_EVERY])
+    try:
+        series = search.best(np.random.default_rng(seed))
+        condition = search.equations.condition(family.motion(series)[..., ::_EVERY])
+    except np.linalg.LinAlgError:  # of equations without any motion
+        condition = np.inf
+    if condition > _USELESS:
+        raise UsageError(
+            "the duration is too short for a motion that tells links, drives and friction apart",
+            where="duration",
+            expected=f"equations of a condition number up to {_USELESS:g}",
+            found=f"{condition:.2g} in {duration:g} s",
+            next_step="plan a longer motion: 10 s to 30 s are usual",
+        )
     origin = (
         f"planned: exciting, {duration:g} s, {family.harmonics} harmonics, seed {seed}, "
         f"condition number {condition:.3g}"

@@ -261,16 +261,23 @@ def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
 
 def _require_different(motions: Sequence[Trajectory]) -> None:
     """Refuse a log given twice: it would count twice, or be predicted from itself."""
-    seen: dict[str, str] = {}
+    seen: dict[str, list[Trajectory]] = {}
     for motion in motions:
-        if motion.fingerprint in seen:
-            raise UsageError(
-                "a log is given twice",
-                where=f"{seen[motion.fingerprint]} and {motion.name}",
-                expected="every log once: fitted, held out or loaded",
-                next_step="leave one of them out",
-            )
-        seen[motion.fingerprint] = motion.name
+        # A commanded motion may be repeated; its torques are measured anew.
+        for other in seen.setdefault(motion.fingerprint, []):
+            if np.array_equal(_torque_read(motion), _torque_read(other), equal_nan=True):
+                raise UsageError(
+                    "a log is given twice",
+                    where=f"{other.name} and {motion.name}",
+                    expected="every log once: fitted, held out or loaded",
+                    next_step="leave one of them out",
+                )
+        seen[motion.fingerprint].append(motion)
+
+
+def _torque_read(motion: Trajectory) -> FloatArray:
+    recording = motion.recording
+    return np.zeros(0) if recording is None or recording.torque is None else recording.torque
 
 
 def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Sequence[Residuals]) -> None:

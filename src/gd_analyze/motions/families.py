@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,12 +10,14 @@ from functools import partial
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import ROLES, refusal
 from gd_analyze.motions.roles import (
+    EXTERNAL,
     MEASURED,
     TARGET,
     Kind,
     Meaning,
     Words,
     as_written,
+    is_bare,
     joint_of,
     without_fillers,
     words_of,
@@ -81,14 +84,23 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
         make = partial(Family, *group)
         named = _by({c: m.joint for c, m in columns.items()})
         rest = {c: m for c, m in columns.items() if m.joint is None}
-        affixed = None if named else _by_affix(make, rest, names)
-        if named:
+        mixed = _by_name_or_number(make, columns, names, written)
+        affixed = None if named or mixed is not None else _by_affix(make, rest, names)
+        if mixed is not None:
+            found.append(mixed)
+        elif named:
             found.append(make((), named, tuple(rest), "by name"))
         elif affixed is not None:
             found.append(affixed)
         else:
-            labels = dict.fromkeys(m.label for m in rest.values() if m.number is not None)
-            tried = (_by_number(make, label, rest, names, None if beside else written) for label in labels)
+            labelled: dict[Words, dict[int, Meaning]] = {}
+            for column, meaning in rest.items():
+                if meaning.number is not None and meaning.label != EXTERNAL:
+                    labelled.setdefault(meaning.label, {})[column] = meaning
+            tried = (
+                _by_number(make, label, of, names, None if beside else written)
+                for label, of in labelled.items()
+            )
             counted = [family for family in tried if family is not None]
             if len(names) == len(rest) == 1 and not counted and not any(m.label for m in rest.values()):
                 counted = [make((), {0: tuple(rest)}, (), "the arm's only joint")]
@@ -114,6 +126,55 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
     return split[0][0], numbers
 
 
+def partly_numbered(names: Sequence[str]) -> tuple[Words, dict[int, int]] | None:
+    """Label of the numbered joints of an arm whose other joints are not, and joint, from 0, by number.
+
+    None where counting along the chain agrees with the numbers, as it does without a rail below them, and
+    where the numbers tell apart only some joints of a kind, such as wrist_1 to wrist_3 of six.
+    """
+    if arms_numbers(names) is not None:
+        return None
+    groups: dict[Words, dict[int, int]] = {}
+    for joint, name in enumerate(names):
+        label, number = joint_of(words_of(name))
+        if number is not None:
+            groups.setdefault(label, {})[number] = joint
+    decisive = [
+        (label, joints)
+        for label, joints in groups.items()
+        if (is_bare(label) or 2 * len(joints) > len(names))
+        and any(number - (0 not in joints) != joint for number, joint in joints.items())
+    ]
+    return decisive[0] if len(decisive) == 1 else None
+
+
+def _by_name_or_number(
+    make: Make, columns: Mapping[int, Meaning], names: Sequence[str], written: Sequence[str]
+) -> Family | None:
+    """Match with a partly numbered arm, where counting along the chain would move every joint by one.
+
+    The only other joint may be an external axis, KUKA's E1. None for other arms, and if no number fits.
+    """
+    numbered = partly_numbered(names)
+    if numbered is None:
+        return None
+    own_label, joints = numbered
+    numbers = {c: m.number for c, m in columns.items() if m.label in ((), own_label) and m.number is not None}
+    base = int(0 in numbers.values() and 0 not in joints)
+    found = {c: joints.get(number + base) for c, number in numbers.items()}
+    found |= {c: m.joint for c, m in columns.items() if m.joint is not None}
+    if all(joint is None for joint in found.values()):
+        return None
+    others = sorted({*range(len(names))} - {*found.values()})
+    external = [c for c, m in columns.items() if m.joint is None and m.label == EXTERNAL]
+    renamed: tuple[tuple[str, str], ...] = ()
+    if len(others) == len(external) == 1:
+        found[external[0]] = others[0]
+        renamed = ((as_written(columns[external[0]].token, written[external[0]]), names[others[0]]),)
+    extra = tuple(c for c in columns if found.get(c) is None)
+    return make((), _by(found), extra, "by number of the joint's name", renamed)
+
+
 def _by_number(
     make: Make,
     label: Words,
@@ -121,14 +182,14 @@ def _by_number(
     names: Sequence[str],
     written: Sequence[str] | None,
 ) -> Family | None:
-    """Match columns of a label by number.
+    """Match the columns of a label by number.
 
     Where words beside the numbers name joints, `written` are names as written; the arm's must be numbered.
     """
     counts = arms_numbers(names)
     if label and written is not None and counts is None:
         return None
-    numbers = {c: m.number for c, m in columns.items() if m.label == label and m.number is not None}
+    numbers = {c: m.number for c, m in columns.items() if m.number is not None}
     base = 0 if 0 in numbers.values() else 1
     own = range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
     joints = {number + base: joint for joint, number in enumerate(own)}
@@ -147,9 +208,11 @@ def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) 
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
     if not all(any(not word.isdigit() for word in words) for words in own):
         return None
+    by_words: dict[Words, tuple[int, ...]] = {}
     # Leading words that the log adds; after "", leading words that it lacks.
     prefixes: dict[Words, None] = {}
-    for words in logged.values():
+    for column, words in logged.items():
+        by_words[words] = (*by_words.get(words, ()), column)
         for joint in own:
             if words[-len(joint) :] == joint:
                 prefixes.setdefault(words[: -len(joint)])
@@ -160,7 +223,7 @@ def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) 
         if lacks and any(("", *joint[: len(prefix) - 1]) != prefix for joint in own):
             continue
         wanted = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in own]
-        matched = {j: tuple(c for c in columns if logged[c] == words) for j, words in enumerate(wanted)}
+        matched = {joint: by_words.get(words, ()) for joint, words in enumerate(wanted)}
         if all(matched.values()):
             used = {c for of in matched.values() for c in of}
             beside = " ".join(prefix).strip()
@@ -183,6 +246,10 @@ def time_columns(
 ) -> TimeColumns | None:
     """Find the time of the rows; `stand` tells whether all first cells of a column are equal."""
     found = []
+    nanoseconds: dict[Words, int] = {}  # the first column of each topic
+    for k, meaning in enumerate(meanings):
+        if meaning.role == "nanosec":
+            nanoseconds.setdefault(meaning.group[:-1], k)
     for k, meaning in enumerate(meanings):
         name = names[k].strip()
         rank = _ROW_TIME if name.startswith("__") else _ANY + ("duration" in meaning.group)
@@ -190,9 +257,8 @@ def time_columns(
             rank = _STAMP
         if meaning.role == "time" and not stand[k]:
             found.append((rank, TimeColumns((k,), meaning.unit, "name")))
-        fits = (m.role == "nanosec" and m.group[:-1] == meaning.group[:-1] for m in meanings)
-        pair = next((i for i, fit in enumerate(fits) if fit), None)
-        if meaning.role == "sec" and pair is not None and not (stand[k] and stand[pair]):
+        pair = nanoseconds.get(meaning.group[:-1]) if meaning.role == "sec" else None
+        if pair is not None and not (stand[k] and stand[pair]):
             found.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
     if not found:
         counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
@@ -203,6 +269,6 @@ def time_columns(
         listed = [names[columns.columns[0]] for columns in choices]
         if len({*listed}) < len(listed):
             listed = [f"#{columns.columns[0] + 1}" for columns in choices]
-        step = "choose one: " + " or ".join(f"--map 'time={name}'" for name in listed[:4])
+        step = "choose one: " + " or ".join(f"--map {shlex.quote(f'time={name}')}" for name in listed[:4])
         raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
     return choices[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -225,7 +226,7 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
     complete = [f for f in of_role if all(j in f.columns or j in given for j in range(log.arm.n_joints))]
     alive = [family for family in complete if family.key not in log.zero]
     if not complete and role == "q":
-        raise _no_positions(log, of_role, words)
+        raise _incomplete(log, role, given) if given else _no_positions(log, of_role, words)
     if not complete or (not alive and role != "q"):
         return None
 
@@ -240,6 +241,15 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
     return choices[0]
 
 
+def _incomplete(log: _Log, role: str, given: Mapping[int, int]) -> TrajectoryError:
+    """Error for a role of which the user named the columns of some joints only."""
+    names = [joint.name for joint in log.arm.joints]
+    found = ", ".join(names[joint] for joint in sorted(given))
+    lacking = next(name for joint, name in enumerate(names) if joint not in given)
+    expected, step = f"a column for each joint, {lacking} too", f"add --map '{role}:{lacking}=COLUMN'"
+    return refusal(f"{role} is given for some joints only", "--map", expected, found, step)
+
+
 def _uses(
     log: _Log, role: Quantity, family: Family | None, given: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
@@ -249,13 +259,12 @@ def _uses(
         if joint in given:
             column, why = given[joint], "as given"
         elif not columns or family is None:
-            known = ", ".join(log.arm.joints[j].name for j in sorted(given))
-            expected, step = f"a column for each joint, {of.name} too", f"add --map '{role}:{of.name}=COLUMN'"
-            raise refusal(f"{role} is given for some joints only", "--map", expected, known, step)
+            raise _incomplete(log, role, given)
         elif len(columns) > 1:
             what, where = f"{len(columns)} columns hold {role} of {of.name}", table.where(None, columns[1])
             found = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
-            step = f"choose: --map '{role}:{of.name}=#{columns[0] + 1}' or #{columns[1] + 1}"
+            pairs = (_map(f"{role}:{of.name}=#{c + 1}") for c in columns[:4])
+            step = f"choose: {' or '.join(pairs)}"
             raise refusal(what, where, "one", found, step)
         else:
             column, why = columns[0], family.why
@@ -266,7 +275,8 @@ def _uses(
         unit = fitting_unit(said, role, revolute)
         if unit is None:
             what, expected = f"column {table.names[column]} is in {said}", ", ".join(units_of(role, revolute))
-            step = f"check its joint, as {of.name} is {of.kind}; --map names another column"
+            another = f"--map '{role}:{of.name}=COLUMN' names another"
+            step = f"check its joint, as {of.name} is {of.kind}; {another}"
             raise refusal(what, table.where(None, column), expected, said, step)
         uses.append((column, ColumnUse(table.shown(column), role, of.name, unit, why)))
     return uses
@@ -278,11 +288,19 @@ def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     if ("time", 0) in said:
         unit = log.meanings[said["time", 0]].unit
         return TimeColumns((said["time", 0],), unit if unit in TIME_UNITS else "", "as given")
-    found = None
+    found, stand = None, [False] * len(table.names)
     if ("time", -1) not in said:
         stand = [meaning.role in _TIMED and table.stands(k) for k, meaning in enumerate(log.meanings)]
         found = time_columns(table.names, log.meanings, stand, table.where())
     if found is None and log.reading.rate is None:
+        if any(stand):
+            column = stand.index(True)
+            cell = table.head(column)[0]
+            stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
+            what = f"all rows at one instant: {table.names[column]} does not change"
+            expected = "stamps that increase"
+            step = "write its stamps with all digits, or give the samples per second with --rate HZ"
+            raise refusal(what, table.where(None, column), expected, stamp, step)
         step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
         expected = "a column such as time, timestamp or header.stamp, in numbers"
         for k, name in enumerate(table.names):
@@ -311,14 +329,23 @@ def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int
     return why
 
 
+def _map(pair: str) -> str:
+    """Option that can be pasted into a shell."""
+    return f"--map {shlex.quote(pair)}"
+
+
 def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
     if q is not None and q.renamed:
-        (other, own), last = q.renamed[0], " is ".join(q.renamed[-1])
-        matched = f"joints matched by number, as their names differ: {other} is {own} ... {last}"
-        remarks.append(f"{matched}; --map joint:{own}={other} and so on changes this")
+        (other, own), *_ = q.renamed
+        if len(q.renamed) == 1:
+            matched, changes = f"{other} is taken for {own}, the only other joint", "confirms it"
+        else:
+            matched = f"joints matched by number, as their names differ: {other} is {own}"
+            matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
+        remarks.append(f"{matched}; {_map(f'joint:{own}={other}')} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -347,7 +374,9 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     for family in choices[:6]:
         own = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
         words += own[:1] if own and own[0] else []
-    choose_by = " or ".join(f"--family {word}" for word in words) or "--columns with the names to use"
+    for_role = "" if role == "q" else f"{role}="
+    options = [f"--family {for_role}{word}" for word in words]
+    choose_by = " or ".join(options) or "--columns with the names to use"
     what, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
     found = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
     expected = "one column per joint"
@@ -379,9 +408,12 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         if meaning.role == "q" and meaning.token and meaning.joint is None
     }
     if strangers:
-        pairs = (f"--map joint:{own}={other}" for own, other in zip(names, strangers, strict=False))
         what, found = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        step = f"if these are the same joints in this order: {' '.join(pairs)}"
+        if len(strangers) == arm.n_joints:
+            pairs = (_map(f"joint:{own}={other}") for own, other in zip(names, strangers, strict=True))
+            step = f"if these are the same joints in this order: {' '.join(pairs)}"
+        else:
+            step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
         return refusal(what, table.where(), ", ".join(names), found, step)
     what, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"

@@ -18,7 +18,16 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
+from gd_analyze.motions.arrays_and_lists import (
+    READERS,
+    begins_json,
+    has_lists,
+    read_json,
+    read_list_cells,
+)
+from gd_analyze.motions.corrupt_rows import jumping_rows, require_sound
 from gd_analyze.motions.families import SAMPLE
+from gd_analyze.motions.headerless import naming
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.logged import ColumnUse, Logged
 from gd_analyze.motions.mapping import AmbiguityError, Choice, choose
@@ -36,7 +45,9 @@ from gd_analyze.text import in_python, visible
 
 _LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
-    **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"}
+    **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"},
+    **{".jsonl": "json", ".ndjson": "json"},
+    **dict.fromkeys(READERS, "arrays"),
 }
 # Suffixes of text files in a folder that may be motions.
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
@@ -305,13 +316,17 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         return ParquetTable(path)
     if kind == "yaml":
         return read_yaml(path, progress)
+    if kind == "arrays":
+        return READERS[path.suffix.lower()](path)
+    if kind == "json" or begins_json(begin or b""):
+        return read_json(path, data)
     table = TextTable(path, data)
     where = Location(path, table.layout.first)
     if (table.names or table.first_cells)[0].lstrip().startswith("<"):
         expected, found = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
         raise refusal("this is not a log", where, expected, found, "name the robot first, then the log")
     if any(table.names):
-        return table
+        return read_list_cells(table) if has_lists(table) else table
     cells = table.first_cells
     echoed = echoed_names(cells)
     if echoed is not None and not reading.columns:
@@ -319,22 +334,14 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
         return TextTable(path, data, echoed)
     if not reading.columns:
-        # As many columns as joints, or a multiple, leave no column for time.
-        has_time = len(cells) % joints > 0 or joints == 1
-        kinds = max(1, min((len(cells) - has_time) // joints, len(ROLES)))
-        names = ["time"] * has_time
-        names += [f"{role}1..{role}{joints}" if joints > 1 else f"{role}1" for role in ROLES[:kinds]]
-        rest = len(cells) - has_time - kinds * joints
-        names += ["-"] * rest
-        step = f"if these are the columns, name them: --columns {','.join(names)}"
-        step += "" if has_time else " with --rate HZ"
-        found = f"numbers in {len(cells)} columns"
+        found, step = f"numbers in {len(cells)} columns", naming(table, joints)
         raise refusal("the file has no header line", where, "the names of the columns", found, step)
     width = len(table.names)
     if len(reading.columns) != width:
         expected, found = f"{width} names, - for a column that is not needed", str(len(reading.columns))
         raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, found)
-    return TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
+    table = TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
+    return read_list_cells(table) if has_lists(table) else table
 
 
 def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress) -> tuple[Choice, Columns]:
@@ -391,7 +398,7 @@ def _logged(
     if not choice.measured and any(
         np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
     ):
-        _require_numbers(table, held, choice.set_points)
+        _require_numbers(table, held, choice.set_points, [*columns.wrong])
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
@@ -407,6 +414,8 @@ def _logged(
         rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
         place = (table.label(column), table.where(None, column))
         time, unit, why = in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
+    jumping = jumping_rows(time, q, arm) if choice.measured else {}
+    require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
     known = np.isfinite(time)
     for chunk in blocks(q):
@@ -414,9 +423,14 @@ def _logged(
     if not known.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
+    corrupt = sorted({*columns.wrong, *jumping})
+    empty = np.delete(~known, corrupt).sum()
+    if empty:
+        why += f"; rows without time or positions, left out: {int(empty)}"
+    known[corrupt] = False
     if not known.all():
-        why += f"; rows without time or positions, left out: {int((~known).sum())}"
         time, arrays = time[known], {role: array[known] for role, array in arrays.items()}
+        gaps = gaps and tuple(int(known[:gap].sum()) for gap in gaps)
     if reading.save_mapping is not None:
         write_mapping(choice, table, reading, unit)
     return Logged(
@@ -444,10 +458,14 @@ def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) ->
     return spool.array()
 
 
-def _require_numbers(table: LogTable, held: dict[int, FloatArray], everywhere: bool) -> None:
-    """Refuse a plan with a cell nan, and a file of set points with an empty cell."""
+def _require_numbers(
+    table: LogTable, held: dict[int, FloatArray], everywhere: bool, corrupt: Sequence[int]
+) -> None:
+    """Refuse a plan with a cell nan, and a file of set points with an empty cell, but for corrupt rows."""
     for column, values in held.items():
-        for row in np.flatnonzero(np.isnan(values))[:1].tolist():
+        empty = np.isnan(values)
+        empty[corrupt] = False
+        for row in np.flatnonzero(empty)[:1].tolist():
             found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
             if everywhere or found.lower().strip("-") == "nan":
                 what, step = f"{table.label(column)} is not finite", "give one, or omit the set point"

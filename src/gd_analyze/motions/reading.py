@@ -54,6 +54,8 @@ class Reading:
         True for sensor readings, False for a plan.
     torque_constant
         Torque at each joint per unit of its torque column: N m/A (N/A) if these are currents.
+    drop_rows
+        Whether to leave out corrupt rows, which are refused otherwise.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class Reading:
     save_mapping: str | Path | None = None
     measured: bool | None = None
     torque_constant: tuple[float | None, ...] | None = None
+    drop_rows: bool = False
 
     @classmethod
     def of(

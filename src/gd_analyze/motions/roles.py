@@ -130,8 +130,8 @@ _DERIVED = {
     **{("q", "dot"): "qd", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd", ("d", "q"): "dq", ("dd", "q"): "ddq"},
     **{("theta", "dot"): "thetadot", ("thetadot", "dot"): "thetaddot"},
 }
-# KUKA's A1 to A6 are joints; its E1 and the S, L, U of others do not tell which.
-_SINGLE = ("a",)
+# KUKA's A1 to A6 are joints; its external axes E1 to E6 and the S, L, U of others do not tell which.
+_SINGLE, EXTERNAL = ("a",), ("e",)
 _SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
 
 
@@ -171,6 +171,11 @@ def joint_of(words: Words) -> tuple[Words, int | None]:
     return label, None
 
 
+def is_bare(label: Words) -> bool:
+    """Whether the label of a numbered joint says nothing beside the number: j, a, q, axis."""
+    return all(len(word) == 1 or word in _ROLE_WORDS or word in _FILLERS for word in label)
+
+
 def without_fillers(words: Words) -> Words:
     """Words without fillers, which only say that a joint is named."""
     return tuple(word for word in words if word not in _FILLERS)
@@ -178,8 +183,11 @@ def without_fillers(words: Words) -> Words:
 
 def as_written(words: Words, name: str) -> str:
     """Words as written in a name that contains them, or joined by underscores."""
-    found = re.search("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
-    return found[0] if found and words else "_".join(words)
+    for some in filter(None, (words, without_fillers(words))):
+        found = re.search("[^A-Za-z0-9]?".join(map(re.escape, some)), name, re.IGNORECASE)
+        if found:
+            return found[0]
+    return "_".join(words)
 
 
 def known_joints(names: Sequence[str]) -> dict[Words, int]:
@@ -267,14 +275,27 @@ def _time_said(segments: Sequence[Words]) -> Said | None:
 
 
 def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[list[Words], int, int | None]:
-    """The segments without the words of the named joint, its segment and its number."""
+    """The segments without the words of the named joint, its segment and its number.
+
+    Words of role and kind may stand among those of the joint: axis_a_1 is named by AXIS_ACT_A1.
+    """
+    every = [range(len(segment)) for segment in segments]
+    bare = [
+        [i for i in at if not _says_what(segment[i])] for at, segment in zip(every, segments, strict=True)
+    ]
     for words in sorted(joints, key=len, reverse=True):
-        for k, segment in enumerate(segments):
-            for first in range(len(segment) - len(words) + 1):
-                if segment[first : first + len(words)] == words:
-                    rest = segment[:first] + segment[first + len(words) :]
-                    return [*segments[:k], rest, *segments[k + 1 :]], k, joints[words]
+        for places in (every, bare):
+            for k, (segment, at) in enumerate(zip(segments, places, strict=True)):
+                for first in range(len(at) - len(words) + 1):
+                    taken = at[first : first + len(words)]
+                    if tuple(segment[i] for i in taken) == words:
+                        rest = tuple(word for i, word in enumerate(segment) if i not in taken)
+                        return [*segments[:k], rest, *segments[k + 1 :]], k, joints[words]
     return segments, -1, None
+
+
+def _says_what(word: str) -> bool:
+    return word in _ROLE_WORDS or word in MEASURED or word in TARGET
 
 
 def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> Meaning:
@@ -303,12 +324,16 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         label, number = joint_of(token)
         if "name" in label or "names" in label:
             return Meaning("name", token)
-        # A3 is numbered, joint_a3 is a name; other words certainly name a joint only beside "joint".
+        # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name; other words certainly name a joint only
+        # beside "joint".
         beside = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (not label or (not beside and label == _SINGLE))
+        counts = number is not None and (
+            not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
+        )
+        is_external = number is not None and label == EXTERNAL
         # elbow is a position; elbow_enabled and elbow_x are other quantities.
         more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
-        if more or (joint is None and not counts and not beside):
+        if more or (joint is None and not counts and not beside and not is_external):
             return Meaning("other", token, unit=unit)
         token = (str(number),) if counts else token
         role, rank = "q", 2

@@ -22,9 +22,9 @@ FEWEST = 16
 # A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger, s.
 _GAP_STEPS, _GAP = 5.0, 0.05
 # Stamps closer than this share of the usual step are equal; this share of equal stamps causes a warning.
-_SAME, _MANY_SAME = 0.01, 0.01
+SAME, _MANY_SAME = 0.01, 0.01
 # A step of this many usual ones lacks a reading.
-_LONG = 1.5
+LONG = 1.5
 # Times that start beyond this, s, are dates.
 _DATE = 1e6
 _TURN = 2 * math.pi
@@ -48,6 +48,11 @@ class Sampling:
         return [slice(a, b) for a, b in pairwise([0, *self.gaps, len(self.time)])]
 
 
+def longest_step(step: float) -> float:
+    """Longest time between two readings that is not a gap, by the usual one, s."""
+    return max(_GAP_STEPS * step, _GAP)
+
+
 def sampling_of(
     time: FloatArray, q: FloatArray, readable: NDArray[np.bool_], gap: float | None, name: str, fewest: int
 ) -> Sampling:
@@ -64,12 +69,12 @@ def sampling_of(
     if not (forward > 0).any():
         raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
     step = float(np.median(forward[forward > 0]))
-    gap = max(_GAP_STEPS * step, _GAP) if gap is None else max(gap, _LONG * step)
+    gap = longest_step(step) if gap is None else max(gap, LONG * step)
     rows, times = _in_order(rows, times, gap, notes)
-    same = int((np.diff(times) <= _SAME * step).sum())
+    same = int((np.diff(times) <= SAME * step).sum())
     times = _apart(times, q[rows], step)
     # Of equal stamps the last is kept: a message sent again is the newest.
-    kept = np.append(np.diff(times) > _SAME * step, True)
+    kept = np.append(np.diff(times) > SAME * step, True)
     if same:
         left_out = int((~kept).sum())
         done = f"put between their neighbours: {same - left_out}, left out: {left_out}"
@@ -129,10 +134,10 @@ def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
     """Give rows that move but share a stamp distinct instants, where a step is missing beside them."""
     times, steps = times.copy(), np.diff(times)
     moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
-    for k in np.flatnonzero((steps[1:-1] <= _SAME * step) & moves[1:-1]) + 1:
-        if steps[k - 1] >= _LONG * step:
+    for k in np.flatnonzero((steps[1:-1] <= SAME * step) & moves[1:-1]) + 1:
+        if steps[k - 1] >= LONG * step:
             times[k] = (times[k - 1] + times[k + 1]) / 2
-        elif steps[k + 1] >= _LONG * step:
+        elif steps[k + 1] >= LONG * step:
             times[k + 1] = (times[k] + times[k + 2]) / 2
     return times
 

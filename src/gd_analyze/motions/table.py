@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,8 @@ Progress = Callable[[int, int], None]
 
 # Number of first rows by which a column is judged.
 HEAD_ROWS = 200
+# More wrong rows than this are another format.
+MOST_WRONG = 1000
 # Instants from 1990 to 2100, in s since 1970.
 _EPOCH = (6.3e8, 4.2e9)
 # Longer steps may be set points in s, or readings in ms, us or ns.
@@ -56,6 +58,8 @@ class Columns:
     numbers: FloatArray  # (N, k)
     stamps: tuple[Stamps, ...]
     gaps: tuple[int, ...] = ()  # rows before which the file states a gap
+    # Why rows cannot be read, which are nan here
+    wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)
 
 
 class LogTable(ABC):
@@ -83,6 +87,10 @@ class LogTable(ABC):
         """Place of a row, a column or both, counted from 0."""
         return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)
 
+    def lines_of(self, rows: Sequence[int]) -> list[int]:
+        """Line of each row, both in ascending order; in a table without lines the row's number from 1."""
+        return [row + 1 for row in rows]
+
     def label(self, column: int) -> str:
         """Name of a column, or its number."""
         return self.names[column] or f"column {column + 1}"
@@ -100,6 +108,18 @@ class ArrayTable(LogTable):
     names: tuple[str, ...]
     columns: tuple[FloatArray | NDArray[np.int64], ...]
     planned: bool | None = None
+    lines: tuple[int, ...] = ()  # of the rows, if they were read from lines of text
+    wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
+
+    def where(self, row: int | None = None, column: int | None = None) -> Location:
+        """Place of a row, a column or both, counted from 0."""
+        if not self.lines or row is None:
+            return super().where(row, column)
+        return Location(self.path, self.lines[row], None if column is None else column + 1)
+
+    def lines_of(self, rows: Sequence[int]) -> list[int]:
+        """Line of each row."""
+        return [self.lines[row] for row in rows] if self.lines else super().lines_of(rows)
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""
@@ -111,7 +131,22 @@ class ArrayTable(LogTable):
         for k, column in enumerate(numbers):
             table[:, k] = self.columns[column]
         progress(1, 1)
-        return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps))
+        wrong = {**too_large(self, table, numbers), **self.wrong}
+        return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps), wrong=wrong)
+
+
+def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> dict[int, TrajectoryError]:
+    """Rows, made nan, with numbers that no motion has, shape (N, k), and why; `numbers` are the columns."""
+    wrong: dict[int, TrajectoryError] = {}
+    for row, k in np.argwhere(np.isinf(values) | (np.abs(values) > LARGEST)).tolist():
+        if row not in wrong:
+            what = f"{table.label(numbers[k])} is too large for any motion"
+            where, expected = table.where(row, numbers[k]), f"numbers up to {LARGEST:g}"
+            wrong[row] = refusal(what, where, expected, str(values[row, k]), "check its unit")
+            if len(wrong) > MOST_WRONG:
+                raise wrong[min(wrong)]
+    values[list(wrong)] = np.nan
+    return wrong
 
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
@@ -176,13 +211,8 @@ class ParquetTable(LogTable):
                 progress(group + 1, groups)
         except self._errors as error:
             raise self._broken(error) from None
-        wrong = np.isinf(table) | (np.abs(table) > LARGEST)
-        if wrong.any():
-            at, k = map(int, np.argwhere(wrong)[0])
-            what = f"{self.names[numbers[k]]} is too large for any motion"
-            where, expected = self.where(at, numbers[k]), f"numbers up to {LARGEST:g}"
-            raise refusal(what, where, expected, str(table[at, k]), "check its unit")
-        return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants))
+        wrong = too_large(self, table, numbers)
+        return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants), wrong=wrong)
 
     def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
         """Name, type and index in the list, from 0, of a field's columns."""
@@ -247,7 +277,7 @@ def in_seconds(
             what = f"{name} does not count samples, so --rate does not apply to it"
             expected = "whole numbers in steps of 1, or a name such as sample"
             found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
-            remedy = "omit --rate, or the column with --map time=none; --time-unit gives a unit"
+            remedy = "omit --rate; or count the rows in place of this column: --map time=none"
             raise refusal(what, where, expected, found, remedy)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:

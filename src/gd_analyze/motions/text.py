@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
+import shlex
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,11 +18,19 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from gd_analyze.arrays import are_possible
-from gd_analyze.errors import Location
+from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.roles import is_of_set_points, unit_in_words
 from gd_analyze.motions.spool import Spool
-from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Progress, Stamps, no_progress
+from gd_analyze.motions.table import (
+    HEAD_ROWS,
+    MOST_WRONG,
+    Columns,
+    LogTable,
+    Progress,
+    Stamps,
+    no_progress,
+)
 from gd_analyze.motions.trajectory import GAP
 from gd_analyze.text import LARGEST, in_python, number_in
 
@@ -34,9 +44,13 @@ _LONGEST_NAME = 200
 _EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
 _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
-_EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
-_NOT_GIVEN = sorted({word for empty in _EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
+EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
+_NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
+# Functions of pandas that read tables of other formats; not pickles, which execute code when they are read.
+_PANDAS = dict.fromkeys((".xlsx", ".xls", ".ods"), "read_excel") | {
+    **{".feather": "read_feather", ".orc": "read_orc", ".dta": "read_stata"}
+}
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
@@ -147,7 +161,7 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
 def _require_number(cell: str, name: str, where: Location) -> None:
     """Raise a TrajectoryError if a cell is not a finite number of possible size."""
     number = number_in(cell)
-    if number is None and cell.lower() in _EMPTY | _INFINITE:
+    if number is None and cell.lower() in EMPTY | _INFINITE:
         found, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
         raise refusal(f"{name} is not a finite number", where, "a finite number", found, step)
     if number is None:
@@ -202,6 +216,8 @@ class TextTable(LogTable):
         columns = sorted(first)
         for block in self._blocks(no_progress):
             frame = self._parsed(block, columns, frozenset(columns)) if block.numbers else {}
+            if frame is None:
+                raise next((error for _, error in self._wrong(block, (), ())), self._no_table(block))
             for column, cells in frame.items():
                 for row, cell in enumerate(cells if column in first else ()):
                     # An empty cell is read as nan.
@@ -216,7 +232,7 @@ class TextTable(LogTable):
         for row in self._head:
             cell = row[column] if column < len(row) else ""
             number = number_in(self.layout.plain(cell))
-            read.append(float("nan") if cell.lower() in _EMPTY else cell if number is None else number)
+            read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
         return read
 
     def stands(self, column: int) -> bool:
@@ -234,31 +250,83 @@ class TextTable(LogTable):
         number, line = self._line(row)
         return self._cells(line, number)[column]
 
+    def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
+        """Line and cells of every row, or why it cannot be read."""
+        for block in self._blocks(no_progress):
+            wrong = dict(self._wrong(block, (), ())) if block.numbers else {}
+            for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
+                yield number, wrong[row] if row in wrong else self._cells(line, number)
+
     def _line(self, row: int) -> tuple[int, str]:
         blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks(no_progress))
         return next(islice(chain.from_iterable(blocks), row, None))
+
+    def lines_of(self, rows: Sequence[int]) -> list[int]:
+        """Line of each row, both in ascending order, in one pass through the file."""
+        lines, before = list[int](), 0
+        for block in self._blocks(no_progress):
+            end = before + len(block.numbers)
+            lines += [block.numbers[row - before] for row in rows if before <= row < end]
+            before = end
+        return lines
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
         spool = Spool(len(numbers))
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
-        gaps, rows = list[int](), 0
+        gaps, rows, wrong = list[int](), 0, dict[int, TrajectoryError]()
         for block in self._blocks(progress):
             gaps += [rows + gap for gap in block.gaps]
-            rows += len(block.numbers)
             if block.numbers:
-                frame = self._parsed(block, sorted({*numbers, *stamps}), frozenset(stamps))
-                values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
-                if np.isinf(values).any() or (np.abs(values) > LARGEST).any():
-                    self._locate(block, numbers, frozenset())
-                spool.add(values)
+                frame, of_block = self._sound(block, numbers, stamps)
+                wrong |= {rows + row: error for row, error in of_block.items()}
+                if len(wrong) > MOST_WRONG:
+                    raise wrong[min(wrong)]
+                spool.add(
+                    frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
+                )
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
-        instants = tuple(map(self._stamps, map(np.concatenate, texts), stamps))
-        return Columns(spool.array(), instants, tuple(gap for gap in dict.fromkeys(gaps) if 0 < gap < rows))
+            rows += len(block.numbers)
+        instants = tuple(map(self._stamps, map(np.concatenate, texts)))
+        gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < rows]
+        return Columns(spool.array(), instants, tuple(gaps), wrong)
+
+    def _sound(
+        self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]
+    ) -> tuple[Any, dict[int, TrajectoryError]]:
+        """Columns of a block as a frame, nan in the rows that cannot be read, and why they cannot."""
+        columns, as_text = sorted({*numbers, *stamps}), frozenset(stamps)
+        frame = self._parsed(block, columns, as_text)
+        if frame is not None and self._are_possible(frame, numbers, stamps):
+            return frame, {}
+        wrong = dict(islice(self._wrong(block, numbers, stamps), MOST_WRONG + 1))
+        if len(wrong) > MOST_WRONG:
+            raise wrong[min(wrong)]
+        lines = block.data.split(b"\n")
+        for row in wrong:
+            lines[row] = self.layout.delimiter.join(["nan"] * len(self.names)).encode()
+        frame = self._parsed(_Block(b"\n".join(lines), block.numbers), columns, as_text)
+        if frame is None or not wrong:
+            raise self._no_table(block)
+        return frame, wrong
+
+    def _are_possible(self, frame: Any, numbers: Sequence[int], stamps: Sequence[int]) -> bool:
+        """Whether numbers are finite and of possible size, and stamps are numbers."""
+        values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty(0)
+        texts = (cell for column in stamps for cell in frame[column].array if isinstance(cell, str))
+        return not (np.abs(values) > LARGEST).any() and all(map(self._is_instant, texts))
+
+    def _is_instant(self, cell: str) -> bool:
+        number = number_in(self.layout.plain(cell))
+        return cell.strip().lower() in EMPTY or (number is not None and math.isfinite(number))
+
+    def _no_table(self, block: _Block) -> TrajectoryError:
+        where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
+        return refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
 
     def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
-        """Columns of a block, and the last one, as a frame; an error names line and column."""
+        """Columns of a block, and the last one, as a frame; None if some row does not fit."""
         import pandas as pd
 
         layout, last = self.layout, len(self.names) - 1
@@ -288,12 +356,8 @@ class TextTable(LogTable):
                     **exact,
                 )
         except (ValueError, OverflowError, pd.errors.ParserWarning):
-            frame = None
-        if frame is None or len(frame) != len(block.numbers) or not self._widths_fit(block, frame[last]):
-            self._locate(block, columns, as_text)
-            where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
-            raise refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
-        return frame
+            return None
+        return frame if len(frame) == len(block.numbers) and self._widths_fit(block, frame[last]) else None
 
     def _widths_fit(self, block: _Block, last: Any) -> bool:
         """Whether every line has as many cells as there are names, by delimiters outside quotes."""
@@ -307,32 +371,34 @@ class TextTable(LogTable):
         lines = block.data.split(b"\n") if last.isna().any() else []
         return all(line.count(sign.encode()) == width - 1 for line in lines if line)
 
-    def _locate(self, block: _Block, columns: Sequence[int], as_text: frozenset[int]) -> None:
-        """Raise for the first wrong cell of a block; slow, but finds the place."""
-        layout = self.layout
-        for number, line in zip(block.numbers, block.lines, strict=True):
-            cells = self._cells(line, number)
-            width = len(self.names)
-            if len(cells) != width:
-                what = f"the line has too {'few' if len(cells) < width else 'many'} columns"
-                where = Location(self.path, number, min(len(cells), width) + 1)
-                expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
-                step = "complete the line, or remove it if the recording broke off there"
-                raise refusal(what, where, expected, str(len(cells)), step)
-            for column in set(columns) - as_text:  # stamps may have any size, and text is not read here
-                if cells[column].lower() not in _EMPTY:
-                    where = Location(self.path, number, column + 1)
-                    _require_number(layout.plain(cells[column]), self.label(column), where)
+    def _wrong(
+        self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]
+    ) -> Iterator[tuple[int, TrajectoryError]]:
+        """Rows of a block that cannot be read, and why; slow, but finds the place."""
+        layout, width = self.layout, len(self.names)
+        for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
+            try:
+                cells = self._cells(line, number)
+                if len(cells) != width:
+                    what = f"the line has too {'few' if len(cells) < width else 'many'} columns"
+                    where = Location(self.path, number, min(len(cells), width) + 1)
+                    expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
+                    step = "complete the line, or remove it if the recording broke off there"
+                    raise refusal(what, where, expected, str(len(cells)), step)
+                for column in sorted({*numbers, *stamps}):
+                    # A stamp may have any size.
+                    known = cells[column].lower() in EMPTY
+                    if not known and (column in numbers or not self._is_instant(cells[column])):
+                        where = Location(self.path, number, column + 1)
+                        _require_number(layout.plain(cells[column]), self.label(column), where)
+            except TrajectoryError as error:
+                yield row, error
 
-    def _stamps(self, cells: Any, column: int) -> Stamps:
+    def _stamps(self, cells: Any) -> Stamps:
         """Instants from their digits, so that an epoch in nanoseconds stays exact."""
-        texts = [self.layout.plain(cell.strip()) if isinstance(cell, str) else "nan" for cell in cells]
-        values = np.empty(len(texts))
-        for row, text in enumerate(texts):
-            number = float("nan") if text == "nan" else number_in(text)
-            if number is None or abs(number) == float("inf"):
-                _require_number(text, self.label(column), self.where(row, column))
-            values[row] = number
+        given = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
+        texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in given]
+        values = np.array([float(text) for text in texts])
         known = values[np.isfinite(values)]
         if not known.size or np.abs(known).max() < _EXACT_ENOUGH or np.abs(known).max() > 2.0**62:
             return Stamps(0, values)
@@ -373,9 +439,18 @@ class TextTable(LogTable):
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
-            expected = "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet or .yaml"
+            expected = (
+                "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz, .mat or .yaml"
+            )
             utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-            found, step = "UTF-16" if utf_16 else "a binary file (zero bytes)", "save it as CSV in UTF-8"
+            found = "UTF-16" if utf_16 else "a binary file (zero bytes)"
+            reader = _PANDAS.get(Path(self.path).suffix.lower())
+            step = "save it as CSV in UTF-8"
+            if utf_16:
+                step = f"iconv -f UTF-16 -t UTF-8 {shlex.quote(str(self.path))} > log.csv"
+            elif reader is not None:
+                command = f"import pandas; pandas.{reader}({str(self.path)!r}).to_csv('log.csv', index=False)"
+                step = f'python -c "{command}" writes it as CSV'
             raise refusal("the file is not a text table", Location(self.path), expected, found, step)
 
 

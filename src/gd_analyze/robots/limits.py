@@ -180,6 +180,16 @@ def parsed_yaml(path: Path, text: str, what: str) -> Any:
                 raise yaml.MarkedYAMLError(problem=f"more than {_MOST_ALIASES} aliases")
             return super().compose_node(parent, index)
 
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            # Of two entries YAML keeps the last, so that the first limit would be lost.
+            keys: set[object] = set()
+            for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+                if (name := (key.tag, str(key.value))) in keys:
+                    problem = f"a second key {in_python(key.value)}"
+                    raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+                keys.add(name)
+            return super().construct_mapping(node, deep)
+
     def scaled(factor: float) -> Any:
         return lambda loader, node: factor * float(loader.construct_scalar(node))
 

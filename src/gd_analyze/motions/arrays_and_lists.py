@@ -1,0 +1,291 @@
+"""Logs of arrays and lists: NumPy's and MATLAB's files, JSON, and lists in the cells of a text table.
+
+None of these readers executes what a file contains: pickled objects are refused.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import zipfile
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import megabytes, read_at_most
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.table import ArrayTable
+from gd_analyze.motions.text import EMPTY, TextTable
+from gd_analyze.text import in_python, number_in
+
+_LARGEST = 1_000_000_000
+# Python's objects take ten times as much memory as their text.
+_LARGEST_JSON = 200_000_000
+# Joins the names of nested tables.
+_BELOW = "/"
+_IS_LIST = re.compile(r"\s*[\[(].*[\])]\s*", re.DOTALL)
+_BETWEEN = re.compile(r"[\s,;]+")
+
+Row = Mapping[str, Any]
+
+
+def read_numpy(path: Path) -> ArrayTable:
+    """Read the arrays of an .npz, or the fields of an .npy."""
+    with_pickles = "arrays of numbers, saved with numpy.savez('log.npz', time=time, q=q)"
+    with _reading(path, "NumPy's file", with_pickles):
+        if path.suffix.lower() == ".npz":
+            with zipfile.ZipFile(path) as file:
+                _require_size(path, sum(member.file_size for member in file.infolist()), _LARGEST)
+            with np.load(path, allow_pickle=False) as held:
+                return _of_arrays(path, {name: held[name] for name in held.files})
+        array = np.load(path, allow_pickle=False)
+        if array.dtype.names:
+            return _of_arrays(path, {name: array[name] for name in array.dtype.names})
+    command = f"import numpy; numpy.savetxt('log.csv', numpy.load({str(path)!r}), delimiter=',')"
+    step = f'python -c "{command}" writes it as CSV, whose columns --columns names'
+    found = f"an array of shape {array.shape} without names"
+    raise refusal("the columns have no names", Location(path), "named arrays, an .npz", found, step)
+
+
+def read_matlab(path: Path) -> ArrayTable:
+    """Read the arrays and structures of a .mat file of any version."""
+    import h5py
+    import scipy.io
+
+    with _reading(path, "MATLAB's file", "arrays or structures, saved with save('log.mat', ...)"):
+        _require_size(path, path.stat().st_size, _LARGEST)
+        if not h5py.is_hdf5(path):
+            return _of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
+        arrays: dict[str, Any] = {}  # version 7.3
+
+        def take(name: str, held: object) -> None:
+            if isinstance(held, h5py.Dataset) and held.dtype.kind in "iuf" and not name.startswith("#"):
+                _require_size(path, held.nbytes, _LARGEST)
+                arrays[name] = held[()]
+
+        with h5py.File(path) as file:
+            file.visititems(take)
+        return _of_arrays(path, arrays)
+
+
+@contextmanager
+def _reading(path: Path, kind: str, expected: str) -> Iterator[None]:
+    """Turn what a library raises on a damaged file into a TrajectoryError."""
+    try:
+        yield
+    except TrajectoryError:
+        raise
+    # Every part of these libraries fails in its own way: zip, zlib, struct, HDF5, memory.
+    except Exception as error:
+        found = str(error).split("\n", 1)[0] or type(error).__name__
+        what, step = f"the log cannot be read as {kind}", "save it again, without objects, or as CSV"
+        raise refusal(what, Location(path), expected, found, step) from None
+
+
+def _require_size(path: Path, size: int, most: int) -> None:
+    if size > most:
+        what, step = "the log is too large to be read at once", "save it as Parquet or CSV"
+        raise refusal(what, Location(path), f"up to {megabytes(most)}", megabytes(size), step)
+
+
+def _of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
+    """A table of the arrays that have a value, or several, per row; others describe the log.
+
+    As many rows as most arrays have values along one of their sides; columns of a matrix are numbered from 1.
+    """
+    arrays = {
+        name: array.ravel() if array.ndim == 2 and 1 in array.shape else array
+        for name, array in ((name, np.asarray(held)) for name, held in _flattened(tree))
+        if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size > 1
+    }
+    sides = Counter(side for array in arrays.values() for side in {*array.shape})
+    if not sides:
+        found = ", ".join(f"{name} {np.shape(held)}" for name, held in [*_flattened(tree)][:12]) or "nothing"
+        expected = "arrays with a value per instant, such as time (N) and q (N, n)"
+        raise refusal("the file contains no arrays of a motion", Location(path), expected, found)
+    rows = max(sides, key=lambda side: (sides[side], side))
+    columns: dict[str, NDArray[Any]] = {}
+    for name, array in arrays.items():
+        if rows not in array.shape:
+            continue
+        matrix = array if array.shape[0] == rows else array.T
+        if matrix.ndim == 1:
+            columns[name] = _stored(matrix)
+        else:
+            columns |= {f"{name}_{k + 1}": _stored(matrix[:, k]) for k in range(matrix.shape[1])}
+    return ArrayTable(path, tuple(columns), tuple(columns.values()))
+
+
+def _stored(values: NDArray[Any]) -> NDArray[Any]:
+    """Integers that 64 bits hold, else floats."""
+    is_whole = values.dtype.kind == "i" or (values.dtype.kind == "u" and values.dtype.itemsize < 8)
+    return values.astype(np.int64 if is_whole else float)
+
+
+def _flattened(tree: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Values of nested tables, with the names on the way to them."""
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _flattened(value, f"{before}{name}{_BELOW}")
+        else:
+            yield f"{before}{name}", value
+
+
+def begins_json(begin: bytes) -> bool:
+    """Whether a text begins as JSON does; lists of numbers are left to other readers."""
+    return re.match(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", begin) is not None
+
+
+def read_json(path: Path, data: bytes | None) -> ArrayTable:
+    """Read JSON: an object per line, a list of objects, or one object of arrays."""
+    text = read_at_most(path, _LARGEST_JSON) if data is None else data
+    if text is None or len(text) > _LARGEST_JSON:
+        _require_size(path, _LARGEST_JSON + 1, _LARGEST_JSON)
+    lines = (text or b"").decode("utf-8-sig", errors="replace").splitlines()
+    numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
+    if len(numbered) > 1 and not isinstance(_parsed(path, *numbered[0]), TrajectoryError):
+        return _of_rows(path, ((number, _parsed(path, number, line)) for number, line in numbered))
+    try:
+        whole = json.loads("\n".join(lines))
+    except (ValueError, RecursionError) as error:
+        place = Location(path, getattr(error, "lineno", None), getattr(error, "colno", None))
+        raise _not_json(place, str(error)) from None
+    if isinstance(whole, Mapping):
+        with _reading(path, "JSON", "lists of numbers, of equal length"):
+            return _of_arrays(path, whole)
+    return _of_rows(path, (_checked(path, number, row) for number, row in enumerate(whole, 1)))
+
+
+def _parsed(path: Path, number: int, line: str) -> Row | TrajectoryError:
+    try:
+        return _checked(path, number, json.loads(line))[1]
+    except (ValueError, RecursionError) as error:
+        return _not_json(Location(path, number), str(error))
+
+
+def _checked(path: Path, number: int, row: object) -> tuple[int, Row | TrajectoryError]:
+    if not isinstance(row, Mapping):
+        return number, _not_json(Location(path, number), in_python(row))
+    return number, dict(_flattened(row))
+
+
+def _not_json(where: Location, found: str) -> TrajectoryError:
+    expected, step = 'an object per line: {"time": 0.0, "q": [0.1, 0.2]}', "correct or remove the line"
+    return refusal("the line is not a JSON object", where, expected, found, step)
+
+
+def has_lists(table: TextTable) -> bool:
+    """Whether cells of the first row are lists."""
+    return any(_IS_LIST.fullmatch(cell) for cell in table.first_cells)
+
+
+def read_list_cells(table: TextTable) -> ArrayTable:
+    """Read a text table with lists in its cells, as pandas writes them."""
+
+    def value_in(cell: str) -> object:
+        if _IS_LIST.fullmatch(cell):
+            entries = _BETWEEN.split(cell.strip().strip("[]()").strip(" ,"))
+            words = [entry.strip("'\"") for entry in entries]
+            numbers = [number_in(word) for word in words]
+            return words if None in numbers else numbers
+        if re.fullmatch(r"[-+]?[0-9]{1,18}", cell):
+            return int(cell)
+        number = number_in(table.layout.plain(cell))
+        return None if cell.lower() in EMPTY else cell if number is None else number
+
+    def values_in(cells: list[str] | TrajectoryError) -> Row | TrajectoryError:
+        if isinstance(cells, TrajectoryError):
+            return cells
+        return dict(zip(table.names, map(value_in, cells), strict=True))
+
+    return _of_rows(Path(table.path), ((number, values_in(cells)) for number, cells in table.rows()))
+
+
+def _of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> ArrayTable:
+    """A table of rows with their lines: a column per number, and one per element of a list.
+
+    A list of names that is the same in every row names the elements of lists of its length.
+    """
+    columns: dict[str, list[Any]] = {}
+    widths: dict[str, int] = {}  # of lists; 0 for a number
+    labels: dict[str, list[str]] = {}
+    lines: list[int] = []
+    wrong: dict[int, TrajectoryError] = {}
+    for at, (line, row) in enumerate(rows):
+        lines.append(line)
+        if isinstance(row, TrajectoryError):
+            wrong[at] = row
+        for name, value in {} if isinstance(row, TrajectoryError) else row.items():
+            if _are(str, value):
+                if labels.setdefault(name, value) != value:
+                    found, step = f"{', '.join(value)} in {name}", "write each arm's rows to a file"
+                    expected = f"{', '.join(labels[name])}, as before"
+                    raise refusal("the joints' names change", Location(path, line), expected, found, step)
+                continue
+            numbers = _numbers(value)
+            if numbers is None:
+                continue
+            width = widths.setdefault(name, len(numbers) if isinstance(value, list) else 0)
+            if isinstance(value, list) != (width > 0) or (width and len(numbers) != width):
+                expected = f"{width} numbers, as in the first row" if width else "a number"
+                wrong[at] = refusal(
+                    f"{name} has another length", Location(path, line), expected, str(len(numbers))
+                )
+                continue
+            column = columns.setdefault(name, [])
+            column.extend([[math.nan] * width if width else math.nan] * (at - len(column)))
+            column.append(numbers if width else numbers[0])
+    names: dict[str, NDArray[Any]] = {}
+    for name, column in columns.items():
+        width = widths[name]
+        column.extend([[math.nan] * width if width else math.nan] * (len(lines) - len(column)))
+        array = np.array(column)
+        if not width:
+            names[name] = _stored(array)
+            continue
+        label = next((words for words in labels.values() if len(words) == width), None)
+        shown = (
+            [f"{word}{_BELOW}{name}" for word in label]
+            if label
+            else [f"{name}_{k + 1}" for k in range(width)]
+        )
+        names |= {one: _stored(array[:, k]) for k, one in enumerate(shown)}
+    if not names:
+        expected = "numbers or lists of numbers"
+        raise (
+            wrong[min(wrong)]
+            if wrong
+            else refusal("the log has no numbers", Location(path), expected, "none")
+        )
+    return ArrayTable(path, tuple(names), tuple(names.values()), lines=tuple(lines), wrong=wrong)
+
+
+def _are(kind: type, value: object) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(entry, kind) for entry in value)
+
+
+def _numbers(value: object) -> list[float | int] | None:
+    """Numbers of a list, or a number as a list of one; nan for null, None for anything else."""
+    found: list[float | int] = []
+    for entry in value if isinstance(value, list) else [value]:
+        if entry is None:
+            found.append(math.nan)
+        elif isinstance(entry, bool) or not isinstance(entry, int | float):
+            return None
+        else:
+            found.append(entry if isinstance(entry, float) or abs(entry) < 2**63 else math.inf)
+    return found or None
+
+
+READERS: Mapping[str, Callable[[Path], ArrayTable]] = {
+    ".npz": read_numpy,
+    ".npy": read_numpy,
+    ".mat": read_matlab,
+}

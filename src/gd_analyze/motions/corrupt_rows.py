@@ -1,0 +1,146 @@
+"""Rows of a log that no robot wrote: cells that cannot be read, stamps and positions that jump and return."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.sampling import LONG, SAME, longest_step
+from gd_analyze.motions.table import LogTable
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import number
+
+# Garbage is a few rows long; more in a row are another motion.
+_FEW = 3
+# A position jumps by more than this many times 99 % of its steps, and faster than this, per s: ten times as
+# fast as arms move.
+_TIMES, _SHARE, _FASTEST = 30.0, 0.99, 30.0
+_TURN = 2 * math.pi
+# Most lines listed in a message.
+_MOST_LISTED = 20
+
+
+def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
+    """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
+
+    A row that comes late is none: its stamp fills a hole among the others.
+    """
+    rows = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[rows])
+    if len(rows) <= 2 * _FEW or not (steps > 0).any():
+        return {}
+    step = float(np.median(steps[steps > 0]))
+    gap = longest_step(step)
+    strays = _of_time(time[rows], q[rows], step, gap)
+    found = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
+    rows = np.delete(rows, strays)
+    for i, joint in enumerate(arm.joints):
+        known = rows[np.isfinite(q[rows, i])]
+        x = q[known, i]
+        for k in _of_position(time[known], x, gap, joint.kind == "revolute"):
+            said = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
+            found.setdefault(int(known[k]), said)
+    return found
+
+
+def _of_time(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
+    """Rows of a few whose stamps fit neither those before nor those after, which fit each other."""
+    begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
+    lengths = np.diff(np.append(begins, len(time)))
+    is_long = np.repeat(lengths > _FEW, lengths)
+    if not is_long.any():
+        return []
+    good = np.sort(time[is_long])
+    span = float(good[-1] - good[0])
+    strays: list[int] = []
+    for first, end in _runs(~is_long):
+        if end - first > _FEW:
+            continue
+        if first == 0 or end == len(time):
+            inner = time[end] if first == 0 else time[first - 1]
+            sign = -1.0 if first == 0 else 1.0
+            away = sign * (time[first:end] - inner)
+            # A gap follows or precedes them, unless they are farther than the whole motion is long.
+            strays += [first + int(k) for k in np.flatnonzero((away < 0) | (away > max(span, gap)))]
+        elif 0.0 < time[end] - time[first - 1] <= gap:
+            strays += [k for k in range(first, end) if not _is_late(k, time, q, is_long, good, step)]
+    return strays
+
+
+def _is_late(
+    k: int, time: FloatArray, q: FloatArray, is_long: NDArray[np.bool_], good: FloatArray, step: float
+) -> bool:
+    """Whether a row's stamp fills a hole among the good ones, in order, or repeats a whole row."""
+    at = int(np.searchsorted(good, time[k]))
+    if not 0 < at < len(good):
+        return False
+    if good[at] - good[at - 1] >= LONG * step:
+        return True
+    alike = is_long & (np.abs(time - time[k]) <= SAME * step)
+    return bool((q[alike] == q[k]).all(axis=1).any())
+
+
+def _of_position(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
+    """Readings of a few that are far from those before and after, which are near each other."""
+    if len(x) <= 2 * _FEW:
+        return []
+    steps, seconds = np.diff(x), np.diff(time)
+    ordinary = float(np.quantile(np.abs(steps), _SHARE))
+    if revolute:
+        # An angle at the end of its range wraps there and back.
+        rest = steps - _TURN * np.round(steps / _TURN)
+        steps = np.where((np.abs(steps) < 1.5 * _TURN) & (np.abs(rest) <= _TIMES * ordinary), rest, steps)
+    beside = (seconds > 0) & (seconds <= gap)
+    jumps = beside & (np.abs(steps) > np.maximum(_TIMES * ordinary, _FASTEST * seconds))
+    at, strays = np.flatnonzero(jumps), list[int]()
+    for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
+        few = back - out <= _FEW and beside[out:back].all()
+        returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
+        if few and returned and steps[out] * steps[back] < 0:
+            strays += range(out + 1, back + 1)
+    return strays
+
+
+def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """First and end of every run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+
+
+def require_sound(
+    wrong: Mapping[int, TrajectoryError], jumping: Mapping[int, str], table: LogTable, name: str, drop: bool
+) -> None:
+    """Refuse corrupt rows, all named; or warn that they are left out if they are to be dropped."""
+    rows = sorted({*wrong, *jumping})
+    if not rows:
+        return
+    lines = _listed(table.lines_of(rows[: _MOST_LISTED + 1]), len(rows))
+    first = rows[0]
+    if drop:
+        counted = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
+        warnings.warn(f"log {name}: {counted}: {lines}", GdAnalyzeWarning, stacklevel=4)
+        return
+    remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
+    if first not in wrong:
+        what = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
+        expected = "instants and positions near those of the rows before and after"
+        found = [jumping[first], *([lines] if len(rows) > 1 else [])]
+        raise refusal(what, table.where(first), expected, found, remedy)
+    error = wrong[first]
+    details = error.details
+    what = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
+    found = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
+    step = "; ".join(filter(None, (details.get("next"), remedy)))
+    raise refusal(what, details["where"], details.get("expected", ""), found, step)
+
+
+def _listed(lines: Sequence[int], count: int) -> str:
+    shown = ", ".join(map(str, lines[:_MOST_LISTED]))
+    return f"line{'s' if count > 1 else ''} {shown}" + (f", ... ({count})" if count > _MOST_LISTED else "")

@@ -1,0 +1,69 @@
+"""Corrupt rows: all are named, left out if so wanted, and sound logs have none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from log_arms import arm_of
+
+from gd_analyze.errors import TrajectoryError
+
+ARM = arm_of("hip", "knee")
+TIME = 0.01 * np.arange(400) + 1.0
+Q = np.column_stack([np.sin(TIME), 0.5 * np.cos(3.0 * TIME)])
+
+
+def text(changed=(), time=TIME):
+    cells = [[repr(t), *map(repr, q)] for t, q in zip(time.tolist(), Q.tolist(), strict=True)]
+    for row, column, cell in changed:
+        cells[row][column] = cell
+    return "time,pos1,pos2\n" + "".join(",".join(row) + "\n" for row in cells)
+
+
+CHANGES = [
+    *((40, 1, "7" * 290), (90, 0, "0"), (140, 0, "253"), (141, 0, "253.5"), (200, 2, "x"), (260, 1, "55.5")),
+    (399, 0, "0"),
+]
+LINES = "lines 42, 92, 142, 143, 202, 262, 401"
+
+
+def test_all_are_named_and_left_out(read, refused, warned):
+    refused(LINES, text(CHANGES), ARM)
+    with warned() as texts:
+        logged = read(text(CHANGES), ARM, drop_rows=True)
+    assert texts == [f"log log: 7 corrupt rows left out: {LINES}"]
+    sound = np.delete(np.arange(400), [row for row, _, _ in CHANGES])
+    np.testing.assert_array_equal(logged.q, Q[sound])
+    # Differences of instants of up to 5 s.
+    np.testing.assert_allclose(logged.time, TIME[sound] - 1.0, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_each_alone(change, refused):
+    refused(f"line {change[0] + 2}", text([change]), ARM)
+
+
+def test_rows_of_a_plan_are_dropped_as_well(read, refused, warned):
+    plan = text([(3, 1, "x"), (9, 2, "1e99")]).replace("pos", "q")
+    refused("lines 5, 11", plan, ARM)
+    with warned():
+        assert len(read(plan, ARM, drop_rows=True).time) == 398
+
+
+def test_what_sound_logs_have_is_not_corrupt(read, warned):
+    """Late rows, restarts of the clock, gaps, repeated rows, wrapped angles and noise."""
+    late, restart, gap = np.insert(np.delete(TIME, 50), 70, TIME[50]), TIME.copy(), TIME.copy()
+    restart[200:] -= TIME[200]
+    gap[200:] += 3.0
+    with warned() as texts:
+        for time in (late, restart, gap):
+            assert len(read(text(time=time), ARM).time) == 400
+        turned = text([(k, 1, repr(float(Q[k, 0] + 2 * np.pi))) for k in (60, 61, 80)])
+        assert len(read(turned, ARM).time) == 400
+    assert not texts
+
+
+def test_another_format_is_no_corrupt_row(read):
+    with pytest.raises(TrajectoryError) as caught:
+        read("time,pos1,pos2\n" + "0,1,2\n" + "0.1,x,2\n" * 1500, ARM)
+    assert "--drop-rows" not in caught.value.details["next"]
