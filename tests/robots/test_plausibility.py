@@ -63,7 +63,7 @@ MASSES = (6.0, 8.0, 4.0, 2.0, 1.5, 0.4)
 
 
 def rods(**changes: object) -> RobotArm:
-    """Six rods end to end, alternately along z and x of the frame at their near end, with one of them changed."""
+    """Six rods end to end, alternately along z and x of the frame at their near end."""
     joints, links, before = [], [], np.zeros(3)
     for k, (length, mass) in enumerate(zip(LENGTHS, MASSES, strict=True)):
         along = np.eye(3)[0 if k % 2 else 2]
@@ -157,14 +157,17 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
         (changed(3, mass=23.0, inertia_com=0.23 * np.eye(3)), "more than all links before it"),
     ],
     "velocity_in_turns_per_minute": [
-        (rods(joints=tuple(replace(joint, velocity_limit=30.0) for joint in rods().joints)), "36 m/s at the end"),
+        (
+            rods(joints=tuple(replace(joint, velocity_limit=30.0) for joint in rods().joints)),
+            "36 m/s at the end",
+        ),
     ],
     "torque_limit_in_newton_millimetres": [
         (with_torque_limits(300.0, 300e3, 100.0, 30.0, 10.0, 5.0), "joint 2: the torque limit is 300000 N m"),
     ],
     "centres_fit_another_reading": [
         (every(lambda link: {"com": -link.com}), "arm rods: the centres of mass are 0.1"),
-        (every(lambda link: {"com": -link.com}, 2), "link 2 is 0.25 m off the line between its joints, 0 m if"),
+        (every(lambda link: {"com": -link.com}, 2), "link 2 is 0.25 m off the line"),
         (in_frame(0), "if they are in the base's frame"),
         (in_frame(1), "or they are in the next link's frame"),
     ],
@@ -227,8 +230,8 @@ def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float
 def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
     """Arms that could exist: from 0.3 m on a desk to 45 m of a crane, of links of every build.
 
-    A link is a cylinder about the middle of its length, of `lightest` kg/m^3 (aluminium in a hundredth of it: a
-    truss, a carbon tube) to solid aluminium's 2700.
+    A link is a cylinder about the middle of its length, of `lightest` kg/m^3 (aluminium in a hundredth of it:
+    a truss, a carbon tube) to solid aluminium's 2700.
     """
     n = draw(st.integers(1, 8))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))

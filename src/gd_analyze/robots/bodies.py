@@ -1,16 +1,15 @@
-"""Plausibility checks of links as bodies: masses, centres of mass and inertias against the joints they lie between.
+"""Plausibility checks of links as bodies between their joints: masses, centres of mass, inertias.
 
-A link's *line* is the segment between its joints. Real centres of mass lie near it, so that another reading of
-the file's numbers, under which they lie much nearer, is what was probably meant. Limits come from 200 chains of
+A link's *line* is the segment between its joints. Real centres of mass lie near it. Where another reading of
+the file's numbers brings them much nearer, it is probably what was meant. Limits come from 200 chains of
 makers' files: arms, legs and hands.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,20 +23,13 @@ Findings = Iterator[tuple[str, str]]
 
 # Mass below which a link counts as massless, kg.
 NO_MASS = 1e-6
-# Factor by which centres of mass must lie nearer in another reading: all of an arm's, of a chain of fewer than five
-# joints, one of them, and those of shifted inertials. In makers' files they are 0.94, 0.76, 0.64 and 0.65 at least.
+# Factor by which centres of mass must be nearer in another reading: all of an arm's, of a chain of fewer than
+# five joints, one of them, those of shifted inertials. Makers' files have 0.94, 0.76, 0.64 and 0.65 at least.
 _ALL, _OF_FEW, _ONE, _SHIFTED = 0.75, 0.5, 0.5, 0.5
 # Distance from its line, in reaches, that says nothing.
 _NEAR = 0.01
-# Distance of a centre of mass from its joint, in reaches, from which the joint is another point than the centre.
+# Distance of a centre of mass from its link's frame, in reaches, from which on they count as apart.
 _APART = 0.08
-
-
-class _Reading(NamedTuple):
-    """Another meaning of the centres of mass, and their places in the links' frames then."""
-
-    name: str
-    places: list[FloatArray]
 
 
 def described_links(arm: RobotArm) -> list[tuple[str, Link]]:
@@ -70,26 +62,21 @@ def centres_fit_another_reading(arm: RobotArm) -> Findings:
     heavy = np.array([link.mass >= NO_MASS for _, link in links])
     if heavy.sum() < 2 or arm.reach <= 0.0:
         return
-    near = _NEAR * arm.reach
     given = _distances([link.com for _, link in links], lines)
-    readings = [(reading, _distances(reading.places, lines)) for reading in _readings(arm)]
-    misfits = [_misfit(read[heavy], near) for _, read in readings]
-    if best := _best(misfits, _misfit(given[heavy], near), _ALL if arm.n_joints >= 5 else _OF_FEW):
-        ifs = " or ".join(f"they are {readings[k][0].name}" for k in best)
-        off = f"{number(_misfit(given[heavy]))} m off the lines between the joints"
-        text = f"the centres of mass are {off}, {number(_misfit(readings[best[0]][1][heavy]))} m if {ifs}"
-        yield f"arm {arm.name}", f"{text}; check the frame and the signs in which they are given"
+    readings = {name: _distances(places, lines) for name, places in _readings(arm).items()}
+    most = _ALL if arm.n_joints >= 5 else _OF_FEW
+    if names := _nearest(readings, heavy, arm, most * _misfit(given[heavy], arm)):
+        off, then = (number(_rms(x[heavy])) for x in (given, readings[names[0]]))
+        text = f"the centres of mass are {off} m off the lines between the joints, {then} m if they are"
+        yield f"arm {arm.name}", f"{text} {' or '.join(names)}; check the frame and the signs of all"
         return
     for k in np.flatnonzero(heavy) if arm.n_joints >= 5 else ():
-        misfits = [
-            _misfit(np.where(np.arange(len(given)) == k, read, given)[heavy], near) for _, read in readings
-        ]
-        if best := _best(misfits, _misfit(given[heavy], near), _ONE):
+        only = {name: np.where(np.arange(len(given)) == k, read, given) for name, read in readings.items()}
+        if names := _nearest(only, heavy, arm, _ONE * _misfit(given[heavy], arm)):
             place, link = links[k]
-            ifs = " or ".join(f"it is {readings[j][0].name}" for j in best)
-            off = f"{number(given[k])} m off the line between its joints"
-            text = f"the centre of mass of link {link.name} is {off}, {number(readings[best[0]][1][k])} m if {ifs}"
-            yield place, f"{text}; check its frame and its signs"
+            off, then = number(given[k]), number(readings[names[0]][k])
+            text = f"the centre of mass of link {link.name} is {off} m off the line between its joints"
+            yield place, f"{text}, {then} m if it is {' or '.join(names)}; check its frame and its signs"
 
 
 def inertials_of_other_links(arm: RobotArm) -> Findings:
@@ -97,27 +84,30 @@ def inertials_of_other_links(arm: RobotArm) -> Findings:
     links, lines = [link for _, link in described_links(arm)], _lines(arm)
     if arm.n_joints < 5 or any(link.mass < NO_MASS for link in links) or arm.reach <= 0.0:
         return
-    coms, near = [link.com for link in links], _NEAR * arm.reach
+    coms = [link.com for link in links]
     given = _distances(coms[:-1], lines)
     neighbours = {
         "after": (_distances(coms[:-2], lines[1:]), given[1:]),
         "before": (_distances(coms[1:], lines), given),
     }
-    share, neighbour = min(
-        (_misfit(read, near) / _misfit(of, near), name) for name, (read, of) in neighbours.items()
-    )
-    if share < _SHIFTED:
-        read, of = map(_misfit, neighbours[neighbour])
-        off = f"{number(of)} m off the lines between the joints, {number(read)} m"
-        text = f"the centres of mass are {off} if each belongs to the link {neighbour} its own"
-        yield f"arm {arm.name}", f"{text}; is every inertial shifted by one link?"
+    shares = {name: _misfit(read, arm) / _misfit(of, arm) for name, (read, of) in neighbours.items()}
+    neighbour = min(shares, key=lambda name: shares[name])
+    if shares[neighbour] < _SHIFTED:
+        then, off = (number(_rms(distances)) for distances in neighbours[neighbour])
+        text = (
+            f"the centres of mass are {off} m off the lines between the joints, {then} m if each belongs to"
+        )
+        yield (
+            f"arm {arm.name}",
+            f"{text} the link {neighbour} its own; is every inertial shifted by one link?",
+        )
 
 
 def inertias_about_the_joints(arm: RobotArm) -> Findings:
     """Inertias about the links' frames, given as about the centres of mass.
 
-    About its frame a link has at least the second moment of its mass at its centre, m c c^T; a rod has 4/3 of it
-    and a thick link up to 2.5. About its centre a rod has a third.
+    About its frame a link has at least the second moment of its mass at its centre, m c c^T: a rod 4/3 of
+    it, a thick link up to 2.5. About its centre a rod has a third.
     """
     ratios, rests = [], []
     for _, link in described_links(arm):
@@ -134,7 +124,7 @@ def inertias_about_the_joints(arm: RobotArm) -> Findings:
 
 
 def inertias_too_small(arm: RobotArm) -> Findings:
-    """Half of the links denser than 2e5 kg/m^3, as balls; in makers' files 2e1 to 2e3, in g m^2 500 000 and more."""
+    """Half of the links denser than 2e5 kg/m^3; makers' files have 20 to 2000, 3e4 times more in g m^2."""
     densities = [ball_density(link) for _, link in described_links(arm) if weighs(link) and not link.is_point]
     if len(densities) >= 3 and 2e5 < (middle := float(np.median(densities))) < 1e8:
         text = f"with these inertias half of the links are denser than {middle:.0e} kg/m^3 (steel: 7900)"
@@ -149,8 +139,8 @@ def lighter_than_its_neighbours(arm: RobotArm) -> Findings:
     around = (masses[-4], masses[-2], masses[-1])
     if masses[-3] < 0.3 * min(around):
         place, link = described_links(arm)[-3]
-        text = f"link {link.name} has {number(link.mass)} kg, less than a third of each of its neighbours and the last"
-        yield place, f"{text} link ({', '.join(map(number, around))} kg); are two links swapped?"
+        text = f"link {link.name} has {number(link.mass)} kg, less than a third of the links around it"
+        yield place, f"{text} ({', '.join(map(number, around))} kg); are two links swapped?"
 
 
 def _lines(arm: RobotArm) -> list[tuple[FloatArray, FloatArray]]:
@@ -169,33 +159,36 @@ def _distances(places: Sequence[FloatArray], lines: Sequence[tuple[FloatArray, F
     return np.array(distances)
 
 
-def _misfit(distances: FloatArray, near: float = 0.0) -> float:
-    """Root mean square of distances, each at least about `near`."""
-    return math.sqrt(float((distances**2).mean()) + near**2)
+def _rms(distances: FloatArray) -> float:
+    return math.sqrt(float((distances**2).mean()))
 
 
-def _best(misfits: Sequence[float], given: float, nearer: float) -> list[int]:
-    """The best readings, if they are nearer by this factor than what is given."""
-    least = min(misfits)
-    return [k for k, misfit in enumerate(misfits) if misfit <= 1.2 * least] if least < nearer * given else []
+def _misfit(distances: FloatArray, arm: RobotArm) -> float:
+    """Root mean square of distances in reaches, each at least about `_NEAR`."""
+    return math.hypot(_rms(distances) / arm.reach, _NEAR)
 
 
-def _readings(arm: RobotArm) -> list[_Reading]:
-    """Other meanings of the centres of mass, all but the last, with the joints at 0."""
+def _nearest(readings: Mapping[str, FloatArray], heavy: FloatArray, arm: RobotArm, below: float) -> list[str]:
+    """Names of the readings with about the least misfit, if it is below a bound."""
+    misfits = {name: _misfit(read[heavy], arm) for name, read in readings.items()}
+    least = min(misfits.values())
+    return [name for name, misfit in misfits.items() if misfit <= 1.2 * least] if least < below else []
+
+
+def _readings(arm: RobotArm) -> dict[str, list[FloatArray]]:
+    """Places of the centres of mass, all but the last, in their links' frames if they mean something else."""
     coms = [link.com for _, link in described_links(arm)][:-1]
     parts = zip(arm.joints, arm.links, strict=True)
     steps = [_matrix(joint.placement) @ _matrix(link.frame) for joint, link in parts]
-    back = [np.linalg.inv(pose) for pose in accumulate(steps, np.matmul)]
-    frames = {
-        "in the base's frame": back[:-1],
+    poses = {
+        "in the base's frame": [np.linalg.inv(pose) for pose in accumulate(steps, np.matmul)][:-1],
         "in the next link's frame": steps[1:],
         "in the frame of the link before": [np.linalg.inv(step) for step in steps[:-1]],
     }
-    readings = [_Reading("of the opposite sign", [-com for com in coms])]
-    for name, poses in frames.items():
-        moved = [pose[:3, :3] @ com + pose[:3, 3] for pose, com in zip(poses, coms, strict=True)]
-        readings.append(_Reading(name, moved))
-    return readings
+    return {"of the opposite sign": [-com for com in coms]} | {
+        name: [pose[:3, :3] @ com + pose[:3, 3] for pose, com in zip(frames, coms, strict=True)]
+        for name, frames in poses.items()
+    }
 
 
 def _matrix(placement: Placement) -> FloatArray:

@@ -159,7 +159,7 @@ def velocity_in_degrees(arm: RobotArm) -> Findings:
 
 
 def velocity_in_turns_per_minute(arm: RobotArm) -> Findings:
-    """With its arm stretched out, the end of the fastest humanoid could pass by at 29 m/s, of an arm at 6 m/s."""
+    """Stretched out, arms reach 6 m/s at their end, and the fastest humanoid's 29 m/s."""
     lengths = _lengths_beyond(arm)
     for joint, length in zip(arm.joints, lengths, strict=True):
         speed = (joint.velocity_limit or 0.0) * length
@@ -188,8 +188,8 @@ def torque_limit_in_newton_millimetres(arm: RobotArm) -> Findings:
     for joint, drive, torque in zip(arm.joints, arm.drives, torques, strict=True):
         limit = drive.torque_limit or 0.0
         if joint.kind == "revolute" and torque > 0.2 * max(torques) and 150.0 * torque < limit:
-            most = f"the torque limit is {limit:g} N m; the stretched arm weighs {number(torque)} N m on the joint"
-            yield joint.place, f"{most}; is it in N mm, or does it mean no limit?"
+            weight = f"{number(torque)} N m, the stretched arm's weight"
+            yield joint.place, f"the torque limit is {limit:g} N m beside {weight}; in N mm, or is it none?"
 
 
 def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
