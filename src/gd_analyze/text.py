@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import unicodedata
 from decimal import ROUND_CEILING, Decimal
@@ -197,6 +198,15 @@ def short_name(name: str, most: int) -> str:
         return name
     ends = max(most - 1, 2)
     return f"{name[: ends - ends // 2]}…{name[len(name) - ends // 2 :]}"
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Leave out the words at the beginning that all names share: panda_joint1, ... become joint1, ..."""
+    shared = os.path.commonprefix(list(names)) if len(set(names)) > 1 else ""
+    # What remains begins with a letter: joint_3 as the second joint would read "2 3".
+    ends = [mark.end() for mark in re.finditer(r"[^A-Za-z0-9]+", shared)]
+    end = next((end for end in reversed(ends) if all(name[end : end + 1].isalpha() for name in names)), 0)
+    return [name[end:] for name in names]
 
 
 def joint_name(number: int, name: str) -> str:
