@@ -169,7 +169,7 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
         (every(lambda link: {"com": -link.com}), "arm rods: the centres of mass are 0.1"),
         (every(lambda link: {"com": -link.com}, 2), "link 2 is 0.25 m off the line"),
         (in_frame(0), "if they are in the base's frame"),
-        (in_frame(1), "or they are in the next link's frame"),
+        (in_frame(1), "or in the next link's frame"),
     ],
     "inertials_of_other_links": [
         (inertials(1, 1, 2, 3, 4, 5), "belongs to the link before its own"),
