@@ -9,7 +9,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gd_analyze.text import amount, joint_name, number, percent, prefixed, pretty, rounded_up, share_up
+from gd_analyze.text import (
+    amount,
+    joint_name,
+    number,
+    percent,
+    prefixed,
+    pretty,
+    rounded_up,
+    share_up,
+    short_names,
+)
 
 # How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened. Pages
 # only: "math", symbols and formulas; "share", percent with a bar; "effect", such as "translation" or
@@ -184,12 +194,12 @@ class Result:
 def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
     """Columns that begin a table of an arm's joints (`arm.joints`): number, name and unit of torque."""
     names = [joint.name for joint in joints]
-    numbers = range(1, len(names) + 1)
+    numbers, short = range(1, len(names) + 1), short_names(names)
     return (
         Column("joint", "", numbers),
         Column("joint_name", "", names),
         Column("effort_unit", "", [joint.effort_unit for joint in joints]),
-        Column("", "joint", [joint_name(*pair) for pair in zip(numbers, names, strict=True)], shown="name"),
+        Column("", "joint", [joint_name(*pair) for pair in zip(numbers, short, strict=True)], shown="name"),
     )
 
 

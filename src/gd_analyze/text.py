@@ -7,6 +7,7 @@ import re
 import unicodedata
 from decimal import ROUND_CEILING, Decimal
 from functools import lru_cache
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from markupsafe import escape
@@ -197,6 +198,16 @@ def short_name(name: str, most: int) -> str:
         return name
     ends = max(most - 1, 2)
     return f"{name[: ends - ends // 2]}…{name[len(name) - ends // 2 :]}"
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Leave out the words at the beginning that all names share: panda_joint1, ... become joint1, ..."""
+    signs = takewhile(lambda column: len(set(column)) == 1, zip(*names, strict=False))
+    shared = "".join(column[0] for column in signs) if len(set(names)) > 1 else ""
+    # What remains begins with a letter: joint_3 as the second joint would read "2 3".
+    ends = [mark.end() for mark in re.finditer(r"[^A-Za-z0-9]+", shared)]
+    end = next((end for end in reversed(ends) if all(name[end : end + 1].isalpha() for name in names)), 0)
+    return [name[end:] for name in names]
 
 
 def joint_name(number: int, name: str) -> str:

@@ -14,7 +14,7 @@ from gd_analyze.formulas.languages import rounded
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.report.budget import budget_words
 from gd_analyze.schema import unit_of, units_of
-from gd_analyze.text import parted, short_name, with_error
+from gd_analyze.text import parted, short_name, short_names, with_error
 
 # A prismatic joint's variable, times an acceleration of the first.
 SLIDING = TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),))
@@ -54,3 +54,21 @@ def test_bounds_in_single_precision_are_on_the_safe_side(towards):
     assert half == 0.5
     assert (tenth > 0.1) == (towards > 0)
     assert abs(tenth - 0.1) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("names", "short"),
+    [
+        (["panda_joint1", "panda_joint2"], ["joint1", "joint2"]),
+        (["left_arm_joint_1", "left_arm_joint_2"], ["joint_1", "joint_2"]),  # not "1 1"
+        (["ur/shoulder_pan", "ur/shoulder_lift"], ["pan", "lift"]),
+        (["joint_1", "joint_2"], ["joint_1", "joint_2"]),
+        (["arm_a", "arm_a_b"], ["a", "a_b"]),
+        (["a_", "a_b"], ["a_", "a_b"]),  # nothing would be left
+        (["shoulder", "elbow"], ["shoulder", "elbow"]),
+        (["arm_one"], ["arm_one"]),
+        ([], []),
+    ],
+)
+def test_names_without_the_words_that_all_share(names, short):
+    assert short_names(names) == short

@@ -113,6 +113,18 @@ def test_refused(written, capfd, text, line, fact):
     assert capfd.readouterr() == ("", "")
 
 
+BESIDE = f'<body name="beside">{INERTIAL}<joint name="lever" axis="0 1 0"/></body>'
+
+
+@pytest.mark.parametrize("bound", ['joint1="lever" joint2="elbow"', 'joint1="elbow" joint2="lever"'])
+def test_an_equality_binds_both_joints_whichever_follows(written, bound):
+    path = written(mjcf(two() + BESIDE, after=f"<equality><joint {bound}/></equality>"))
+    with pytest.raises(ArmError, match="lever mimics joint elbow, which moves, and loads it with 2 kg"):
+        gd.load_arm(path, tip="lower")
+    assert gd.load_arm(path, tip="lower", lock=["lever=0"]).n_joints == (2 if '1="l' in bound else 1)
+    assert gd.load_arm(path, tip="upper").n_joints == 1
+
+
 def test_a_model_in_memory(written):
     path = written(mjcf(two('axis="1 0 0"')))
     model = pin.buildModelFromMJCF(str(path))

@@ -37,6 +37,20 @@ def mimicking(mass: float | None = 0.2) -> tuple[str, ...]:
     return link("follower", mass), joint("follows", "lower", "follower", rest=rest)
 
 
+def levered(mass: float | None = 3.0, *more: str) -> str:
+    """A palletizer: a lever beside the arm keeps step with the elbow, and a rod with the lever."""
+    step, back = '<mimic joint="elbow"/>', '<mimic joint="lever_joint" multiplier="-1"/>'
+    lever = (link("lever", mass), joint("lever_joint", "upper", "lever", rest=step))
+    rod = (link("rod", mass), joint("rod_joint", "lever", "rod", rest=back))
+    return two_joints(*lever, *rod, *more)
+
+
+def fingers_in_step() -> list[str]:
+    """The right finger follows the left one."""
+    *others, right = fingers()
+    return [*others, right.replace("</joint>", '<mimic joint="left_finger"/></joint>')]
+
+
 FINGERS = two_joints(*fingers())
 HAND = [part for side in "xyz" for part in chain("a5", side, 5)]
 LONG_FINGERS = urdf(link("base"), *chain("base", "a", 5), *chain("base", "rim", 1), *HAND)
@@ -58,6 +72,10 @@ PLANAR = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
         (TWO_ARMS, {}, ["branches at its base", "--tip left3 or --tip right3"]),
         (LONG_FINGERS, {}, ["--tip a5 or --tip x5 or --tip y5 or --tip z5"]),
         (two_joints(*mimicking()), {}, ["follows mimics", "-2 times elbow plus 0.1", "--lock follows=0"]),
+        (levered(), {}, ["line 8", "lever_joint mimics joint elbow, which moves, and loads it with 6 kg"]),
+        (levered(), {"tip": "lower"}, ["lever_joint mimics joint elbow", "--lock elbow=0 both"]),
+        (levered(), {"tip": "lower", "lock": ["rod_joint=0"]}, ["lever_joint mimics joint elbow"]),
+        (two_joints(*fingers_in_step()), {"tip": "left"}, ["right_finger mimics joint left_finger"]),
         (FLOATING, {}, ["the robot floats: joint root", "--base base fixes that link"]),
         (PLANAR, {}, ["joint slip is planar", "--lock slip=0 holds it"]),
         (PLANAR, {"lock": ["slip=0.1"]}, ["can be held only at 0"]),
@@ -83,6 +101,11 @@ def test_refused_with_the_way_out(read, text, picked, facts):
         (two_joints(*mimicking()), {"lock": ["follows=0"]}, ["shoulder", "elbow"]),
         (two_joints(*mimicking(None)), {}, ["shoulder", "elbow"]),
         (two_joints(*mimicking()), {"lock": ["elbow=0.5"]}, ["shoulder"]),
+        (levered(None), {"tip": "lower"}, ["shoulder", "elbow"]),
+        (levered(), {"tip": "upper"}, ["shoulder"]),
+        (levered(), {"tip": "lower", "lock": ["elbow=0.5"]}, ["shoulder"]),
+        (levered(), {"tip": "lower", "lock": ["lever_joint=0"]}, ["shoulder", "elbow"]),
+        (two_joints(*fingers_in_step()), {"tip": "lower"}, ["shoulder", "elbow"]),
         (FLOATING, {"base": "base"}, ["shoulder", "elbow"]),
         (PLANAR, {"lock": ["slip=0"]}, ["shoulder", "elbow"]),
         (PLANAR, {"tip": "lower"}, ["shoulder", "elbow"]),

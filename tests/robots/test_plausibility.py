@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.parts import DHRow, Joint, Link, Placement
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, of_point_mass
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
 from gd_analyze.text import LARGEST
@@ -56,6 +57,61 @@ def of_inertia(*moments: float, **more: object) -> RobotArm:
 
 
 URDF = Location("a.urdf", 7)
+
+LENGTHS = (0.1, 0.5, 0.4, 0.1, 0.1, 0.05)
+MASSES = (6.0, 8.0, 4.0, 2.0, 1.5, 0.4)
+
+
+def rods(**changes: object) -> RobotArm:
+    """Six rods end to end, alternately along z and x of the frame at their near end."""
+    joints, links, before = [], [], np.zeros(3)
+    for k, (length, mass) in enumerate(zip(LENGTHS, MASSES, strict=True)):
+        along = np.eye(3)[0 if k % 2 else 2]
+        joints.append(Joint(str(k + 1), "revolute", Placement(np.eye(3), before), velocity_limit=3.0))
+        inertia = mass * length**2 * (0.09 * np.eye(3) - 0.08 * np.outer(along, along))
+        links.append(Link(str(k + 1), mass, 0.5 * length * along, inertia))
+        before = length * along
+    return replace(RobotArm("rods", tuple(joints), tuple(links)), **changes)
+
+
+def every(change: Callable[[Link], dict[str, object]], *only: int) -> RobotArm:
+    """The rods with all or some links changed."""
+    links = (
+        replace(link, **change(link)) if not only or k in only else link
+        for k, link in enumerate(rods().links, start=1)
+    )
+    return rods(links=tuple(links))
+
+
+def inertials(*order: int) -> RobotArm:
+    """The rods with the inertials of other links."""
+    links = rods().links
+    moved = [
+        replace(link, mass=of.mass, com=of.com, inertia_com=of.inertia_com)
+        for link, of in zip(links, (links[k - 1] for k in order), strict=True)
+    ]
+    return rods(links=tuple(moved))
+
+
+def in_frame(of: int) -> RobotArm:
+    """The rods with centres of mass in the frame of the base (0), or of the next link (1)."""
+    places = np.cumsum([joint.placement.translation for joint in rods().joints], axis=0)
+    links = rods().links
+    coms = [link.com + places[k] for k, link in enumerate(links)]
+    if of == 1:
+        ends = [*places[1:], places[-1]]
+        coms = [link.com + places[k] - ends[k] for k, link in enumerate(links)]
+    return rods(links=tuple(replace(link, com=com) for link, com in zip(links, coms, strict=True)))
+
+
+def about_the_frame(link: Link) -> dict[str, object]:
+    return {"inertia_com": link.inertia_com + of_point_mass(link.mass, link.com)}
+
+
+def with_torque_limits(*limits: float) -> RobotArm:
+    return rods(drives=tuple(Drive(torque_limit=limit) for limit in limits))
+
+
 # By the check: arms that have the slip, and what the message says.
 SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "gravity_too_strong": [(one_joint(Joint("1"), gravity=np.array([0, 0, -98.1])), "98.1 m/s^2")],
@@ -100,6 +156,28 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
         (changed(5, mass=46.0, inertia_com=0.46 * np.eye(3)), "more than a third of all links"),
         (changed(3, mass=23.0, inertia_com=0.23 * np.eye(3)), "more than all links before it"),
     ],
+    "velocity_in_turns_per_minute": [
+        (
+            rods(joints=tuple(replace(joint, velocity_limit=30.0) for joint in rods().joints)),
+            "36 m/s at the end",
+        ),
+    ],
+    "torque_limit_in_newton_millimetres": [
+        (with_torque_limits(300.0, 300e3, 100.0, 30.0, 10.0, 5.0), "joint 2: the torque limit is 300000 N m"),
+    ],
+    "centres_fit_another_reading": [
+        (every(lambda link: {"com": -link.com}), "arm rods: the centres of mass are 0.1"),
+        (every(lambda link: {"com": -link.com}, 2), "link 2 is 0.25 m off the line"),
+        (in_frame(0), "if they are in the base's frame"),
+        (in_frame(1), "or in the next link's frame"),
+    ],
+    "inertials_of_other_links": [
+        (inertials(1, 1, 2, 3, 4, 5), "belongs to the link before its own"),
+        (inertials(2, 3, 4, 5, 6, 6), "belongs to the link after its own"),
+    ],
+    "inertias_about_the_joints": [(every(about_the_frame), "of all 2 links")],
+    "inertias_too_small": [(every(lambda link: {"inertia_com": 1e-2 * link.inertia_com}), "(steel: 7900)")],
+    "lighter_than_its_neighbours": [(inertials(1, 2, 3, 6, 5, 4), "link 4 has 0.4 kg")],
 }  # fmt: skip
 
 
@@ -122,6 +200,9 @@ FINE = [
     of_inertia(0.0, 1 / 12, 1 / 12),  # a rod without thickness
     one_joint(Joint("1"), link(com=np.array([0.9, 0, 0]))),
     one_joint(Joint("1"), link(com=np.array([1.2, 0, 0]), mass=0.0)),
+    rods(),
+    with_torque_limits(300.0, 400.0, 100.0, 30.0, 10.0, 5.0),
+    every(about_the_frame, 2),  # which is seen in all links alone
     *map(gd.load_arm, gd.builtin_arms()),
 ]
 
@@ -149,14 +230,15 @@ def scaled(arm: RobotArm, mass: float = 1.0, inertia: float = 1.0, length: float
 def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
     """Arms that could exist: from 0.3 m on a desk to 45 m of a crane, of links of every build.
 
-    A link is a cylinder somewhere along its length, of `lightest` kg/m^3 (aluminium in a hundredth of it: a
-    truss, a carbon tube) to solid aluminium's 2700.
+    A link is a cylinder about the middle of its length, of `lightest` kg/m^3 (aluminium in a hundredth of it:
+    a truss, a carbon tube) to solid aluminium's 2700.
     """
     n = draw(st.integers(1, 8))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     longest = 10 ** draw(st.floats(np.log10(0.1), np.log10(15.0)))
     lengths = longest * rng.uniform(0.05, 1.0, n)
     lengths[rng.integers(n)] = longest
+    fastest = min(40.0, 25.0 / lengths.sum())  # 25 m/s at the end of the stretched arm
     joints, links = [], []
     for i, length in enumerate(lengths):
         radius = length * rng.uniform(0.04, 0.5)
@@ -165,9 +247,9 @@ def plausible_arms(draw: st.DrawFn, lightest: float = 27.0) -> RobotArm:
         turn = random_rotation(rng)
         inertia = turn @ np.diag([along, across, across]) @ turn.T
         ends = rng.choice([np.pi / 2, np.pi, 2 * np.pi, np.radians(450), 2 * np.pi * 20, 1e9])
-        joints.append(Joint(str(i), lower=-ends, upper=ends, velocity_limit=rng.uniform(0.01, 40)))
+        joints.append(Joint(str(i), lower=-ends, upper=ends, velocity_limit=rng.uniform(0.01, fastest)))
         behind = Placement(random_rotation(rng), length * random_rotation(rng)[0])
-        com = -rng.uniform(0, 1) * behind.rotation.T @ behind.translation
+        com = -rng.uniform(0.3, 0.7) * behind.rotation.T @ behind.translation
         links.append(Link(str(i), mass, com, (inertia + inertia.T) / 2, behind))
     links.sort(key=lambda link: -link.mass)
     gravity = rng.choice([0.0, 1.62, 9.81, 24.8]) * random_rotation(rng)[0]

@@ -91,12 +91,41 @@ def test_urdf_is_doubted(doubts, text, told):
             .replace("</joint>", '<mimic joint="gone"/></joint>', 1),
             "mimics a joint that does not exist",
         ),
+        (
+            ARM.replace('<link name="base"', '<link name="bottom"'),
+            "parent of joint j1 is a link that the file does",
+        ),
+        (
+            ARM.replace('<child link="link_3"', '<child link="link_33"'),
+            "child of joint j3 .*\n.*\n.*'link_33'\n.*name ",
+        ),
     ],
 )
 def test_urdf_is_refused(doubts, text, told):
     with pytest.raises(ArmError, match=told) as caught:
         doubts(text)
     assert "line" in caught.value.details["where"]
+
+
+MOTOR = "<motorInertia>2e-5</motorInertia><mechanicalReduction>100</mechanicalReduction>"
+
+
+@pytest.mark.parametrize(
+    ("actuator", "told"),
+    [
+        (
+            f"<actuator name='m'>{MOTOR}</actuator>",
+            "motor inertia of 2.00e-05 kg m^2 is not read; .* is 0.2 kg",
+        ),
+        ("<actuator><drake:rotor_inertia value='3'/></actuator>", "motor inertia of 3 kg m^2 .* is 3 kg"),
+        ("<actuator><motorInertia>0</motorInertia></actuator>", "^$"),
+        ("<actuator><motorInertia/></actuator>", "^$"),
+    ],
+)
+def test_a_motor_inertia_is_told_with_its_value_at_the_joint(doubts, actuator, told):
+    of = '<transmission name="t"><joint name="{}"/>{}</transmission></robot>'
+    assert re.search(told.replace("^2", r"\^2"), doubts(ARM.replace("</robot>", of.format("j2", actuator))))
+    assert doubts(ARM.replace("</robot>", of.format("wheel", actuator))) == ""
 
 
 def test_a_joint_off_the_arm_may_mimic_what_is_not_there(tmp_path):

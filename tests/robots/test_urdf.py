@@ -130,7 +130,7 @@ def limited(limit: str) -> str:
         (urdf('<xacro:arm prefix="left_"/>'), 2, "`xacro robot.urdf.xacro > robot.urdf`"),
         (limited('lower="${-pi}" upper="1"'), 4, "${-pi}"),
         (urdf(BASE, BASE), 3, "line 2"),
-        (urdf(BASE, SHOULDER), 3, "child link [upper] of joint [shoulder] not found"),
+        (urdf(BASE, SHOULDER), 3, "the child of joint shoulder is a link that the file does not declare"),
         (urdf(BASE, UPPER), None, "Two root links found: [base] and [upper]"),
         (urdf(BASE, UPPER, SHOULDER, joint("bar", "base", "upper")), 5, "joints shoulder and bar"),
         (urdf(BASE, *CIRCLE), 5, "closes a loop"),

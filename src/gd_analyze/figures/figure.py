@@ -20,7 +20,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.parts import Joint
-from gd_analyze.text import joint_name, prefixed, pretty
+from gd_analyze.text import joint_name, prefixed, pretty, short_names
 
 # Name: colour on light and on dark paper.
 COLOURS: dict[str, list[str]] = json.loads(
@@ -287,9 +287,10 @@ def over_time(
 
 
 def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
-    """Number and name of a joint, from 0; a name too long for the width, pt, keeps its distinctive end."""
-    name, most = joints[i].name, max(int(room / (0.5 * size)) - 2, 3)
-    ends = zip(*(joint.name[::-1] for joint in joints), strict=False)
+    """Number and short name of a joint, from 0; if too long for the width, pt, its distinctive end."""
+    names = short_names([joint.name for joint in joints])
+    name, most = names[i], max(int(room / (0.5 * size)) - 2, 3)
+    ends = zip(*(each[::-1] for each in names), strict=False)
     alike = sum(1 for _ in takewhile(lambda signs: len(set(signs)) == 1, ends))
     if len(name) > most and len(joints) > 1 and alike:
         name = f"{name[:-alike]}…"

@@ -36,7 +36,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows, tube_bound
-from gd_analyze.text import amount, percent, thousands
+from gd_analyze.text import amount, percent, short_names, thousands
 
 _EMPTY_CELL = '<td class="value"></td>'
 _APPENDIX_NAMES = {
@@ -148,8 +148,8 @@ def _stops(findings: Findings) -> str:
 def _arm(findings: Findings, drawing: Drawing) -> str:
     """The animated arm."""
     rows = "".join(
-        f'<tr><th scope="row">{k} {escape(joint.name)}</th>{2 * _EMPTY_CELL}</tr>\n'
-        for k, joint in enumerate(findings.arm.joints, start=1)
+        f'<tr><th scope="row">{k} {escape(name)}</th>{2 * _EMPTY_CELL}</tr>\n'
+        for k, name in enumerate(short_names([joint.name for joint in findings.arm.joints]), start=1)
     )
     (panel,) = drawing.figure.panels
     return template("arm.html").format(

@@ -31,7 +31,7 @@ from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joi
 from gd_analyze.results.run_result import not_worth_keeping, text_comparison
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.plausibility import inconsistent_inertias
-from gd_analyze.text import amount, given, number, percent, pretty
+from gd_analyze.text import amount, given, number, percent, pretty, short_names
 
 # Rows of the ranking of terms.
 _TERMS = 40
@@ -209,10 +209,11 @@ def _motions(findings: Findings) -> Section:
         Column("", "set points", [row["set_points"] for row in rows], shown="count"),
         Column("", "duration", [row["duration"] for row in rows], "s"),
     ]
+    names = short_names([joint.name for joint in findings.arm.joints])
     for i, joint in enumerate(findings.arm.joints):
         peaks = [pretty(amount(row["peak_torque"][i], joint.effort_unit)) for row in rows]
         cells = [f"{percent(row['used'][i])}, {peak}" for row, peak in zip(rows, peaks, strict=True)]
-        columns.append(_words(f"{i + 1} {joint.name}", cells))
+        columns.append(_words(f"{i + 1} {names[i]}", cells))
     title = "Each motion by itself: error over allowed error, and peak torque, by joint"
     parts: list[Part] = [motion_result.worst_fact(rows), Table("motions", title, tuple(columns))]
     changing = [row for row in verdicts if row["changes"]]

@@ -12,7 +12,7 @@ from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.result import Column, Shown, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.text import joint_name, percent
+from gd_analyze.text import joint_name, percent, short_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -192,7 +192,10 @@ def table_of(
         return Table(key, title, (), note, top)
     columns: list[Column] = []
     if "joint_name" in rows[0]:
-        pairs = [joint_name(row["joint"], row["joint_name"]) for row in rows]
+        names = {row["joint"]: row["joint_name"] for row in rows}
+        if list(names) == list(range(1, len(names) + 1)):  # some joints alone may share more words
+            names = dict(zip(names, short_names(list(names.values())), strict=True))
+        pairs = [joint_name(row["joint"], names[row["joint"]]) for row in rows]
         columns.append(Column("", "joint", pairs, shown="name"))
     for name in dict.fromkeys((*labels, *rows[0])):
         given = labels.get(name, ("",))

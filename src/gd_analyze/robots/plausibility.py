@@ -9,22 +9,30 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator
-from itertools import zip_longest
+from itertools import accumulate, zip_longest
 
 import numpy as np
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.bodies import (
+    NO_MASS,
+    Findings,
+    ball_density,
+    centres_fit_another_reading,
+    described_links,
+    gyration,
+    inertials_of_other_links,
+    inertias_about_the_joints,
+    inertias_too_small,
+    lighter_than_its_neighbours,
+    weighs,
+)
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.text import number, percent
 
-# Findings of a check: place and sentence.
-Findings = Iterator[tuple[str, str]]
-
 _FULL_TURN = 2 * math.pi
 _TYPED = 1e-4  # four decimals of a radian
-# Mass below which a link counts as massless, kg.
-_NO_MASS = 1e-6
 # Distance of a centre of mass that is plausible in an arm without reach, m.
 _LEAST_FAR = 0.1
 # Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986); rounding to 3
@@ -116,10 +124,10 @@ def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
 
 def massless_among_bodies(arm: RobotArm) -> Findings:
     """A link without stated mass between links with mass."""
-    stated = _stated(arm)
-    heavy = [k for k, (_, link) in enumerate(stated) if _weighs(link)]
+    stated = described_links(arm)
+    heavy = [k for k, (_, link) in enumerate(stated) if weighs(link)]
     for k, (place, link) in enumerate(stated):
-        is_nothing = link.mass < _NO_MASS and not link.inertia_com.any()
+        is_nothing = link.mass < NO_MASS and not link.inertia_com.any()
         if is_nothing and heavy and heavy[0] < k < heavy[-1]:
             yield place, f"link {link.name} has no mass, but links before and after it have; is it missing?"
 
@@ -150,27 +158,61 @@ def velocity_in_degrees(arm: RobotArm) -> Findings:
             yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {instead}"
 
 
+def velocity_in_turns_per_minute(arm: RobotArm) -> Findings:
+    """Stretched out, arms reach 6 m/s at their end, and the fastest humanoid's 29 m/s."""
+    lengths = _lengths_beyond(arm)
+    for joint, length in zip(arm.joints, lengths, strict=True):
+        speed = (joint.velocity_limit or 0.0) * length
+        if joint.kind == "revolute" and 30.0 < speed < math.inf:
+            limit = f"the velocity limit is {joint.velocity_limit:g} rad/s"
+            yield joint.place, f"{limit}, {speed:.3g} m/s at the end of the stretched arm; is it in 1/min?"
+            return
+
+
+def torque_limit_in_newton_millimetres(arm: RobotArm) -> Findings:
+    """Drives of desk arms hold 75 times the weight beyond their joint, those of larger arms 40 times.
+
+    Legs and fingers below 1 kg state limits of some thousand times their weight.
+    """
+    links = [link for _, link in described_links(arm)]
+    if not arm.drives or sum(link.mass for link in links) < 1.0:
+        return
+    lengths = _lengths_beyond(arm)
+    # Above the weight's torque about a joint: each link's weight at its farthest.
+    torques = [
+        sum(9.81 * link.mass * (length - beyond + float(np.linalg.norm(link.com))) for link, beyond in pairs)
+        for length, pairs in (
+            (lengths[i], zip(links[i:], lengths[i:], strict=True)) for i in range(len(links))
+        )
+    ]
+    for joint, drive, torque in zip(arm.joints, arm.drives, torques, strict=True):
+        limit = drive.torque_limit or 0.0
+        if joint.kind == "revolute" and torque > 0.2 * max(torques) and 150.0 * torque < limit:
+            weight = f"{number(torque)} N m, the stretched arm's weight"
+            yield joint.place, f"the torque limit is {limit:g} N m beside {weight}; in N mm, or is it none?"
+
+
 def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
     """Radii of gyration are below 0.5 reaches; in kg cm^2 the longest link has 3 or more, in kg mm^2 30."""
-    for place, link in _stated(arm):
+    for place, link in described_links(arm):
         if _is_wide(link, arm.reach):
-            width = f"the inertia is that of a body {2 * _gyration(link):.3g} m wide, {_reaching(arm)}"
+            width = f"the inertia is that of a body {2 * gyration(link):.3g} m wide, {_reaching(arm)}"
             yield place, f"with {link.mass:g} kg {width}; is it in kg cm^2, kg mm^2 or g mm^2, not kg m^2?"
 
 
 def mass_too_large_for_reach(arm: RobotArm) -> Findings:
     """The reach limits the mass where the inertia does not."""
-    for place, link in _stated(arm):
+    for place, link in described_links(arm):
         says_nothing = link.is_point or _is_wide(link, arm.reach)
-        if says_nothing and _weighs(link) and link.mass > _heaviest(arm.reach):
+        if says_nothing and weighs(link) and link.mass > _heaviest(arm.reach):
             yield place, f"a mass of {link.mass:g} kg is too much {_reaching(arm)}; in grams?"
 
 
 def masses_too_small_for_reach(arm: RobotArm) -> Findings:
     """All links together, in tonnes: desk arms, the lightest, have 4 kg per cubic metre of reach."""
-    whole, least = sum(link.mass for _, link in _stated(arm)), 0.03 * arm.reach**3
+    whole, least = sum(link.mass for _, link in described_links(arm)), 0.03 * arm.reach**3
     # Sliding joints have a long reach.
-    if _NO_MASS < whole < least and all(arm.is_revolute):
+    if NO_MASS < whole < least and all(arm.is_revolute):
         yield f"arm {arm.name}", f"all links together have {whole:.3g} kg, {_reaching(arm)}; in tonnes?"
 
 
@@ -179,18 +221,17 @@ def mass_too_dense(arm: RobotArm) -> Findings:
 
     Links with point masses reach 1e7, as an end effector of 0.1 kg with 10 kg in its middle.
     """
-    for place, link in _stated(arm):
-        if link.is_point or not _weighs(link):
+    for place, link in described_links(arm):
+        # Of an inertia with a negative moment another check says what is wrong.
+        if link.is_point or not weighs(link) or _inconsistency(link):
             continue
-        # A ball has the least inertia of all bodies of its mass and density: 3/5 m r^2, half the trace.
-        volume = 4 / 3 * math.pi * (5 / 3 * _gyration(link) ** 2) ** 1.5
-        if link.mass > 1e8 * volume:
+        if ball_density(link) > 1e8:
             yield place, f"no material is dense enough for {link.mass:g} kg with this inertia; in grams?"
 
 
 def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
     """A centre of mass in mm. Frames at the near ends of links do not show the last link's length."""
-    for place, link in _stated(arm):
+    for place, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
         if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
             where = f"{distance:.3g} m from the link frame, {_reaching(arm)}"
@@ -199,14 +240,14 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
 
 def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
     """A negative principal moment, or one larger than the sum of the other two."""
-    yield from ((place, message) for place, link in _stated(arm) if (message := _inconsistency(link)))
+    yield from ((place, message) for place, link in described_links(arm) if (message := _inconsistency(link)))
 
 
 def point_mass_among_bodies(arm: RobotArm) -> Findings:
     """A link without inertia; an arm of point masses alone is a textbook model."""
-    are_points = all(link.is_point for _, link in _stated(arm))
-    for place, link in _stated(arm):
-        if link.is_point and _weighs(link) and not are_points:
+    are_points = all(link.is_point for _, link in described_links(arm))
+    for place, link in described_links(arm):
+        if link.is_point and weighs(link) and not are_points:
             mass = f"a mass of {number(link.mass)} kg"
             yield place, f"link {link.name} has {mass} but no inertia, which other links have"
 
@@ -214,7 +255,7 @@ def point_mass_among_bodies(arm: RobotArm) -> Findings:
 def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
     """A centre of mass lies within half the reach of a joint of its link; the last link's end is unknown."""
     farthest = max(0.6 * arm.reach, _LEAST_FAR)
-    for (place, link), beyond in zip(_stated(arm), arm.joints[1:], strict=False):
+    for (place, link), beyond in zip(described_links(arm), arm.joints[1:], strict=False):
         offset, turn = link.frame.translation, link.frame.rotation
         centre, end = turn @ link.com + offset, turn @ beyond.placement.translation + offset
         distance = min(float(np.linalg.norm(centre)), float(np.linalg.norm(centre - end)))
@@ -228,11 +269,11 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
 
     The third link from the end of a leg has 0.73. A finger's first links are as light as its last.
     """
-    stated, n = _stated(arm), arm.n_joints
+    stated, n = described_links(arm), arm.n_joints
     for index in range((n + 1) // 2, n) if n >= 5 else ():
         (place, link), before = stated[index], sum(one.mass for _, one in stated[:index])
         share, than = (0.35, "a third of all links") if index >= n - 2 else (1.0, "all links")
-        if link.mass > max(share * before, _NO_MASS):
+        if link.mass > max(share * before, NO_MASS):
             mass = f"{number(link.mass)} kg, more than {than} before it together ({number(before)} kg)"
             yield place, f"link {link.name} has {mass}: real arms get lighter towards the end effector"
 
@@ -241,10 +282,13 @@ CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
     gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
     offset_far_beyond_the_others, massless_among_bodies,
     prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,
+    velocity_in_turns_per_minute, torque_limit_in_newton_millimetres,
     inertia_wider_than_the_arm, mass_too_large_for_reach, masses_too_small_for_reach, mass_too_dense,
     centre_of_mass_beyond_reach,
     inertia_physically_inconsistent, point_mass_among_bodies, centre_of_mass_outside_link,
     heavier_than_links_before,
+    centres_fit_another_reading, inertials_of_other_links, inertias_about_the_joints, inertias_too_small,
+    lighter_than_its_neighbours,
 )  # fmt: skip
 
 
@@ -272,31 +316,26 @@ def _reaching(arm: RobotArm) -> str:
     return f"for an arm that reaches {arm.reach:.3g} m"
 
 
-def _stated(arm: RobotArm) -> list[tuple[str, Link]]:
-    """Places of links, and the links as described, without payload."""
-    return [(link.place, link.bare or link) for link in arm.links]
-
-
-def _weighs(link: Link) -> bool:
-    return link.mass >= _NO_MASS and not link.axial_only
-
-
 def _angles(arm: RobotArm) -> Iterator[tuple[str, str, float]]:
     for joint, row in zip(arm.joints, arm.dh_table, strict=False):
         yield joint.place, "theta", row.theta
         yield joint.place, "alpha", row.alpha
 
 
+def _lengths_beyond(arm: RobotArm) -> list[float]:
+    """Length of the stretched arm from each joint to the last link frame, m."""
+    steps = [float(np.linalg.norm(link.frame.translation)) for link in arm.links]
+    between = [float(np.linalg.norm(joint.placement.translation)) for joint in arm.joints[1:]]
+    pieces = [step + after for step, after in zip(steps, [*between, 0.0], strict=True)]
+    return list(accumulate(reversed(pieces)))[::-1]
+
+
 def _end(joint: Joint) -> float:
     return max((abs(end) for end in (joint.lower, joint.upper) if end is not None), default=0.0)
 
 
-def _gyration(link: Link) -> float:
-    return math.sqrt(max(0.0, float(np.trace(link.inertia_com))) / 2 / link.mass)
-
-
 def _is_wide(link: Link, reach: float) -> bool:
-    return _weighs(link) and _gyration(link) > 2.0 * max(reach, 0.3)
+    return weighs(link) and gyration(link) > 2.0 * max(reach, 0.3)
 
 
 def _heaviest(reach: float) -> float:

@@ -25,6 +25,8 @@ from gd_analyze.text import number_in
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 # The largest description among 90 public robots has 0.5 MB.
 LARGEST_XML = 10_000_000
+# The texts that are read are numbers.
+_LONGEST_TEXT = 100
 # A chain of 40 bodies is nested 40 deep in MJCF.
 _DEEPEST = 200
 
@@ -92,12 +94,13 @@ class TableLines:
 
 @dataclass
 class Node:
-    """An element: tag, attributes, children and place."""
+    """An element: tag, attributes, place, children and text."""
 
     tag: str
     attributes: dict[str, str]
     where: Location
     children: list[Node] = field(default_factory=list)
+    content: str = ""
 
     def all(self, *tags: str) -> list[Node]:
         """Children with any of these tags."""
@@ -172,12 +175,17 @@ def read_xml(path: Path) -> Node:
         (open_nodes[-1].children if open_nodes else roots).append(node)
         open_nodes.append(node)
 
+    def read_text(text: str) -> None:
+        if len(open_nodes[-1].content) < _LONGEST_TEXT:
+            open_nodes[-1].content += text
+
     def refuse(*_: Any) -> None:
         what = "the robot's file declares a document type, which may hide text"
         expected = "plain XML without <!DOCTYPE> and entities"
         raise ArmError(what, where=here(), expected=expected, next_step="remove the declaration")
 
     parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_nodes.pop()
+    parser.CharacterDataHandler = read_text
     parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
     try:
         parser.Parse(content, True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -146,6 +146,10 @@ class Tree:
                 found.add(joint.index)
         return found
 
+    def carried_mass(self, joint: TreeJoint) -> float:
+        """Mass of the links that a joint and all joints beyond it move, kg."""
+        return sum(float(self.model.inertias[index].mass) for index in self.beyond({joint.index}))
+
     def line(self, what: str, name: str) -> Location | None:
         """Line of a joint or link; None for a model in memory."""
         return self.notes.lines.get((what, name))
@@ -196,7 +200,7 @@ def chain_of(
             raise ArmError(what, where=where, found=found, next_step="name a base on that path, or none")
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
-    moving = {joint.index for joint in free}
+    moving, names = {joint.index for joint in free}, {joint.name for joint in free}
     free = [joint for joint in free if not _follows_held(tree, joint, moving)]
     held = {joint.index: 0.0 for joint in joints if joint not in free} | locked
     index_of = {joint.name: joint.index for joint in joints}
@@ -211,7 +215,8 @@ def chain_of(
         way = "hold fewer joints" if joints else "check that the file describes an arm"
         raise ArmError("the robot has no joint that moves", where=tree.where, found=found, next_step=way)
     _refuse_floating_and_loops(tree, free)
-    _refuse_branches(tree, free)
+    _refuse_branches(tree, free, locked)
+    _refuse_follower(tree, _follower(tree, names, locked))
     _refuse_other_kinds(tree, free)
     return free, held
 
@@ -250,8 +255,50 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
         way = f"name a joint of the file, or hold it: --lock {joint.name}=0"
         raise ArmError(what, where=tree.line("joint", joint.name), found=found, next_step=way)
     masters = [one.index for one in tree.joints if one.name == mimic.master]
-    carries_mass = any(tree.model.inertias[one].mass > 0 for one in tree.beyond({joint.index}))
-    return not masters or masters[0] not in moving or not carries_mass
+    return not masters or masters[0] not in moving or not tree.carried_mass(joint)
+
+
+def _leader(tree: Tree, joint: TreeJoint, locked: Container[int]) -> TreeJoint | None:
+    """Joint that another one follows in the end, over others; None if it follows none, or a locked one."""
+    by_name, mimics, seen = {one.name: one for one in tree.joints}, tree.notes.mimics, list[TreeJoint]()
+    at: TreeJoint | None = joint
+    while at is not None and at not in seen and at.index not in locked:
+        if at.name not in mimics:
+            return at if seen else None
+        seen.append(at)
+        at = by_name.get(mimics[at.name].master)
+    return None
+
+
+def _follower(
+    tree: Tree, moving: Container[str], locked: Container[int]
+) -> tuple[TreeJoint, TreeJoint] | None:
+    """A joint that carries mass and moves whenever a moving joint does, and that joint.
+
+    Which of two joints follows the other says nothing in MJCF, where an equality binds both.
+    """
+    for joint in tree.joints:
+        leader = _leader(tree, joint, locked)
+        if leader is None:
+            continue
+        for follower, other in [(joint, leader), (leader, joint)][: 2 if tree.format == "MJCF" else 1]:
+            if other.name in moving and tree.carried_mass(follower) > 0:
+                return follower, other
+    return None
+
+
+def _refuse_follower(tree: Tree, pair: tuple[TreeJoint, TreeJoint] | None) -> None:
+    if pair is None:
+        return
+    follower, leader = pair
+    mass = f"{tree.carried_mass(follower):g} kg"
+    what = f"joint {follower.name} mimics joint {leader.name}, which moves, and loads it with {mass}"
+    found = "only serial chains can be modelled"
+    mimic = tree.notes.mimics.get(follower.name)
+    if mimic is not None:
+        found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}; {found}"
+    way = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
+    raise ArmError(what, where=tree.line("joint", follower.name) or tree.where, found=found, next_step=way)
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
@@ -276,20 +323,15 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
 
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
-        where, mimic = tree.line("joint", joint.name) or tree.where, tree.notes.mimics.get(joint.name)
-        if mimic is not None:
-            what = f"joint {joint.name} mimics joint {mimic.master} and moves mass"
-            found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}"
-            way = f"--lock {joint.name}=0 holds it, --lock {mimic.master}=0 both of them"
-            raise ArmError(what, where=where, found=found, next_step=way)
         if not joint.moves_simply:
+            where = tree.line("joint", joint.name) or tree.where
             what = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
             way = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
             raise ArmError(what, where=where, next_step=way)
 
 
-def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
-    """Refuse a branching tree, with the locks or tips that make it a chain."""
+def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[int]) -> None:
+    """Refuse a branching tree, with the locks or tips that make it a chain; or a lever that makes it none."""
     after: dict[int, list[TreeJoint]] = {0: [], **{joint.index: [] for joint in free}}
     for joint in free:
         after[next(index for index in reversed(_ancestors(tree, joint)) if index in after)].append(joint)
@@ -307,7 +349,16 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if len(held) <= _FEW:
             way = f"{_locks(held)} holds the branches, with their mass; --tip {fork} does the same"
     else:
-        ends = [joint for joint in beyond if len(after[joint.index]) != 1]
+        moving = [{one.name for one in tree.path(joint.index)} for joint in beyond]
+        ends = [
+            joint
+            for joint, names in zip(beyond, moving, strict=True)
+            if len(after[joint.index]) != 1
+            and names.isdisjoint(tree.notes.mimics)
+            and _follower(tree, names, locked) is None
+        ]
+        if not ends:
+            _refuse_follower(tree, _follower(tree, {joint.name for joint in free}, locked))
         ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
         tips = [joint.link for joint in (*stem[-1:], *ends)]
         way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])

@@ -5,7 +5,9 @@ Pinocchio gets only links with inertia, and joints: meshes, materials and simula
 
 from __future__ import annotations
 
+import difflib
 from graphlib import CycleError, TopologicalSorter
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import pinocchio as pin
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.text_file import Node, pinocchio_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree
+from gd_analyze.text import number, number_in
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
@@ -30,13 +33,47 @@ def read_urdf(path: Path, root: Node) -> Tree:
     links, joints = root.all("link"), root.all("joint")
     for node in links + joints:
         notes.name(node.tag, node)
+    _refuse_undeclared_links(links, joints)
     _refuse_loops(joints, notes)
+    _note_motor_inertias(root, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
     bare = Node("robot", {"name": "robot"}, root.where, parts)
     model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 along -z of the base are assumed.")
     name = root.attributes.get("name", "").strip() or path.stem
     return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))
+
+
+def _refuse_undeclared_links(links: list[Node], joints: list[Node]) -> None:
+    """Refuse a joint between links that are not all in the file."""
+    names = [node.attributes["name"] for node in links]
+    for joint in joints:
+        for which in ("parent", "child"):
+            if (link := _end(joint, which)) and link not in names:
+                near = difflib.get_close_matches(link, names, n=1, cutoff=0.8)
+                way = f"name {near[0]}, or add" if near else "add"
+                name = joint.attributes["name"]
+                what = f"the {which} of joint {name} is a link that the file does not declare"
+                next_step = f'{way} <link name="{escape(link)}"/>'
+                raise ArmError(what, where=joint.where, found=repr(link), next_step=next_step)
+
+
+def _note_motor_inertias(root: Node, notes: Notes) -> None:
+    """Note motors' inertias, which at the joint are larger by the square of the reduction."""
+    for transmission in root.all("transmission"):
+        inside = {node.tag.rpartition(":")[2]: node for node in transmission.walk()}
+        values = [
+            number_in(inside[tag].content or inside[tag].attributes.get("value", ""))
+            if tag in inside
+            else None
+            for tag in ("motorInertia", "rotor_inertia", "mechanicalReduction", "gear_ratio")
+        ]
+        inertia, ratio = values[0] or values[1], values[2] or values[3]
+        joint = transmission.first("joint")
+        if inertia and joint is not None:
+            at_joint = f"times the reduction squared is {number(inertia * (ratio or 1.0) ** 2)} kg m^2"
+            text = f"a motor inertia of {number(inertia)} kg m^2 is not read; {at_joint} for --drive-inertia"
+            notes.doubts.append((joint.attributes.get("name", ""), f"{transmission.where}: {text}"))
 
 
 def _refuse_loops(joints: list[Node], notes: Notes) -> None:
