@@ -101,9 +101,8 @@ def identify(
         )
         files = None
         if report is not None:
-            asked = [arm.name, *(motion.fingerprint for motion in (*fitted, *apart, *carrying)), str(plain)]
-            if mass is not None:
-                asked.append(f"{mass:g} kg")
+            motions = [motion.fingerprint for motion in (*fitted, *apart, *carrying)]
+            asked = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
             files = StudyFolder(report, "identification", formats, asked, overwrite=overwrite)
             require_outputs(*files.paths.values())
         stage("identifying")

@@ -1,7 +1,7 @@
 """Whether logs and an arm's file can both be right: doubts about an identified arm, none with a cause.
 
-A fit follows torques in another unit, or of an arm that hangs from the ceiling, as far as parameters can. What
-it finds is then far from the file, which is seldom off by more than a third.
+A fit follows torques in another unit, or of an arm that hangs from the ceiling, as far as parameters can.
+What it finds is then far from the file, which is seldom off by more than a third.
 """
 
 from __future__ import annotations
@@ -61,13 +61,17 @@ def _contradiction(arm: RobotArm, what: str) -> UsageError:
         f"log and file contradict each other: {what}",
         where=f"arm {arm.name}",
         expected="an arm and a log of it, torques in N m, or currents with --torque-constant",
-        next_step="check the log's units, zeros and order of joints (`gd-analyze columns`), the file's masses "
-        "and how the arm is mounted",
+        next_step="check the log's units, zeros and order of joints (`gd-analyze columns`), the file's "
+        "masses and how the arm is mounted",
     )
 
 
-def doubts_of(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) -> tuple[str, ...]:
+def doubts_of(
+    given: RobotArm, made: RobotArm, motions: Sequence[Trajectory], *, physical: bool
+) -> tuple[str, ...]:
     """Sentences on what is implausible of an identified arm, beside the file and its logs.
+
+    Bodies of plain least squares may be impossible (`physical` is False), and are not checked.
 
     Raises
     ------
@@ -75,7 +79,9 @@ def doubts_of(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) ->
         If gravity torques of both have nothing in common, or inertias differ by a factor of ten.
     """
     states = _states_of(motions)
-    found = [*_beyond_limits(given, made, states), *_newly_implausible(given, made)]
+    found = list(_beyond_limits(given, made, states))
+    if physical:
+        found += _newly_implausible(given, made)
     if given.mass.any():
         found = [*_unlike_the_file(given, made, states), *found]
     return tuple(found)
@@ -84,7 +90,7 @@ def doubts_of(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) ->
 def scale_error(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) -> float:
     """Relative standard error of the torques' scale: how far gravity torques are from the file's, as RMS.
 
-    Noise does not show the scale of torque constants. If they and the file's masses were right, they would agree.
+    Noise does not show the scale of torque constants. If they and the file's masses are right, both agree.
     """
     if not given.mass.any():
         return _CONSTANTS
@@ -100,7 +106,8 @@ def scale_error(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) 
 def _states_of(motions: Sequence[Trajectory]) -> States:
     """Some set points of logs."""
     few = [(motion, evenly(motion.n_set_points, _STATES)) for motion in motions]
-    return States(*(np.concatenate([getattr(log, x)[at] for log, at in few]) for x in ("q", "qd", "qdd")))
+    q, qd, qdd = (np.concatenate([getattr(log, x)[at] for log, at in few]) for x in ("q", "qd", "qdd"))
+    return States(q, qd, qdd)
 
 
 def _gravity_torques(given: RobotArm, made: RobotArm, states: States) -> tuple[FloatArray, FloatArray]:
@@ -132,9 +139,12 @@ def _unlike_the_file(given: RobotArm, made: RobotArm, states: States) -> Iterato
     if not all(given.is_revolute):  # kg and kg m^2 have no common largest
         return
     file, own = (_inertias(arm, states.q) for arm in (given, made))
-    joint = int(file.argmax())
-    ratio = float(own[joint] / file[joint]) if file[joint] else 1.0
-    what = f"the inertia identified at joint {joint + 1} is {number(ratio)} times the file's"
+    # Geared drives of a wrist may have many times its links' inertia, but not that of the whole arm.
+    largest = int(file.argmax())
+    joint = int(own.argmax()) if own.max() > file[largest] else largest
+    ratio = float(own[joint] / file[largest]) if file[largest] else 1.0
+    whose = "the file's" if joint == largest else f"the file's at joint {largest + 1}"
+    what = f"the inertia identified at joint {joint + 1} is {number(ratio)} times {whose}"
     if not 1.0 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT:
         raise _contradiction(given, what)
     if not 1.0 / _MORE_INERT < ratio < _MORE_INERT:

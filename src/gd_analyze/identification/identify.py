@@ -91,8 +91,8 @@ def identify(
     ------
     UsageError
         If a log has no torques or constant ones, is given twice, or has a wrong sign or column; if no joint
-        moves, the logs do not determine the links, no model of this arm predicts held-out torques, or logs and
-        file contradict each other.
+        moves, the logs do not determine the links, no model of this arm predicts held-out torques, or logs
+        and file contradict each other.
     TrajectoryError
         If a log has another number of joints.
 
@@ -133,8 +133,10 @@ def identify(
             found=f"{with_error(weighed, error, 1)} kg",
         )
     scale = mass / weighed
-    scaled = ([_with_torques(motion, scale) for motion in motions] for motions in (fitted, apart, carrying))
-    found = _identified(arm, *scaled, physical)
+    fitted, apart, carrying = (
+        [_with_torques(motion, scale) for motion in motions] for motions in (fitted, apart, carrying)
+    )
+    found = _identified(arm, fitted, apart, carrying, physical)
     return replace(found, torque_scale=(scale, scale * error / weighed))
 
 
@@ -142,9 +144,10 @@ def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
     """A recording whose torques are multiplied."""
     recording = motion.recording
     assert recording is not None  # checked before
-    both = {name: getattr(recording, name) for name in ("torque", "torque_filtered")}
-    scaled = {name: None if torque is None else scale * torque for name, torque in both.items()}
-    return replace(motion, recording=replace(recording, **scaled))
+    assert recording.torque is not None
+    filtered = None if recording.torque_filtered is None else scale * recording.torque_filtered
+    scaled = replace(recording, torque=scale * recording.torque, torque_filtered=filtered)
+    return replace(motion, recording=scaled)
 
 
 def _identified(
@@ -226,7 +229,7 @@ def _identified(
     friction, drives = unknowns.of_friction, unknowns.of_drives
     of_log = sources_of(arm, fitted, carrying, apart, parameters)
     made = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
-    doubts = doubts_of(arm, made, [*fitted, *apart])
+    doubts = doubts_of(arm, made, [*fitted, *apart], physical=physical)
     for text in doubts:
         warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(
@@ -409,4 +412,4 @@ def _friction_of(
     """Friction fitted to a joint beside the file's links and drive, (3,)."""
     some = rows.at(~held_out & ~loaded)
     columns = some.columns[:, unknowns.friction_of(joint)]
-    return np.linalg.lstsq(columns, some.torque - some.columns @ start, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(columns, some.torque - some.columns @ start, rcond=None)[0])

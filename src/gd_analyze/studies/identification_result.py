@@ -152,8 +152,8 @@ def _headline(found: Identification, answer: Supported | None) -> str:
     n = found.given.n_joints
     if len(found.kept) == n:
         text = (
-            "The logs do not improve the file's links at any joint: its values stay, with fitted friction. It "
-            f"predicts held-out torque to {percent(shares[worst])} RMS or better (joint {worst + 1})."
+            "The logs do not improve the file's links at any joint: its values stay, with fitted friction. "
+            f"It predicts held-out torque to {percent(shares[worst])} RMS or better (joint {worst + 1})."
         )
     elif found.kept:
         text += f" At {named_joints(found.kept, n)} the file's values stay: the logs do not improve them."
@@ -183,8 +183,8 @@ def _notices(found: Identification) -> Iterator[str]:
     others = ", ".join(one.symbol for one in found.parameters if not one.identifiable)
     if others:
         yield (
-            f"Not identifiable from the logs, or smaller than the standard error, and near the values of the "
-            f"{found.start}: {others}. "
+            "Not identifiable from the logs, or smaller than the standard error, and near the values of "
+            f"the {found.start}: {others}. "
             "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
         )
     if not found.given.mass.any():
@@ -197,8 +197,8 @@ def _notices(found: Identification) -> Iterator[str]:
     worse = [joint for joint, value in ratio.items() if value > _CLEARLY]
     if worse:
         yield (
-            f"At {named_joints(worse, found.given.n_joints)} the {found.start} with friction predicts better: "
-            "the logs tell less there than the standard errors suggest."
+            f"At {named_joints(worse, found.given.n_joints)} the {found.start} with friction predicts "
+            "better: the logs tell less there than the standard errors suggest."
         )
     rough = [i + 1 for i, share in enumerate(found.estimate.correlated) if share > _CORRELATED]
     if rough:
@@ -306,8 +306,8 @@ def _parameter_table(found: Identification) -> Table:
         Column("identifiable", "identifiable", [one.identifiable for one in rows], shown="flag"),
     )
     note = (
-        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that the logs do not tell the "
-        "error is its plausible size; one below its standard error is not identifiable either."
+        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that the logs do not tell "
+        "the error is its plausible size; one below its standard error is not identifiable either."
     )
     return Table("parameters", "Base parameters", columns, note)
 
