@@ -76,8 +76,8 @@ def identify(
 
     One weighted least-squares fit covers all joints and logs, with physically consistent bodies;
     parameters that the logs do not determine keep the file's values, as do joints that they do not improve.
-    The result states how well the fit predicts held-out torques, and what of it is doubtful. The TOML file is an arm for every verb; `--budget uncertainty` makes models as
-    exact as the logs.
+    The result states how well the fit predicts held-out torques, and what of it is doubtful. The TOML file
+    is an arm for every verb; `--budget uncertainty` makes models as exact as the logs.
 
     \b
     Examples:

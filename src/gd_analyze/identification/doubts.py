@@ -62,7 +62,7 @@ def _contradiction(arm: RobotArm, what: str) -> UsageError:
         where=f"arm {arm.name}",
         expected="an arm and a log of it, torques in N m, or currents with --torque-constant",
         next_step="check the log's units, zeros and order of joints (`gd-analyze columns`), the file's "
-        "masses and how the arm is mounted",
+        "masses and how the arm is mounted; a short or noisy log needs more motion",
     )
 
 

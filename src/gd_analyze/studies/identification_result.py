@@ -174,8 +174,8 @@ def _notices(found: Identification) -> Iterator[str]:
         yield f"All torques are multiplied by {scale}, which meets the mass of the payload."
     elif found.payload is not None:
         yield (
-            "The payload's mass is as uncertain as the scale of the torques, judged by gravity torques beside "
-            "those of the file. A known mass (--mass) calibrates it."
+            "The payload's mass is as uncertain as the scale of the torques, judged by gravity torques "
+            "beside those of the file. A known mass (--mass) calibrates it."
         )
     if found.silent:
         still = named_joints(found.silent, found.given.n_joints)
