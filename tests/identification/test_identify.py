@@ -209,7 +209,7 @@ def test_an_unknown_payload_is_found(puma, true, motion):
     off = (found.payload[0] - np.concatenate([[payload[0]], payload[1]])) / found.payload[1]
     # Four numbers within four standard errors of them: one in four thousand draws is beyond.
     assert (np.abs(off) < 4.0).all()
-    # What noise leaves is below 0.1 kg; the error of the scale, from gravity torques beside the file's, is more.
+    # Noise leaves less than 0.1 kg; the error of the scale, from gravity torques beside the file's, is more.
     scale = scale_error(puma, found.arm, [log])
     assert scale * found.payload[0][0] <= found.payload[1][0] < np.hypot(0.1, scale * found.payload[0][0])
     # Known to be bare, the arm's own last link stays what it is.
