@@ -146,7 +146,7 @@ def lagranges_method(n: int) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("n", [2, 3])
 def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
-    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install sympy")
     from sympy.core.cache import clear_cache
     from sympy.physics.mechanics import dynamicsymbols
 

@@ -307,7 +307,7 @@ def test_other_forms_and_files(run, here, listing):
 
 
 def test_the_sympy_form_is_a_script(run):
-    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install sympy")
     scope: dict[str, object] = {}
     exec(run("equations stanford --format sympy").out, scope)
     q = np.linspace(0.1, 0.6, 6)

@@ -73,7 +73,7 @@ def test_plain_and_latex():
 
 @pytest.mark.parametrize("name", ["two_link", "stanford", "puma560"])
 def test_a_script_of_sympy_is_the_exact_form(name, rng):
-    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install 'gd-analyze[symbolic]'")
+    sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install sympy")
     arm = gd.load_arm(name)
     harmonics = gd.harmonics_of(arm)
     q = rng.uniform(-3.0, 3.0, (arm.n_joints, 20))

@@ -149,7 +149,7 @@ def test_without_the_library(tmp_path, monkeypatch):
         library = module.partition(".")[0]
         with pytest.raises(TrajectoryError, match=f"needs the library {library}") as caught:
             read_log(tmp_path / name, TWO)
-        assert "next: pip install 'gd-analyze[logs]'" in str(caught.value)
+        assert f"next: pip install {library}" in str(caught.value)
 
 
 def written(path: Path, columns: dict[str, object], **how: object) -> Path:

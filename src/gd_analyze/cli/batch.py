@@ -29,7 +29,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     help="Files to write for every row, in a folder of its own; comma-separated; json is the model.",
 )
 @click.option("--to", type=NameList(("csv", "parquet"), "table"), default="csv", metavar="LIST",
-              help="Table to write: csv, parquet (needs the extra `logs`), or both.")  # fmt: skip
+              help="Table to write: csv, parquet (needs pyarrow), or both.")  # fmt: skip
 @options.number("--jobs", 1, "Number of processes on this machine.", 1)
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the rows: tcp://host:8786."

@@ -39,6 +39,12 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     help="A log with an unknown payload; its mass and centre of mass are identified, too. May be repeated.",
 )
 @click.option(
+    "--mass",
+    type=float,
+    metavar="KG",
+    help="Mass of that payload, if it is known: all torques are scaled so that it is met.",
+)
+@click.option(
     "--plain",
     is_flag=True,
     help="Plain least squares: bodies may be physically inconsistent.",
@@ -57,6 +63,7 @@ def identify(
     logs: tuple[str, ...],
     held_out: tuple[str, ...],
     loaded: tuple[str, ...],
+    mass: float | None,
     plain: bool,
     no_model: bool,
     out: Path | None,
@@ -68,15 +75,16 @@ def identify(
     r"""Fit an arm's links, drives and friction to logs of motions and torques.
 
     One weighted least-squares fit covers all joints and logs, with physically consistent bodies;
-    parameters that the logs do not determine keep the file's values. The result states how well the fit
-    predicts held-out torques. The TOML file is an arm for every verb; `--budget uncertainty` makes models as
-    exact as the logs.
+    parameters that the logs do not determine keep the file's values, as do joints that they do not improve.
+    The result states how well the fit predicts held-out torques, and what of it is doubtful. The TOML file
+    is an arm for every verb; `--budget uncertainty` makes models as exact as the logs.
 
     \b
     Examples:
       gd-analyze identify my_robot.urdf log.csv -o identified.toml
       gd-analyze identify my_robot.urdf a.csv b.csv --held-out c.csv --report report
       gd-analyze identify my_robot.urdf bare.csv --loaded gripping.csv --torque-constant 10,10,8,9,9,9
+      gd-analyze identify my_robot.urdf bare.csv --loaded gripping.csv --mass 2.8
       gd-analyze simplify identified.toml log.csv --budget uncertainty
     """
     require_outputs(out)
@@ -93,13 +101,16 @@ def identify(
         )
         files = None
         if report is not None:
-            asked = [arm.name, *(motion.fingerprint for motion in (*fitted, *apart, *carrying)), str(plain)]
+            motions = [motion.fingerprint for motion in (*fitted, *apart, *carrying)]
+            asked = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
             files = StudyFolder(report, "identification", formats, asked, overwrite=overwrite)
             require_outputs(*files.paths.values())
         stage("identifying")
-        found = gd.identify(arm, fitted, held_out=apart or None, loaded=carrying or None, physical=not plain)
+        found = gd.identify(
+            arm, fitted, held_out=apart or None, loaded=carrying or None, mass=mass, physical=not plain
+        )
         stage("simplifying")
-        answer = None if no_model else supported(found, fitted[0])
+        answer = None if no_model or found.doubts else supported(found, fitted[0])
         result = identification_result(found, answer, provenance(command_line()))
         if out is not None:
             stage(f"writing {out.name}")

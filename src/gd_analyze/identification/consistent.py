@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.identification.estimate import Estimate
 from gd_analyze.identification.rows import Unknowns
 
@@ -44,20 +44,8 @@ def pseudo_inertias() -> FloatArray:
 
 
 def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
-    """Unknowns nearest to an estimate with physically consistent bodies, drives and friction, (p,).
-
-    Raises
-    ------
-    UsageError
-        If Clarabel is not installed.
-    """
-    try:
-        import clarabel
-    except ImportError:
-        raise UsageError(
-            "physically consistent parameters need the solver Clarabel",
-            next_step="pip install 'gd-analyze[identify]', or use plain least squares",
-        ) from None
+    """Unknowns nearest to an estimate with physically consistent bodies, drives and friction, (p,)."""
+    import clarabel
     from scipy import sparse
 
     p = len(estimate.start)

@@ -7,6 +7,7 @@ the numbers stay unchanged. The result is the solution nearest to the arm's file
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,8 +17,10 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of
 from gd_analyze.dynamics.friction import correlation_time, reduced, triangle
 from gd_analyze.dynamics.measured_torque import SIGMAS
+from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.identification.rows import JointRows, Unknowns
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.parts import of_point_mass
 
 # Most rounds of weighting joints by the previous residuals, and the change below which they end.
@@ -29,6 +32,9 @@ _ROWS_AT_ONCE = 4096
 _DIGITS, _ROUND_OFF = 1e-10, 1e-12
 # Density, kg/m^3, and radius over length of rods that replace links without data in the file.
 _DENSITY, _SLENDER = 1500.0, 0.2
+# A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that is
+# not clearly better than that tells nothing new.
+_FILE = 1.0 / 3.0
 # Radius of gyration, as a share of the reach, of a link without mass in the file.
 _AS_WIDE = 0.2
 
@@ -116,7 +122,23 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
             noise[i] = max(float(np.sqrt(left @ left / spare)), least)
         if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED:
             break
-    r = weighed()
+    return _along_directions(weighed(), start, sizes, noise, correlated)
+
+
+def solved_again(rows: Sequence[JointRows], start: FloatArray, before: Estimate) -> Estimate:
+    """Solve the equations with other torques from another start, weighted as in the estimate before."""
+    sizes = before.sizes
+    weights = before.noise * np.sqrt(before.correlated)
+    blocks = (block / weights[i] for i, each in enumerate(rows) for block in _blocks(each, start, sizes))
+    r = triangle(blocks, len(start) + 1)
+    return _along_directions(r, start, sizes, before.noise, before.correlated)
+
+
+def _along_directions(
+    r: FloatArray, start: FloatArray, sizes: FloatArray, noise: FloatArray, correlated: FloatArray
+) -> Estimate:
+    """Estimate from the triangle of the weighted equations."""
+    p = len(start)
     left, strength, directions = np.linalg.svd(r[:, :p])
     identifiable = int((strength > SIGMAS).sum())
     steps = (left.T @ r[:, p])[:identifiable] / strength[:identifiable]
@@ -133,7 +155,10 @@ def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[F
 def plausible_sizes(
     arm: RobotArm, links: FloatArray, rows: Sequence[JointRows], unknowns: Unknowns
 ) -> FloatArray:
-    """Plausible size of every unknown, (p,): of links from their parameters, of others from torque."""
+    """Plausible size of every unknown, (p,): of links from their parameters, of others from torque.
+
+    Of links that a file states, it is the size of the file's error.
+    """
     sizes, n = np.zeros(unknowns.count), arm.n_joints
     masses = np.maximum(links[:, 0], _LIGHTEST * float(links[:, 0].mean()))
     lengths = np.full(n, _SHORTEST * (arm.reach or 1.0))
@@ -148,13 +173,21 @@ def plausible_sizes(
     sizes[unknowns.of_drives] = np.cumsum(carried[::-1])[::-1]
     if arm.drives:
         sizes[unknowns.of_drives] = np.maximum(sizes[unknowns.of_drives], arm.drive_inertia)
+    if arm.mass.any():
+        sizes[unknowns.of_links] *= _FILE
     first, drive = unknowns.of_friction.start, unknowns.of_drives.start
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # if limits are assumed
+        limits = box_limits(arm)
     for i, each in enumerate(rows):
         torque, acceleration, velocity = (
             float(np.sqrt(np.mean(x**2))) if len(x) and x.any() else 1.0
             for x in (each.torque, each.columns[:, drive + i], each.columns[:, first + 3 * i + 1])
         )
-        # Size that alone would explain the measured torque.
+        # Size that alone would take the measured torque at the joint's limits.
+        # A log of small motions would make anything plausible.
+        acceleration = max(acceleration, float(limits.acceleration[i]))
+        velocity = max(velocity, float(limits.velocity[i]))
         sizes[drive + i] = max(sizes[drive + i], torque / acceleration)
         sizes[first + 3 * i : first + 3 * i + 3] = torque, torque / velocity, torque
     if unknowns.payload:  # like a hand with its load
@@ -177,6 +210,11 @@ def _uniform_bodies(arm: RobotArm) -> FloatArray:
         inertia = mass * (square / 12.0 + (_SLENDER * length) ** 2 / 2.0 * np.eye(3))
         out.append(inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com)))
     return np.array(out)
+
+
+def start_of(arm: RobotArm) -> str:
+    """What `described` describes."""
+    return "file" if arm.mass.any() else "rods"
 
 
 def described(arm: RobotArm) -> FloatArray:

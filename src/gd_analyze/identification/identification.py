@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.identification.estimate import Estimate
+from gd_analyze.dynamics.friction import correlation_time
+from gd_analyze.identification.estimate import Estimate, start_of
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -33,7 +34,7 @@ class Residuals:
 
     time: FloatArray  # s, one log after the other
     measured: FloatArray
-    file: FloatArray  # of the arm as given
+    file: FloatArray  # of the arm as given; of uniform rods if its file states no masses
     friction: FloatArray  # of the same with fitted friction
     identified: FloatArray
     held_out: Array  # whether a row was predicted, not fitted
@@ -49,6 +50,20 @@ class Residuals:
         values = getattr(self, model)[self.judged]
         left = values if model == "measured" else self.measured[self.judged] - values
         return float(np.sqrt(np.mean(left**2))) if len(left) else np.nan
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the identified model predicts better than the file with friction, by a standard error."""
+        measured, friction, identified = (
+            getattr(self, name)[self.judged] for name in ("measured", "friction", "identified")
+        )
+        gain = (measured - friction) ** 2 - (measured - identified) ** 2
+        if len(gain) < 2:
+            return False
+        apart = gain - gain.mean()
+        every = np.ones(len(gain), dtype=bool)
+        independent = len(gain) / correlation_time(apart.__getitem__, every, [slice(0, len(gain))])
+        return bool(gain.mean() > gain.std() / np.sqrt(independent))
 
     def share(self, model: str) -> float:
         """RMS residual over the RMS of the measured torque."""
@@ -79,9 +94,16 @@ class Identification:
         Residual torques by joint.
     estimate
         Least squares of all unknowns: noise by joint, condition number, identifiable directions.
+    kept
+        Joints, from 1, at which the identified model did not predict held-out torque better than the file
+        with friction: their torque is the file's with friction.
+    doubts
+        What is implausible of the identified arm, a sentence each.
     payload
         Mass, kg, and centre of mass, m, in the frame of the arm's tip, and standard errors of these four,
-        (2, 4); None without loaded logs.
+        (2, 4); None without loaded logs. The mass's error holds that of the torques' scale.
+    torque_scale
+        Factor on all torques that a known payload gave, and its standard error; None without one.
     """
 
     given: RobotArm
@@ -97,11 +119,19 @@ class Identification:
     drive_error: FloatArray
     residuals: tuple[Residuals, ...]
     estimate: Estimate
+    kept: tuple[int, ...] = ()
+    doubts: tuple[str, ...] = ()
     payload: FloatArray | None = None
+    torque_scale: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         count, of = sum(one.identifiable for one in self.parameters), len(self.parameters)
         return f"Identification({self.given.name!r}, {count} of {of} base parameters identifiable)"
+
+    @property
+    def start(self) -> str:
+        """Where links begin that logs do not tell: the file, or rods if it states no masses."""
+        return start_of(self.given)
 
     @cached_property
     def silent(self) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.dynamics.measured_torque import SIGMAS
-from gd_analyze.identification.estimate import Estimate
+from gd_analyze.identification.estimate import Estimate, start_of
 from gd_analyze.identification.identification import IdentifiedParameter
 from gd_analyze.identification.rows import Unknowns
 from gd_analyze.motions.trajectory import Trajectory
@@ -44,8 +44,10 @@ def base_of(
     rows = estimate.deviations[:, inertial], estimate.open[:, inertial]
     known, unknown = (np.square(some @ matrix.T).sum(axis=0) for some in rows)
     size = np.sqrt(np.square(matrix * estimate.sizes[inertial]).sum(axis=1))
-    identifiable = SIGMAS * np.sqrt(unknown) <= size
-    errors = np.sqrt(np.where(identifiable, known, known + unknown))
+    shows = SIGMAS * np.sqrt(unknown) <= size
+    errors = np.sqrt(np.where(shows, known, known + unknown))
+    # Less than its error may be nothing at all.
+    identifiable = shows & (np.abs(found) >= errors)
     return tuple(
         IdentifiedParameter(
             *name,
@@ -118,7 +120,7 @@ def identified_arm(
         drives=tuple(drives),
         spread=spread,
         sources=(*arm.sources, sources),
-        assumptions=(*arm.assumptions, _ASSUMED),
+        assumptions=(*arm.assumptions, _ASSUMED.format(start_of(arm))),
         # Doubts about the links are obsolete.
         doubts=tuple(text for text in arm.doubts if "mass" not in text and "inertia" not in text),
     )
@@ -126,7 +128,7 @@ def identified_arm(
 
 _ASSUMED = (
     "Only the base parameters follow from torque: their split into masses, centres of mass and inertias, "
-    "and parameters without effect on torque, are as near to the file's as physical consistency allows."
+    "and parameters without effect on torque, are as near to those of the {} as physical consistency allows."
 )
 
 
@@ -141,7 +143,7 @@ def sources_of(
     kinds = (("", fitted), (", with a payload", loaded), (", held out", apart))
     logs = [f"{log.name}{how} (SHA-256 {log.fingerprint[:16]})" for how, kind in kinds for log in kind]
     others = ", ".join(one.symbol for one in parameters if not one.identifiable)
-    kept = f" Not identifiable, kept near the file's values: {others}." if others else ""
+    kept = f" Not identifiable, kept near the values of the {start_of(arm)}: {others}." if others else ""
     known = (one for one in parameters if one.identifiable)
     errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in known)
     day = datetime.date.today().isoformat()

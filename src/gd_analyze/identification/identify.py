@@ -13,8 +13,16 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.measured_torque import SIGMAS, compare_torque, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
-from gd_analyze.identification.estimate import Estimate, described, least_squares, plausible_sizes
-from gd_analyze.identification.identification import Identification, IdentifiedParameter, Residuals
+from gd_analyze.identification.doubts import doubts_of, require_torque_of_this_size, scale_error
+from gd_analyze.identification.estimate import (
+    Estimate,
+    described,
+    least_squares,
+    plausible_sizes,
+    solved_again,
+    start_of,
+)
+from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.identification.identified_arm import (
     base_of,
     identified_arm,
@@ -28,7 +36,7 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.text import named_joints, number, percent
+from gd_analyze.text import named_joints, percent, with_error
 
 # Share at the end of every log that is predicted, not fitted, if no log is held out.
 HELD_OUT = 1.0 / 3.0
@@ -39,8 +47,6 @@ _PAUSE = 0.05
 # A model with more than this share of the squared held-out torque as residual is useless; share of the RMS
 # beyond which model or log is faulty; ratio of two RMS that clearly differ.
 _NOTHING, _ROUGHLY, _CLEARLY = 0.5, 0.25, 1.1
-# Ratio of first moments to the file's, or its inverse, that indicates a wrong unit.
-_HEAVY = 3.0
 
 
 def identify(
@@ -49,13 +55,15 @@ def identify(
     *,
     held_out: GivenMotions | None = None,
     loaded: GivenMotions | None = None,
+    mass: float | None = None,
     physical: bool = True,
 ) -> Identification:
     """Fit links, drives and friction to measured motions and torques by weighted least squares.
 
     Torque of every joint is linear in ten parameters of every link, the drives' inertia, Coulomb and viscous
     friction and an offset. Rows are means of both sides over short windows of time, weighted by the noise of
-    their joint's residuals. Parameters that the logs do not tell keep the file's values.
+    their joint's residuals. Parameters that the logs do not tell keep the file's values, as do joints whose
+    held-out torque is not predicted better than by the file with fitted friction.
 
     Parameters
     ----------
@@ -67,6 +75,8 @@ def identify(
         Recordings that are predicted instead of fitted; by default the last third of each log.
     loaded
         Recordings with an unknown payload at the tip, whose mass and centre of mass are identified, too.
+    mass
+        The payload's mass, kg, if it is known: all torques are scaled so that it is met.
     physical
         Take the physically consistent parameters nearest to the least squares and, along unidentifiable
         directions, to the file, by a semidefinite program; otherwise only keep masses, drive inertias and
@@ -81,20 +91,73 @@ def identify(
     ------
     UsageError
         If a log has no torques or constant ones, is given twice, or has a wrong sign or column; if no joint
-        moves, the logs do not determine the links, or no model of this arm predicts held-out torques.
+        moves, the logs do not determine the links, no model of this arm predicts held-out torques, or logs
+        and file contradict each other.
     TrajectoryError
         If a log has another number of joints.
 
     Warns
     -----
     GdAnalyzeWarning
-        If joints do not move or are not predicted, or first moments are far from the file's.
+        If joints do not move or are not predicted, or what is identified is implausible beside the file.
     """
     arm = arm_of(arm)
-    n = arm.n_joints
     fitted, carrying, apart = (
         [] if given is None else motions_of(given, arm) for given in (logs, loaded, held_out)
     )
+    if mass is None:
+        found = _identified(arm, fitted, apart, carrying, physical)
+        if found.payload is None:
+            return found
+        error = scale_error(arm, found.arm, [*fitted, *apart]) * found.payload[0, 0]
+        values, errors = found.payload
+        errors = np.hypot(errors, [error, 0.0, 0.0, 0.0])  # a ratio of torques, the centre has none of it
+        return replace(found, payload=np.array([values, errors]))
+    if not carrying or not 0.0 < mass < np.inf:
+        raise UsageError(
+            "a payload's mass calibrates torques by a log that carries it",
+            where="mass",
+            expected="a mass above 0 kg, and --loaded LOG",
+            found=f"{mass:g} kg" if carrying else "no log with the payload",
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # told of the scaled logs
+        payload = _identified(arm, fitted, apart, carrying, physical).payload
+    assert payload is not None  # of a log with it
+    weighed, error = payload[:, 0].tolist()
+    if weighed <= SIGMAS * error:
+        raise UsageError(
+            "the logs do not determine the payload's mass, so it calibrates no torques",
+            where=f"arm {arm.name}",
+            expected="a heavier payload, or motions that lift it more",
+            found=f"{with_error(weighed, error, 1)} kg",
+        )
+    scale = mass / weighed
+    fitted, apart, carrying = (
+        [_with_torques(motion, scale) for motion in motions] for motions in (fitted, apart, carrying)
+    )
+    found = _identified(arm, fitted, apart, carrying, physical)
+    return replace(found, torque_scale=(scale, scale * error / weighed))
+
+
+def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
+    """A recording whose torques are multiplied."""
+    recording = motion.recording
+    assert recording is not None  # checked before
+    assert recording.torque is not None
+    filtered = None if recording.torque_filtered is None else scale * recording.torque_filtered
+    scaled = replace(recording, torque=scale * recording.torque, torque_filtered=filtered)
+    return replace(motion, recording=scaled)
+
+
+def _identified(
+    arm: RobotArm,
+    fitted: list[Trajectory],
+    apart: list[Trajectory],
+    carrying: list[Trajectory],
+    physical: bool,
+) -> Identification:
+    n = arm.n_joints
     every = [*fitted, *carrying, *apart]
     for motion in every:
         require_joints(motion, arm)
@@ -116,7 +179,8 @@ def identify(
             flags[i].append(clock > from_here)
             loads[i].append(np.full(len(clock), is_loaded))
         begin = end + _PAUSE * (end - begin)
-    rows, predicted = [JointRows.joined(each) for each in parts], [np.concatenate(each) for each in flags]
+    rows = [JointRows.joined(each) for each in parts]
+    predicted, carried = ([np.concatenate(each) for each in several] for several in (flags, loads))
     training = [each.at(~flag) for each, flag in zip(rows, predicted, strict=True)]
     _require_torque_that_tells(arm, training)
     start = np.zeros(unknowns.count)
@@ -124,8 +188,33 @@ def identify(
     start[unknowns.of_links] = links.ravel()
     if arm.drives:
         start[unknowns.of_drives] = arm.drive_inertia
+    has_masses = bool(arm.mass.any())
+    if has_masses:
+        bare = [each.at(~load[~flag]) for each, flag, load in zip(training, predicted, carried, strict=True)]
+        require_torque_of_this_size(arm, bare, start, unknowns)
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
-    values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
+
+    def fitted_values() -> tuple[FloatArray, tuple[Residuals, ...]]:
+        values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
+        return values, tuple(
+            _residuals(each, flag, load, start, values, unknowns, i)
+            for i, (each, flag, load) in enumerate(zip(rows, predicted, carried, strict=True))
+        )
+
+    values, residuals = fitted_values()
+    _require_signs(arm, [*fitted, *apart], estimate, unknowns, residuals)
+    kept: list[int] = []
+    while has_masses and (new := [i for i in range(n) if i not in kept and not residuals[i].is_better]):
+        kept += new
+        as_kept = start.copy()
+        as_kept[unknowns.of_payload] = values[unknowns.of_payload]
+        for i in kept:
+            as_kept[unknowns.friction_of(i)] = _friction_of(
+                rows[i], predicted[i], carried[i], start, unknowns, i
+            )
+            training[i] = replace(training[i], torque=training[i].columns @ as_kept)
+        estimate = solved_again(training, as_kept, estimate)
+        values, residuals = fitted_values()
     parameters = base_of(arm, estimate, values, unknowns)
     if not any(one.identifiable for one in parameters):
         raise UsageError(
@@ -134,24 +223,18 @@ def identify(
             expected="motions that excite them: `gd-analyze plan ROBOT --exciting` plans one",
             found="parameters with standard errors as large as their values",
         )
-    residuals = tuple(
-        _residuals(each, flag, np.concatenate(load), start, values, unknowns, i)
-        for i, (each, flag, load) in enumerate(zip(rows, predicted, loads, strict=True))
-    )
-    for motion in [*fitted, *apart]:
-        _require_the_files_columns(arm, motion, residuals)
-    _require_a_model(arm, residuals)
-    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
     deviations, opened = estimate.deviations, estimate.open
     errors = np.sqrt(np.square(deviations).sum(axis=0))
     is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
     friction, drives = unknowns.of_friction, unknowns.of_drives
     of_log = sources_of(arm, fitted, carrying, apart, parameters)
     made = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
-    _warn_of_unit(parameters)
+    doubts = doubts_of(arm, made, [*fitted, *apart], physical=physical)
+    for text in doubts:
+        warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(
         given=arm,
-        arm=made,
+        arm=replace(made, doubts=(*made.doubts, *doubts)),
         logs=tuple(motion.name for motion in fitted),
         held_out=tuple(motion.name for motion in apart),
         loaded=tuple(motion.name for motion in carrying),
@@ -163,10 +246,26 @@ def identify(
         drive_error=np.where(is_open, np.nan, errors)[drives],
         residuals=residuals,
         estimate=estimate,
+        kept=tuple(i + 1 for i in sorted(kept)),
+        doubts=doubts,
         payload=payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
         if carrying
         else None,
     )
+
+
+def _require_signs(
+    arm: RobotArm,
+    motions: Sequence[Trajectory],
+    estimate: Estimate,
+    unknowns: Unknowns,
+    residuals: Sequence[Residuals],
+) -> None:
+    """Refuse logs of other signs or columns, or without a model."""
+    for motion in motions:
+        _require_the_files_columns(arm, motion, residuals)
+    _require_a_model(arm, residuals)
+    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
 
 
 def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None:
@@ -238,7 +337,11 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     joints = named_joints([i + 1 for i in poor or worse], n)
     what = f"the identified model misses {left} of the RMS of held-out torque at {joints}"
     if 2 * len(nothing) > len(known) or len(worse) == len(known):
-        better = "; the file with friction misses less at every joint" if len(worse) == len(known) else ""
+        better = (
+            f"; the {start_of(arm)} with friction misses less at every joint"
+            if len(worse) == len(known)
+            else ""
+        )
         raise UsageError(
             f"no model of this arm predicts the logs: {what}{better}",
             where=f"arm {arm.name}",
@@ -247,16 +350,6 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
         )
     what += ": check the columns, signs and units of its torque"
     warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
-
-
-def _warn_of_unit(parameters: Sequence[IdentifiedParameter]) -> None:
-    """Warn of first moments, which gravity shows, that are far larger or smaller than the file's."""
-    some = [one for one in parameters if one.identifiable and one.unit == "kg m"]
-    found, file = (float(np.linalg.norm([getattr(one, x) for one in some])) for x in ("value", "file"))
-    if file > 0.0 and not 1.0 / _HEAVY < found / file < _HEAVY:
-        what = f"the identified first moments, m r, are {number(found / file)} times the file's"
-        message = f"{what}: is the torque in N m, or are these currents (--torque-constant)?"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 def _require_different(motions: Sequence[Trajectory]) -> None:
@@ -314,10 +407,16 @@ def _residuals(
     unknowns: Unknowns,
     joint: int,
 ) -> Residuals:
-    file = rows.columns @ start
-    first = unknowns.of_friction.start + 3 * joint
-    columns, apart = rows.columns[:, first : first + 3], rows.torque - file
-    fitted = ~held_out & ~loaded
-    friction = np.linalg.lstsq(columns[fitted], apart[fitted], rcond=None)[0]
+    file, columns = rows.columns @ start, rows.columns[:, unknowns.friction_of(joint)]
+    friction = _friction_of(rows, held_out, loaded, start, unknowns, joint)
     identified = rows.columns @ values
     return Residuals(rows.time, rows.torque, file, file + columns @ friction, identified, held_out, loaded)
+
+
+def _friction_of(
+    rows: JointRows, held_out: Array, loaded: Array, start: FloatArray, unknowns: Unknowns, joint: int
+) -> FloatArray:
+    """Friction fitted to a joint beside the file's links and drive, (3,)."""
+    some = rows.at(~held_out & ~loaded)
+    columns = some.columns[:, unknowns.friction_of(joint)]
+    return np.asarray(np.linalg.lstsq(columns, some.torque - some.columns @ start, rcond=None)[0])

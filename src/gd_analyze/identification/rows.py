@@ -47,6 +47,11 @@ class Unknowns:
         """Coulomb and viscous friction and an offset of every joint."""
         return slice(self.of_drives.stop, self.of_drives.stop + 3 * self.n_joints)
 
+    def friction_of(self, joint: int) -> slice:
+        """The three of one joint, from 0."""
+        first = self.of_friction.start + 3 * joint
+        return slice(first, first + 3)
+
     @property
     def of_payload(self) -> slice:
         """Ten of a payload, in the frame of the last link; none without one."""

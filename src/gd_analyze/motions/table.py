@@ -151,7 +151,7 @@ def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> di
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
     """Error for a log that needs a missing library."""
-    what, step = f"this log needs the library {library}", "pip install 'gd-analyze[logs]'"
+    what, step = f"this log needs the library {library}", f"pip install {library}"
     return refusal(what, Location(path), library, "it is not installed", step)
 
 

@@ -98,7 +98,7 @@ def batch(
     formats
         Files to write for every row, see `analyze`; "json" is the model, an empty collection writes none.
     to
-        "csv", "parquet" (needs the extra `logs`), or both.
+        "csv", "parquet" (needs pyarrow), or both.
     jobs, scheduler
         Number of processes on this machine, or the address of a Dask scheduler, see `each`.
     stage, progress
@@ -126,8 +126,8 @@ def batch(
         for unknown in sorted(set(asked) - set(known)):
             raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(known))
     if "parquet" in to and find_spec("pyarrow") is None:
-        step = "pip install 'gd-analyze[logs]', or write csv"
-        raise UsageError("Parquet needs the extra `logs`", where="--to parquet", next_step=step)
+        step = "pip install pyarrow, or write csv"
+        raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)
     folder = Path(out)
     for name in (RECORD, *(f"batch.{kind}" for kind in to)):
         require_writable(folder / name)

@@ -35,11 +35,12 @@ SUPPORTED = "uncertainty"
 _STATES, _MOST_CHANGED = 300, 5
 # Neighbouring rows more than this many steps apart belong to different stretches.
 _GAP = 3.0
-_MODELS = {
-    "file": "file as given",
-    "friction": "file, friction fitted",
-    "identified": "identified",
-}
+
+
+def _models(found: Identification) -> dict[str, str]:
+    """Names of the models compared."""
+    first = {"file": "file as given", "rods": "uniform rods"}[found.start]
+    return {"file": first, "friction": f"{found.start}, friction fitted", "identified": "identified"}
 
 
 class Supported(NamedTuple):
@@ -85,7 +86,10 @@ def identification_result(
         Fact("", "Base parameters identifiable", f"{len(known)} of {len(found.parameters)}", shown="text"),
         Fact("condition", "Condition number", found.estimate.condition),
         Fact("physical", "Physically consistent", found.physical, shown="flag"),
-        *(Fact(key, "", list(getattr(found, key))) for key in ("logs", "held_out", "loaded")),
+        *(
+            Fact(key, "", list(getattr(found, key)))
+            for key in ("logs", "held_out", "loaded", "kept", "doubts")
+        ),
     ]
     if answer is not None:
         share = float(answer.share.max())
@@ -108,7 +112,7 @@ def identification_result(
                 (
                     Drawing(
                         "torque",
-                        "Torque measured, of the file and identified.",
+                        f"Torque measured, of the {found.start} and identified.",
                         torque_figure(found),
                         _SHADED,
                     ),
@@ -142,24 +146,49 @@ def _headline(found: Identification, answer: Supported | None) -> str:
     each = found.residuals[worst]
     text = (
         f"The identified model predicts held-out torque to {percent(shares[worst])} RMS or better "
-        f"(joint {worst + 1}); there the file errs by {percent(each.share('file'))}, "
-        f"with friction {percent(each.share('friction'))}."
+        f"(joint {worst + 1}); there the {found.start} err{'s' * (found.start == 'file')} by "
+        f"{percent(each.share('file'))}, with friction {percent(each.share('friction'))}."
     )
+    n = found.given.n_joints
+    if len(found.kept) == n:
+        text = (
+            "The logs do not improve the file's links at any joint: its values stay, with fitted friction. "
+            f"It predicts held-out torque to {percent(shares[worst])} RMS or better (joint {worst + 1})."
+        )
+    elif found.kept:
+        text += f" At {named_joints(found.kept, n)} the file's values stay: the logs do not improve them."
+    if found.doubts:
+        others = f" ({len(found.doubts) - 1} more below)" if len(found.doubts) > 1 else ""
+        return f"Doubtful: {found.doubts[0]}{others}. {text}"
     return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
 
 
 def _notices(found: Identification) -> Iterator[str]:
+    if found.doubts:
+        yield (
+            "Log and file may not both be right. The identified arm carries these doubts: "
+            f"{'; '.join(found.doubts)}."
+        )
+    if found.torque_scale is not None:
+        scale = with_error(*found.torque_scale, 1)
+        yield f"All torques are multiplied by {scale}, which meets the mass of the payload."
+    elif found.payload is not None:
+        yield (
+            "The payload's mass is as uncertain as the scale of the torques, judged by gravity torques "
+            "beside those of the file. A known mass (--mass) calibrates it."
+        )
     if found.silent:
         still = named_joints(found.silent, found.given.n_joints)
         yield f"{still} does not move: its friction is not identifiable."
     others = ", ".join(one.symbol for one in found.parameters if not one.identifiable)
     if others:
         yield (
-            f"Not identifiable from the logs, kept near the file's values: {others}. "
+            "Not identifiable from the logs, or smaller than the standard error, and near the values of "
+            f"the {found.start}: {others}. "
             "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
         )
     if not found.given.mass.any():
-        yield "The file states no masses: column `file` is for uniform rods without friction."
+        yield "The file states no masses: links begin as uniform rods of invented density."
     ratio = {
         i + 1: each.rms("identified") / each.rms("friction")
         for i, each in enumerate(found.residuals)
@@ -168,11 +197,9 @@ def _notices(found: Identification) -> Iterator[str]:
     worse = [joint for joint, value in ratio.items() if value > _CLEARLY]
     if worse:
         yield (
-            f"At {named_joints(worse, found.given.n_joints)} the file with friction predicts better: "
-            "the logs tell less there than the standard errors suggest."
+            f"At {named_joints(worse, found.given.n_joints)} the {found.start} with friction predicts "
+            "better: the logs tell less there than the standard errors suggest."
         )
-    elif ratio and min(ratio.values()) > 1.0 / _CLEARLY:
-        yield "The file with friction predicts as well at every joint: keep the file's links."
     rough = [i + 1 for i, share in enumerate(found.estimate.correlated) if share > _CORRELATED]
     if rough:
         yield (
@@ -207,8 +234,11 @@ def _residual_table(found: Identification) -> Table:
     units, rows = [joint.effort_unit for joint in found.given.joints], found.residuals
     measured = np.array([each.rms("measured") for each in rows])
     columns = [*joint_columns(found.given.joints), Column("measured", "measured", measured, units)]
-    left = {model: np.array([each.rms(model) for each in rows]) for model in _MODELS}
-    columns += [Column(model, _MODELS[model], values, units) for model, values in left.items()]
+    keys = {"file": found.start}
+    columns += [
+        Column(keys.get(model, model), label, np.array([each.rms(model) for each in rows]), units)
+        for model, label in _models(found).items()
+    ]
     columns += [
         Column("share", "of measured", [each.share("identified") for each in rows], shown="percent"),
         Column("noise", "", found.estimate.noise),
@@ -251,7 +281,7 @@ def _changed_table(found: Identification) -> Table:
     columns = (
         Column("symbol", "parameter", [one.symbol for one in order], shown="text"),
         Column("", "link", [found.given.links[one.link - 1].name for one in order], shown="name"),
-        Column("", "file", [f"{number(one.file)} {one.unit}" for one in order], shown="text"),
+        Column("", found.start, [f"{number(one.file)} {one.unit}" for one in order], shown="text"),
         Column(
             "",
             "identified",
@@ -269,15 +299,15 @@ def _parameter_table(found: Identification) -> Table:
         Column("symbol", "parameter", [one.symbol for one in rows], shown="text"),
         Column("link", "", [one.link for one in rows]),
         Column("unit", "unit", [one.unit for one in rows], shown="text"),
-        Column("file", "file", [one.file for one in rows]),
+        Column(found.start, found.start, [one.file for one in rows]),
         Column("least_squares", "least squares", [one.least_squares for one in rows]),
         Column("value", "identified", [one.value for one in rows]),
         Column("error", "standard error", [one.error for one in rows]),
         Column("identifiable", "identifiable", [one.identifiable for one in rows], shown="flag"),
     )
     note = (
-        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that is not identifiable "
-        "the error is its plausible size."
+        "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that the logs do not tell "
+        "the error is its plausible size; one below its standard error is not identifiable either."
     )
     return Table("parameters", "Base parameters", columns, note)
 
@@ -285,13 +315,13 @@ def _parameter_table(found: Identification) -> Table:
 def torque_figure(found: Identification) -> Figure:
     """Measured torque of every joint, with the torques of the file and of the identified model."""
     looks = {"measured": ("combined", 2.2), "file": ("series-1", 0.7), "identified": ("accent", 0.9)}
-    return _figure(found, "Torque", looks, {"measured": "measured", **_MODELS})
+    return _figure(found, "Torque", looks, {"measured": "measured", **_models(found)})
 
 
 def residual_figure(found: Identification) -> Figure:
     """Residual of every joint: measured torque minus that of the file, with friction, and identified."""
     looks = {"file": ("series-1", 0.7), "friction": ("series-2", 0.7), "identified": ("accent", 0.9)}
-    return _figure(found, "Measured less model", looks, _MODELS, residual=True)
+    return _figure(found, "Measured less model", looks, _models(found), residual=True)
 
 
 def _held_out(each: Residuals, low: float, high: float) -> Iterator[Area]:

@@ -75,7 +75,7 @@ def _client(scheduler: str) -> Any:
     try:
         import distributed
     except ImportError:
-        step, what = "pip install 'gd-analyze[distributed]'", "a Dask cluster needs the extra `distributed`"
+        step, what = "pip install distributed", "a Dask cluster needs the library distributed"
         raise UsageError(what, where=f"--scheduler {scheduler}", next_step=step) from None
     try:
         made: Any = distributed.Client  # not annotated

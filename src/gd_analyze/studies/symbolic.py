@@ -153,6 +153,6 @@ def _sympy() -> Any:
     try:
         import sympy
     except ImportError:
-        what, fix = "this needs SymPy, which is not installed", "pip install 'gd-analyze[symbolic]'"
+        what, fix = "this needs SymPy, which is not installed", "pip install sympy"
         raise UsageError(what, next_step=fix) from None
     return sympy
