@@ -93,24 +93,25 @@ def puma_models() -> Iterator[Row]:
 
 
 def held_models() -> Iterator[Row]:
-    """Models that keep their budget near a motion or within the limits, tried at states that no search uses."""
+    """Models that keep their budget near a motion, or recursions within limits, at states that no search uses."""
     yield "states", "search", "at set points", "level", "operations", "proven", "100 000 others", "s"
-    puma, stanford, box = gd.load_arm("puma560"), gd.load_arm("stanford"), "within its limits"
+    puma, box, recursive = gd.load_arm("puma560"), "within its limits", "`simplify --level recursive`"
     ways = {
         "main job": SearchOptions(thorough=False),
         "`simplify`": SearchOptions(),
         "`simplify --level term`": SearchOptions(LEVELS["term"]),
     }
     cases = [(puma, motion, way) for motion in MOTIONS for way in ways]
-    long = (arm_of("SCARA"), arm_of("KR6"), arm_of("LBR7"), panda())
-    for arm, where, way in (*cases, *((arm, box, "`simplify`") for arm in (puma, stanford, *long))):
+    ways[recursive] = SearchOptions(LEVELS["recursive"])
+    long = (arm_of("KR6"), arm_of("LBR7"), panda())
+    for arm, where, way in (*cases, *((arm, box, recursive) for arm in long)):
         region: gd.Box | gd.Tube
         if where == box:
             exact, region = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
         else:
             exact = gd.ExactDynamics.of(arm, where)
             region = gd.Tube.along(arm, gd.read_trajectory(where, arm))
-        at_states = simplify_exact(exact, "1%").operations.total
+        at_states = simplify_exact(exact, "1%", SearchOptions(ways[way].level)).operations.total
         held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, ways[way]))
         rng, model = np.random.default_rng(20_261_124), held.model
         lower, upper, _ = region.pieces(100_000, rng)
@@ -128,6 +129,34 @@ def held_models() -> Iterator[Row]:
             f"{(errors / allowed).max():.2f}",
             seconds,
         )
+
+
+def box_models() -> Iterator[Row]:
+    """Models of terms within the limits, and errors over the budget: stated, sampled, and found by `certify`."""
+    yield "arm", "level", "terms", "D, h and c", "torque", "stated", "100 000 states", "`certify` finds", "s"
+    puma = gd.load_arm("puma560")
+    cases = [(puma, "term"), (puma, "energy"), (gd.load_arm("stanford"), "term"), (arm_of("SCARA"), "term")]
+    for arm, level in cases:
+        exact, box = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
+        held, seconds = timed(partial(gd.simplify_held, exact, "1%", box, SearchOptions(LEVELS[level])))
+        model, others = held.model, exact.at(states_in_box(arm, 100_000, 20_261_124))
+        torque, allowed = model.torque(*others.states.arrays), model.accuracy.allowed
+        apart, torques = (f"{of(model)} of {of(model.form)}" for of in (_of_functions, _of_torque))
+        errors = (
+            held.found,
+            others.errors_of(torque).largest,
+            gd.certify(model, box, effort=10_000).worst_found,
+        )
+        shares = (f"{(error / allowed).max():.2f}" for error in errors if error is not None)
+        yield arm.name, level, f"{model.size[0]} of {model.size[1]}", apart, torques, *shares, seconds
+
+
+def _of_functions(of: Any) -> int:
+    return int(of.functions.operations.total)
+
+
+def _of_torque(of: Any) -> int:
+    return int(of.operations.total)
 
 
 def panda() -> RobotArm:
@@ -230,6 +259,7 @@ def definiteness() -> Iterator[Row]:
 
 TABLES = {
     "held models": held_models,
+    "box models": box_models,
     "puma models": puma_models,
     "long models": long_models,
     "tubes": tubes,

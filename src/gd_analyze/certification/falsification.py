@@ -27,9 +27,9 @@ from gd_analyze.simplification.model import SimplifiedModel
 TRIED, AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
 # Steps of an ascent in a small box.
 _STEPS = 3
-# Random positions of a box per round, and at a time; those per joint from which the error ascends. One start
-# finds the largest error of the PUMA 560, three that of a UR10.
-POSITIONS, _TOGETHER, _STARTS = 20_000, 4_000, 10
+# Random positions of a box, and at a time; the worst of these per joint from which the error ascends. From 4
+# of 4000, errors of three arms of six joints end within 1.5 % of the largest known; further ones are margin.
+POSITIONS, _TOGETHER, _STARTS = 20_000, 4_000, 4
 
 
 def worst_found(
