@@ -147,7 +147,7 @@ def box_models() -> Iterator[Row]:
             others.errors_of(torque).largest,
             gd.certify(model, box, effort=10_000).worst_found,
         )
-        shares = (f"{(error / allowed).max():.2f}" for error in errors if error is not None)
+        shares = ("" if error is None else f"{(error / allowed).max():.2f}" for error in errors)
         yield arm.name, level, f"{model.size[0]} of {model.size[1]}", apart, torques, *shares, seconds
 
 
