@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
+from scipy.optimize import minimize
 
 import gd_analyze as gd
+from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
@@ -96,3 +99,37 @@ def drawn_motion(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Trajectory:
     if rng.random() < 0.25:
         qd, qdd = rng.uniform(-2.0, 2.0, (2, count, n))
     return gd.Trajectory(time, q, qd, qdd)
+
+
+def ascended(model: gd.SimplifiedModel, box: gd.Box, rng: np.random.Generator, restarts: int) -> np.ndarray:
+    """Largest error of every joint (n,) by quasi-Newton ascents over q, qd, qdd; exact torque by Pinocchio.
+
+    Every second start is the worst of some hundred random states, the others are one of these.
+    """
+    robot, n, slope = pinocchio_model(model.arm), model.arm.n_joints, 1e-6
+    data, drives = robot.createData(), model.arm.drive_inertia if model.drives else np.zeros(n)
+    middle = np.concatenate([box.centre, np.zeros(2 * n)])
+    half = np.concatenate([(box.upper - box.lower) / 2, box.velocity, box.acceleration])
+    allowed, moves = model.accuracy.allowed, slope * np.vstack([np.eye(3 * n), -np.eye(3 * n)])
+
+    def errors(shares: np.ndarray) -> np.ndarray:
+        q, qd, qdd = np.split(middle + half * shares, 3, axis=1)
+        exact = [pin.rnea(robot, data, *state) for state in zip(q, qd, qdd, strict=True)]
+        return model.torque(q, qd, qdd) - exact - drives * qdd
+
+    def descent(x: np.ndarray, joint: int, sign: float) -> tuple[float, np.ndarray]:
+        value, *around = -sign * errors(np.vstack([x, x + moves]))[:, joint] / allowed[joint]
+        ahead, behind = np.split(np.array(around), 2)
+        return value, (ahead - behind) / (2 * slope)
+
+    largest = np.zeros(n)
+    for joint in range(n):
+        for turn in range(restarts):
+            drawn = rng.uniform(-1.0, 1.0, (300, 3 * n))
+            drawn[:, n:] = np.sign(drawn[:, n:])
+            there = errors(drawn)[:, joint]
+            start = int(np.abs(there).argmax()) if turn % 2 == 0 else 0
+            options = {"args": (joint, np.sign(there[start])), "bounds": [(-1.0, 1.0)] * (3 * n)}
+            end = minimize(descent, drawn[start], jac=True, method="L-BFGS-B", **options)
+            largest = np.maximum(largest, np.abs(errors(end.x[None])[0]))
+    return largest

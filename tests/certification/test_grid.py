@@ -137,14 +137,15 @@ def test_no_velocities_exceed_the_bound_and_the_worst_is_reached(n, seed):
     pushes = np.sign(rng.uniform(-1.0, 1.0, (2000, n)))
     # Sums of at most 45 products of numbers below 5.
     slack = 1e3 * EPS
+    error, velocity, push = motion.worst(values)
     for column in range(values.shape[1]):
         found = error_at(motion, values[:, column], velocities, pushes).max()
-        error, velocity, push = motion.worst(values[:, column])
-        again = error_at(motion, values[:, column], velocity[None], push[None])[0]
-        assert max(found, error) <= bound[column] + slack
-        assert reached[column] <= error + slack
-        assert abs(again - error) <= slack
-        assert max(np.abs(velocity).max(), np.abs(push).max()) <= 1.0
+        again = error_at(motion, values[:, column], velocity[:, column][None], push[:, column][None])[0]
+        assert max(found, error[column]) <= bound[column] + slack
+        # The ascent finds nearly all: no more than a few per mille are found by chance beyond.
+        assert max(reached[column], 0.999 * found) <= error[column] + slack
+        assert abs(again - error[column]) <= slack
+    assert max(np.abs(velocity).max(), np.abs(push).max()) <= 1.0
 
 
 def test_products_share_signs_and_squares_may_reduce_the_error():
@@ -158,11 +159,11 @@ def test_products_share_signs_and_squares_may_reduce_the_error():
         ((*still, ("qd", (0, 1)), ("qd", (0, 0))), [5.0, 1.0, -0.25], 5.75),
     ):
         motion, values = Motion(3, factors), np.array(weights)
-        assert motion.bound(values[:, None])[0] == motion.worst(values)[0] == largest
+        assert motion.bound(values[:, None])[0] == motion.worst(values[:, None])[0][0] == largest
 
 
 def test_many_joints_are_bounded_without_trying_all_signs():
     pairs = tuple(("qd", pair) for pair in itertools.combinations(range(14), 2))
     motion, values = Motion(14, pairs), np.random.default_rng(1).normal(size=(len(pairs), 3))
     np.testing.assert_allclose(motion.bound(values), np.abs(values).sum(axis=0), rtol=1e-15)
-    assert all(motion.worst(column)[0] <= np.abs(column).sum() for column in values.T)
+    assert (motion.worst(values)[0] <= np.abs(values).sum(axis=0)).all()

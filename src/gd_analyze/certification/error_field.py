@@ -83,8 +83,8 @@ class ErrorField:
             q, _ = local_maximum(lambda q: self.motion.reached(self.polynomial(q)), box, starts)
         else:
             q = _highest_position(self.polynomial, self.motion, box, starts)
-        error, velocities, pushes = self.motion.worst(self.polynomial(q[:, None])[:, 0])
-        return error, q, velocities * box.velocity, pushes * box.acceleration
+        (error,), velocities, pushes = self.motion.worst(self.polynomial(q[:, None]))
+        return float(error), q, velocities[:, 0] * box.velocity, pushes[:, 0] * box.acceleration
 
 
 def round_off_of(polynomial: TrigonometricPolynomial, box: Box) -> float:
@@ -151,7 +151,16 @@ def _grown(harmonics: Harmonics, degree: int, box: Box) -> float:
 def local_maximum(
     value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Climb from every start (n, S) of a function of positions; return the highest position and its value.
+    """Climb from every start (n, S) of a function of positions; return the highest position and its value."""
+    q, reached = local_maxima(value, box, starts)
+    top = int(reached.argmax())
+    return q[:, top], float(reached[top])
+
+
+def local_maxima(
+    value: Callable[[FloatArray], FloatArray], box: Box, starts: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Climb from every start (n, S) of a function of positions; return all positions and values reached.
 
     One step to either side is tried for every joint. The best is taken; if none is better the step is halved.
     """
@@ -174,8 +183,7 @@ def local_maximum(
         q[:, places[better]] = tried[:, rows[better], best[better]]
         reached[places[better]] = values[rows[better], best[better]]
         step[places[~better]] /= 2
-    top = int(reached.argmax())
-    return q[:, top], float(reached[top])
+    return q, reached
 
 
 def _highest_position(

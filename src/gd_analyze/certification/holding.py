@@ -1,4 +1,4 @@
-"""Models that keep their budget at every state of a box or a tube: proven, or tested at random states.
+"""Models that keep their budget over a box or a tube: proven, or tested at random states.
 
 A model is fitted on some states and tested over the region. If a joint exceeds the budget, the worst states
 found are added to those of the fit, and the joint's budget shrinks; a few rounds suffice.
@@ -17,7 +17,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
-from gd_analyze.certification.falsification import AT_ONCE, TRIED, worst_found
+from gd_analyze.certification.falsification import AT_ONCE, POSITIONS, TRIED, worst_found, worst_in_box
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.expansion import TooLongError
@@ -60,10 +60,11 @@ class Held(NamedTuple):
 
     model: SimplifiedModel
     certificate: Certificate | None = None  # its proven bound, if any
-    tried: int = 0  # random states, none of which exceeds the budget; 0 if it is proven
-    found: FloatArray | None = None  # largest torque error found at these, N m (N), shape (n,)
+    tried: int = 0  # random states or positions, none of which exceeds the budget; 0 if it is proven
+    found: FloatArray | None = None  # largest torque error found from these, N m (N), shape (n,)
     where: str = ""  # name of these states
     near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
+    tried_are: str = "states"  # or "positions", each at its worst velocities and accelerations
 
 
 def simplify_held(
@@ -80,8 +81,10 @@ def simplify_held(
 ) -> Held:
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
-    Along a motion the budget is proven; if the bound stays above it, and in a box, it holds at 200 000 random
-    states, and at those reached by an ascent from the worst. Each of several motions has its own budget.
+    Along a motion the budget is proven; if the bound stays above it, and for recursions in a box, it holds at
+    200 000 random states and, along a motion, at those reached by an ascent from the worst. In a box, a model
+    of terms keeps it at 20 000 random positions with the worst velocities and accelerations of each, and at
+    those reached by an ascent from the worst. Each of several motions has its own budget.
 
     Parameters
     ----------
@@ -283,9 +286,11 @@ class _Rounds:
             counts = np.concatenate([counts, self.region.counts_at(states)])
             beyond = found > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
-            if refits or turn >= _PATIENT:
+            # States at their worst say enough about velocities: with more of them the budget often holds.
+            late = turn - _PATIENT * (trial.tried_are == "positions")
+            if refits or late >= _PATIENT:
                 share = share * needed**_SHRINKING
-            else:
+            elif late >= 0:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
         if best is not None and best.model.saves:
             return best
@@ -294,9 +299,14 @@ class _Rounds:
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """Proven or found errors of a model, and the states (3, M, n) of the largest ones."""
-        where, seed = self.region.where, turn + 1
+        where, seed, refits = self.region.where, turn + 1, model.level.always_refits
         along = isinstance(self.region, Tube)
-        if not self.certified and (model.level.always_refits or not along):
+        if isinstance(self.region, Box) and not (self.certified or refits):
+            found, states = worst_in_box(model, self.exact, self.region, allowed, seed)
+            # States of the search are tried, too.
+            found = np.maximum(found, model.accuracy.errors.largest)
+            return Held(model, None, POSITIONS, found, where, tried_are="positions"), states
+        if refits and not self.certified:
             # For a recursion this is faster than a proof; fewer are enough if the proof succeeds.
             count = AT_ONCE if along else TRIED
             found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
@@ -335,7 +345,7 @@ class _Rounds:
         if model.program is not held.model.program and certificate is not None:
             certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
             found = found if held.tried or certificate is None else certificate.counting
-        return Held(proven(model, certificate), certificate, held.tried, found, held.where)
+        return held._replace(model=proven(model, certificate), certificate=certificate, found=found)
 
 
 def _proof(

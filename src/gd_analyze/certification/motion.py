@@ -16,6 +16,8 @@ from gd_analyze.harmonics.expansion import VelocityFactor
 _MOST_SIGNED = 10
 # Most joints whose velocities -1, 0 and 1 are all tried: 3280 choices for eight.
 _MOST_THIRDS = 8
+# Times that every velocity moves in an ascent.
+_TURNS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,28 +135,35 @@ class Motion:
         out[pushed] = np.where(values[pushed] < 0.0, -1.0, 1.0)
         return out
 
-    def worst(self, values: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Search for the largest error at one position, from values (P,), with velocities and accelerations.
+    def worst(self, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Search for the largest error at every position, from values (P, K).
 
-        From the best vertex, each velocity in turn moves to the maximum of the error, quadratic in it.
+        Returns errors (K,), velocities and accelerations (n, K). For given velocities the best accelerations
+        are known. From all vertices and from rest, each velocity in turn moves to the maximum of the error,
+        quadratic in it.
         """
-        n = self.n_joints
-        place = int(self._at_vertices(values[:, None])[:, 0].argmax())
-        velocities = self._signs[place - 1].copy() if place else np.zeros(n)
-        constant, pushed, _, _ = self._split(values)
-        form = np.zeros((n, n))
+        n, count = self.n_joints, values.shape[1]
+        still, pushed, _, _ = self._split(values)
+        form = np.zeros((n, n, count))
         moving = [*self._kinds[2], *self._kinds[3]]
         for p, (a, b) in zip(moving, self._ends(moving).T, strict=True):
             form[a, b] += values[p] / 2
             form[b, a] += values[p] / 2
-        sign = 1.0 if constant + velocities @ form @ velocities >= 0.0 else -1.0
-        for joint in list(range(n)) * 3:
-            curve, slope = sign * form[joint, joint], 2 * sign * (form[joint] @ velocities)
-            slope -= 2 * curve * velocities[joint]
-            choices = [-1.0, 1.0] + ([float(np.clip(-slope / (2 * curve), -1.0, 1.0))] if curve < 0.0 else [])
-            velocities[joint] = max(choices, key=lambda t: curve * t * t + slope * t)
-        reached = float(constant + velocities @ form @ velocities)
-        pushes = np.zeros(n)
+        starts = np.vstack([np.zeros(n), self._signs])
+        signs = np.array([1.0, -1.0])[:, None, None]
+        velocities = np.tile(starts.T[:, None, :, None], (1, 2, 1, count))
+        for joint in list(range(n)) * _TURNS:
+            curve = signs * form[joint, joint]
+            slope = 2 * (
+                signs * np.einsum("ak,asck->sck", form[joint], velocities) - curve * velocities[joint]
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inside = np.clip(-slope / (2 * curve), -1.0, 1.0)
+            velocities[joint] = np.where(curve < 0.0, inside, np.where(slope < 0.0, -1.0, 1.0))
+        sums = still + np.einsum("asck,abk,bsck->sck", velocities, form, velocities)
+        sizes = (signs * sums).reshape(-1, count)
+        best, every = sizes.argmax(axis=0), np.arange(count)
+        pushes = np.zeros((n, count))
         for p in self._kinds[1]:
-            pushes[self.factors[p][1][0]] = np.copysign(1.0, values[p] * reached)
-        return abs(reached) + float(pushed), velocities, pushes
+            pushes[self.factors[p][1][0]] = np.sign(values[p]) * np.where(best < len(starts), 1.0, -1.0)
+        return sizes[best, every] + pushed, velocities.reshape(n, -1, count)[:, best, every], pushes

@@ -51,8 +51,8 @@ def simplify(
         The arm, or the name of a built-in one, or the path of its file.
     states
         Where the budget holds. Near a trajectory (also by shipped name or path), or near each of several,
-        between set points too; without one, within the arm's limits. At given states only: those of a
-        decomposition, or any others, see `states_in_box`.
+        between set points too; without one, as far as a search within the arm's limits finds, see
+        `simplify_held`. At given states only: those of a decomposition, or any others, see `states_in_box`.
     budget
         Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
         default 1 % of each joint's peak torque over the states.

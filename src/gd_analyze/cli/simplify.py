@@ -81,9 +81,11 @@ def simplify(
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
     The budget holds at every state near the motion, or near each of several, and is proven where the proof
-    succeeds; without a trajectory it holds at 200 000 states drawn within the arm's limits. With --operations
-    it holds at the set points only. Equations of level term are D, h and c by element, those of level energy
-    are in absolute velocities, see docs/simplification.md.
+    succeeds. Without a trajectory a search within the arm's limits finds no larger error: it ascends from the
+    worst of 20 000 positions, velocities and accelerations the worst at each (level recursive: 200 000 random
+    states); shares of peak torque are of that at the --states drawn. With --operations the budget holds at
+    the set points or states drawn only. Equations of level term are D, h and c by element, those of level
+    energy are in absolute velocities, see docs/simplification.md.
 
     \b
     Examples:

@@ -266,7 +266,7 @@ def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
         over = [str(row["joint"]) for row in rows if (row["within_limits"] or 0.0) > row["allowed_error"]]
         where = "within the allowed one."
         if over:
-            everywhere = f"For a model within budget everywhere: `gd-analyze simplify {findings.arm.name}`."
+            everywhere = f"`gd-analyze simplify {findings.arm.name}` searches a model for all of them."
             where = f"above the allowed one at joints {', '.join(over)}. {everywhere}"
         said.append(
             f"{drawn} states were drawn within the arm's limits of position, velocity and acceleration; the "

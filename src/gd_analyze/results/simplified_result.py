@@ -59,9 +59,13 @@ def simplified_result(
             Fact("", "Proof" * bool(certificate.note), certificate.note),
         ]
     if held.found is not None and held.tried:
-        worst, count = worst_error(model, held.found), thousands(held.tried)
-        answer = f"Torque error up to {worst.text} (joint {worst.joint}) at {count} states"
-        proven.append(Fact("tried", "Tried at", held.tried, text=f"{count} states of {held.where}"))
+        worst, tried = worst_error(model, held.found), f"{thousands(held.tried)} {held.tried_are}"
+        answer = f"Torque error up to {worst.text} (joint {worst.joint}), found at {tried}"
+        ways = "velocities and accelerations the worst at each, then an ascent from the worst"
+        how = f": {ways}" * (held.tried_are == "positions")
+        proven.append(Fact("tried", "Tried at", held.tried, text=f"{tried} of {held.where}{how}"))
+        units = [joint.effort_unit for joint in arm.joints]
+        more.append(Column("found", "found", held.found, units))
         if certificate is None:
             along = "trajectory" in accuracy.fitted_on
             why = "too many equations to write out here; `gd-analyze certify` does it"
