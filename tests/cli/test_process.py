@@ -92,9 +92,7 @@ def test_failures_of_the_program_and_the_machine(process, motion, failure, says)
     assert "Traceback" not in result.err
 
 
-@pytest.mark.skipif(
-    not Path("/dev/full").exists(), reason="/dev/full, which stands for a full disk, is missing"
-)
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, which stands for a full disk")
 def test_a_full_disk_behind_standard_output(process):
     with Path("/dev/full").open("w") as full:
         done = process("arms", stdout=full)

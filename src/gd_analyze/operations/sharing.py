@@ -105,54 +105,27 @@ def shared_sums(
 
     The second does not increase operations. `rearranging` is tries times operations.
     """
-    growing = _Growing(polynomials, circles or {})
-    growing.add(polynomials)
-    yield growing.found()
-    rearrange(growing.sums, min(TRIES, rearranging // max(growing.sums.operations, 1)), growing.circles)
-    yield growing.found()
-
-
-def growing_sums(steps: Sequence[Sequence[Polynomial]], circles: Circles) -> Iterator[SharedSums]:
-    """Shared parts of polynomials that gain terms step by step, each starting from the previous result."""
-    growing = _Growing(steps[-1], circles)
-    for polynomials in steps:
-        growing.add(polynomials)
-        yield growing.found()
-
-
-class _Growing:
-    """Polynomials that gain terms, and the sums found so far."""
-
-    def __init__(self, largest: Sequence[Polynomial], circles: Circles) -> None:
-        numbers: dict[Hashable, int] = {}
-        for variables in (x for polynomial in largest for product in polynomial for x in product):
-            numbers.setdefault(variables, len(numbers))
-        self.circles = {
-            numbers[x]: numbers.setdefault(partner, len(numbers))
-            for x, partner in circles.items()
-            if x in numbers
-        }
-        self._numbers, self._equal = numbers, Magnitudes(EQUAL)
-        self._known: list[Terms] = [{} for _ in largest]
-        self.sums = Sums(self._known, len(numbers))
-
-    def add(self, polynomials: Sequence[Polynomial]) -> None:
-        """Add new terms, and extract."""
-        for row, (known, polynomial) in enumerate(zip(self._known, polynomials, strict=True), start=1):
-            terms: Terms = {}
-            for variables, c in polynomial.items():
-                product = tuple(sorted(self._numbers[x] for x in variables))
-                terms[product] = terms.get(product, 0.0) + c
-            for product, c in terms.items():
-                new = (self._equal(c) if c else 0.0) - known.get(product, 0.0)
-                if new:
-                    known[product] = known.get(product, 0.0) + new
-                    self.sums.add(-row, product, self.sums.magnitude(new))
-        extract(self.sums)
-
-    def found(self) -> SharedSums:
-        """Copy the present state."""
-        return _shared(self.sums, tuple(self._numbers), len(self._known))
+    numbers: dict[Hashable, int] = {}
+    for variable in (x for polynomial in polynomials for product in polynomial for x in product):
+        numbers.setdefault(variable, len(numbers))
+    partners = {
+        numbers[x]: numbers.setdefault(partner, len(numbers))
+        for x, partner in (circles or {}).items()
+        if x in numbers
+    }
+    sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL)
+    for row, polynomial in enumerate(polynomials, start=1):
+        terms: Terms = {}
+        for variables, c in polynomial.items():
+            product = tuple(sorted(numbers[x] for x in variables))
+            terms[product] = terms.get(product, 0.0) + c
+        for product, c in terms.items():
+            if c:
+                sums.add(-row, product, sums.magnitude(equal(c)))
+    extract(sums)
+    yield _shared(sums, tuple(numbers), len(polynomials))
+    rearrange(sums, min(TRIES, rearranging // max(sums.operations, 1)), partners)
+    yield _shared(sums, tuple(numbers), len(polynomials))
 
 
 def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:

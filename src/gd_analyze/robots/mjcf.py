@@ -8,7 +8,6 @@ misreads reference values, and joins several joints of a body into one, so that 
 from __future__ import annotations
 
 import math
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import pinocchio as pin
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
+from gd_analyze.files import temporary_folder
 from gd_analyze.robots.frames import straight
 from gd_analyze.robots.text_file import Node, pinocchio_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree, named
@@ -61,8 +61,8 @@ def read_mjcf(path: Path, root: Node) -> Tree:
         inside = [child for node in defaults for child in node.children]
         bare.children.append(_defaults(Node("default", defaults[0].attributes, defaults[0].where, inside)))
     bare.children.append(world.kept((), {}, *_placed_roots(bodies.below(world, "world"))))
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "robot.xml"
+    with temporary_folder() as folder:
+        copy = folder / "robot.xml"
         copy.write_text(bare.text(), encoding="utf-8")
         model = pinocchio_model(lambda: pin.buildModelFromMJCF(str(copy)), "MJCF", path, notes.lines)
     gravity = [0.0, 0.0, -9.81]

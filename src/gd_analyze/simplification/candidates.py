@@ -68,11 +68,6 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.terms)
 
-    @property
-    def swept(self) -> float:
-        """Share of the budget that terms dropped beforehand use."""
-        return float(np.abs(self.choice.base).max(initial=0.0))
-
     def chosen(self, selected: Mask, scale: FloatArray | None = None) -> dict[Any, float]:
         """Terms of a selection, shape (K,), their coefficients times factors, shape (K,)."""
         factors = np.ones(len(self)) if scale is None else scale

@@ -54,13 +54,10 @@ class Work:
 
     def __init__(self, effort: float = 1.0) -> None:
         self.effort, self.spent = effort * USUAL, 0.0
-        self.was_short = False
 
     def affords(self, amount: float) -> bool:
-        """Whether this amount is left; if not, this is noted, as a better result may have been missed."""
-        enough = self.spent + amount <= self.effort
-        self.was_short |= not enough
-        return enough
+        """Whether this amount is left."""
+        return self.spent + amount <= self.effort
 
     def spend(self, amount: float) -> None:
         """Subtract work done."""

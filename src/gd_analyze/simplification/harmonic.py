@@ -25,12 +25,10 @@ from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
-from gd_analyze.simplification.torque_program import functions_of_terms, torque_program, torque_programs
+from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 
 # Relative difference of coefficients that are mathematically equal, or twice or half each other.
 _EQUAL = 1e-9
-# Common parts are searched from the start if more than this share of the terms is new.
-_FEW = 0.1
 # Kind, multiple of every joint in the argument, exponent.
 _FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
@@ -93,24 +91,6 @@ class HarmonicLevel(CandidateLevel):
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques of the terms."""
         return torque_program(form.velocities, self.torques(form, terms), effort)
-
-    def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write each from the previous one, while only a few torque terms are added and none changes."""
-        chains: list[list[Torques]] = []
-        for terms in (self.torques(form, step) for step in steps):
-            before = chains[-1][-1] if chains else {}
-            few = len(terms) - len(before) <= _FEW * len(terms)
-            if chains and few and all(terms.get(term) == weight for term, weight in before.items()):
-                chains[-1].append(terms)
-            else:
-                chains.append([terms])
-        programs: list[Program] = []
-        for chain in chains:
-            written = [*torque_programs(form.velocities, chain, most)]
-            programs += written
-            if len(written) < len(chain):
-                break
-        return programs
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
         """Torques in absolute velocities, terms with the same velocities in brackets before them."""

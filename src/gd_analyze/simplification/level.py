@@ -20,7 +20,7 @@ from gd_analyze.harmonics.terms import EnergyTerm, Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effects import TermTorques
-from gd_analyze.simplification.effort import THOROUGH, Effort
+from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.text import LARGEST_COEFFICIENT
 
@@ -68,16 +68,6 @@ class Level(ABC):
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Write the torque of terms as a program."""
-
-    def write_steps(self, form: ExactForm, steps: Sequence[Terms], most: int) -> list[Program]:
-        """Write programs of growing sets of terms, up to the first with more than `most` operations."""
-        programs: list[Program] = []
-        for terms in steps:
-            program = self.write(form, terms, THOROUGH)
-            if program.count.total > most:
-                break
-            programs.append(program)
-        return programs
 
     @abstractmethod
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:

@@ -92,10 +92,15 @@ class Selection:
     """Some of the terms, the error of leaving out the others, and how many terms need each step."""
 
     def __init__(self, choice: Choice, selected: Mask) -> None:
-        self.choice, self.selected = choice, selected.copy()
-        self.error = choice.base + choice.effects.total(~selected)
-        step, term = choice.users
-        self.needed = np.bincount(step[selected[term]], minlength=len(choice.weights))
+        self.choice = choice
+        self.select(selected)
+
+    def select(self, selected: Mask) -> None:
+        """Take these terms, (K,), and no others."""
+        self.selected = selected.copy()
+        self.error = self.choice.base + self.choice.effects.total(~selected)
+        step, term = self.choice.users
+        self.needed = np.bincount(step[selected[term]], minlength=len(self.choice.weights))
 
     def copy(self) -> Selection:
         """A selection that changes on its own."""
@@ -199,7 +204,7 @@ def repair(selection: Selection, settings: SelectionSettings = USUAL, *, limit: 
         relief = selection.relief(settings.half_power)
         term = int(relief.argmax())
         if relief[term] <= 0.0:  # no single term helps: put everything back
-            selection.__init__(selection.choice, np.ones(len(selection.choice), dtype=bool))  # type: ignore[misc]
+            selection.select(np.ones(len(selection.choice), dtype=bool))
             return
         selection.put_back(term)
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator
 from functools import lru_cache
-from itertools import takewhile
 from typing import Any
 
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.operations.sharing import SharedSums, factored, growing_sums, shared_sums
+from gd_analyze.operations.sharing import SharedSums, factored, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import POINT, Effort
+from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.functions import Functions, inertia_program
 
 
@@ -105,9 +104,6 @@ def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, 
     return distinct, places
 
 
-# Nested brackets take up to 1.5 times the final operations, for all arms supplied.
-_NESTED = 1.5
-
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
@@ -139,21 +135,6 @@ def functions_of_terms(
         parts[term.quantity][term] = weight
     inertia, h, c = (torque_program(velocities, part, effort) for part in parts.values())
     return Functions(inertia_program(inertia, velocities.n_joints, symmetric), h, c)
-
-
-def torque_programs(velocities: AbsoluteVelocities, steps: Sequence[Torques], most: int) -> Iterator[Program]:
-    """Write torques that gain terms step by step, up to the first program over `most` operations."""
-
-    def may_take(terms: Torques) -> bool:  # judged by nested brackets
-        few = len(terms) <= POINT.shared
-        return few and nested_program(velocities, terms).count.total <= _NESTED * most
-
-    hopeful = [*takewhile(may_take, steps)]
-    written: Iterable[Program] = (torque_program(velocities, terms, POINT) for terms in hopeful)
-    if len(hopeful) > 1:
-        rows = [_rows(velocities, terms) for terms in hopeful]
-        written = (_program(velocities, sums) for sums in growing_sums(rows, _circles(hopeful[-1])))
-    yield from takewhile(lambda program: program.count.total <= most, written)
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
