@@ -175,5 +175,5 @@ def test_the_text_is_the_built_in_arm(two_link):
 
 def test_symbols_need_sympy(monkeypatch):
     monkeypatch.setitem(sys.modules, "sympy", None)
-    with pytest.raises(UsageError, match=r"gd-analyze\[symbolic\]"):
+    with pytest.raises(UsageError, match="pip install sympy"):
         text_closed_forms()

@@ -151,7 +151,7 @@ def test_what_does_not_fit(swing, swing_model, puma):
     for motion in (replace(swing, gaps=(10,)), single):
         with pytest.raises(TrajectoryError, match="motion"):
             gd.control(swing_model, motion)
-    with pytest.raises(ModelError, match="the model does not fit puma560"):
+    with pytest.raises(ModelError, match="the model of two_link does not fit puma560"):
         gd.control(swing_model, swing, arm=puma)
     with pytest.raises(ArmError, match="describes no friction"):
         gd.control(swing_model, swing, gd.ControlSettings(friction=True))
