@@ -132,8 +132,8 @@ RESULTS = (
         (f"gd-analyze identify ur10_robot.urdf {LOG} -o ur10.toml --report ur10-report",),
         identified,
         "Torque of the six joints of a UR10 over 27 s: measured, of the file, and identified",
-        f"The file knows neither friction nor drives; what is identified from the first two thirds (extras `logs` and "
-        f"`identify`) predicts the last, shaded. The file is that of {DATA} (ROS-Industrial, BSD), the log `ur10_inverse_dynamics_solver/bagfiles/{LOG}` "
+        f"The file knows neither friction nor drives; what is identified from the first two thirds (extra "
+        f"`logs`) predicts the last, shaded. The file is that of {DATA} (ROS-Industrial, BSD), the log `ur10_inverse_dynamics_solver/bagfiles/{LOG}` "
         f"of the [University of Salerno]({SALERNO}) (Petrone, Ferrentino, Chiacchio; BSD-3-Clause).",
         inputs=("ur10_robot.urdf", LOG),
     ),

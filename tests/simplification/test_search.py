@@ -165,7 +165,10 @@ def test_puma_at_the_energy_level(puma):
     # Terms of the energies act in several joints at once: more operations than torque terms one by one, and
     # still less than half of the hand-made model's 305.
     assert model.operations.total <= 150
-    assert (model.level, model.refitted, model.drives) == (ENERGY, True, True)
+    assert (model.level, model.drives) == (ENERGY, True)
+    # A refit to some of the states may cost more to hold at all; it is not the result then.
+    plain = simplify(puma, states, level="energy", drives=True)
+    assert model.operations.total <= plain.operations.total
 
 
 def test_an_arm_without_mass_has_nothing_to_simplify() -> None:

@@ -38,7 +38,7 @@ def test_the_shipped_motions_of_the_puma(puma):
         model = gd.simplify(puma, names, "1%", level="term", effort=0.1, **options)
         assert model.saves
         for name, stated in zip(names, model.accuracy.motions, strict=True):
-            found = gd.evaluate(model, name)
+            found = model_torque(model, gd.read_trajectory(name, puma))
             assert (found.errors.largest <= ROUNDED * stated.allowed).all()
             scale = model.accuracy.allowed / gd.ExactDynamics.of(puma, names).allowed("1%")
             assert (found.errors.largest <= ROUNDED * scale * found.dynamics.allowed("1%")).all()

@@ -232,7 +232,7 @@ class SimplifiedModel:
         return functions
 
     def gamma(self, exact: ExactDynamics) -> float:
-        """Largest |eigenvalue of D^-1 Ds - I| at given states, with its own D as Ds.
+        """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.
 
         Below 1, a symmetric Ds is positive definite there, and feedback through it converges.
         """
