@@ -141,7 +141,7 @@ def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset
 
     monkeypatch.setattr(type(TERM), "write", write_nothing)
     with pytest.raises(GdAnalyzeError, match="misses its budget"):
-        simplify(two_link, swing_dataset, "1%")
+        simplify(two_link, swing_dataset, "60%")
 
 
 def test_puma_with_drives_within_one_percent_at_its_states(puma):

@@ -24,7 +24,7 @@ from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
 from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import POINT, THOROUGH, Effort
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import gammas
@@ -194,7 +194,7 @@ def proven(model: SimplifiedModel, certificate: Certificate | None) -> Simplifie
     """The model with its proven bound."""
     if certificate is None:
         return model
-    return replace(model, accuracy=replace(model.accuracy, certificate=certificate.stated))
+    return model.stating(replace(model.accuracy, certificate=certificate.stated))
 
 
 @dataclass(frozen=True)
@@ -265,7 +265,7 @@ class _Rounds:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
-                trial = self._written(trial, allowed, THOROUGH if how.write else POINT)
+                trial = self._written(trial, allowed, shortest=how.write)
                 trial = trial._replace(near=some.joined_by(worst, counts))
                 found = trial.found
                 assert found is not None
@@ -334,13 +334,13 @@ class _Rounds:
         each = gammas(drawn.inertia, model.inertia(drawn.states.q))
         known = model.accuracy.gamma
         assert known is not None  # stated by every search
-        stated = replace(model, accuracy=replace(model.accuracy, gamma=max(known, float(each.max()))))
+        stated = model.stating(replace(model.accuracy, gamma=max(known, float(each.max()))))
         is_usable = model.level.has_symmetric_inertia and known < 1.0
         return held._replace(model=stated), states[:, each >= 1.0] if is_usable else nothing
 
-    def _written(self, held: Held, allowed: FloatArray, effort: Effort) -> Held:
+    def _written(self, held: Held, allowed: FloatArray, *, shortest: bool) -> Held:
         """Write the final program, and prove it."""
-        model = _finished(held.model, self.exact, allowed, str(self.budget), effort)
+        model = _finished(held.model, self.exact, allowed, str(self.budget), shortest=shortest)
         certificate, found = held.certificate, held.found
         if model.program is not held.model.program and certificate is not None:
             certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
@@ -368,12 +368,12 @@ def _proof(
 
 
 def _finished(
-    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str, effort: Effort
+    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str, *, shortest: bool
 ) -> SimplifiedModel:
-    """State the budget, and write the program with few operations."""
-    if model.terms:
-        model = replace(model, program=model.level.write(model.form, model.terms, effort))
+    """State the budget, and write the program with few operations unless the search's own is good enough."""
+    if model.terms and shortest:
+        model = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
     model = with_rewriting(model)
     accuracy = replace(model.accuracy, allowed=allowed, budget=stated, fitted_on=exact.states.described)
     accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))
-    return no_dearer(exact, replace(model, accuracy=accuracy))
+    return no_dearer(exact, model.stating(accuracy))

@@ -15,7 +15,7 @@ from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    import xarray as xr
 
 # Columns where the terminal's own number is unknown.
 WIDTH = 80
@@ -65,7 +65,7 @@ def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
 class Stages:
     """Says on standard error what is going on; silent without a progress display."""
 
-    def __init__(self, display: Progress | None = None) -> None:
+    def __init__(self, display: Any = None) -> None:
         self._shown = None if display is None else (display, display.add_task(""))
 
     def __call__(self, label: str, total: int | None = None) -> None:
@@ -80,6 +80,17 @@ class Stages:
             display, task = self._shown
             display.advance(task, steps)
 
+    def ranked(self, ranking: xr.Dataset, budget: str) -> None:
+        """Show the verdict lists above the progress; the result repeats them for the model's own budget."""
+        if self._shown:
+            from gd_analyze.report.terminal import text_of
+            from gd_analyze.result import Result
+            from gd_analyze.results.run_result import verdict_section
+
+            section = verdict_section(ranking)
+            lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
+            self._shown[0].known = text_of(lists, _terminal_width())
+
 
 @contextmanager
 def stages(quiet: bool) -> Iterator[Stages]:
@@ -88,13 +99,23 @@ def stages(quiet: bool) -> Iterator[Stages]:
         yield Stages()
         return
     from rich import progress
-    from rich.console import Console
+    from rich.console import Console, RenderableType
+    from rich.text import Text
 
     words = progress.TextColumn("{task.description:<34}", markup=False)
     times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
     columns = progress.SpinnerColumn(), words, progress.BarColumn(14), *times
     console = Console(stderr=True)
-    with progress.Progress(*columns, console=console, transient=True, redirect_stdout=False) as display:
+
+    class Display(progress.Progress):
+        known = ""  # lines above the progress
+
+        def get_renderables(self) -> Iterator[RenderableType]:
+            if self.known:
+                yield Text(self.known)
+            yield from super().get_renderables()
+
+    with Display(*columns, console=console, transient=True, redirect_stdout=False) as display:
         yield Stages(display)
 
 

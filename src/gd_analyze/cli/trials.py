@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -168,7 +167,7 @@ def certify(
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
         if motion:
-            loaded = replace(loaded, accuracy=loaded.accuracy.along(motion.fingerprint))
+            loaded = loaded.stating(loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
             loaded = measured_at(loaded, gd.states_of(motion))
         stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None or check else 2))

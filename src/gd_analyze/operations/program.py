@@ -192,34 +192,39 @@ def _row(count: int) -> FloatArray:
 
 
 def slopes_of(
-    program: Program, along: Mapping[str, float | str], values: Mapping[str, float], trace: Trace
+    program: Program, along: Mapping[str, float | str], value: Callable[[Any], Any], trace: Trace
 ) -> list[Any]:
     """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
 
-    The direction is a number by input, or another input's name; `values` sets inputs to numbers.
+    The direction is a number by input, or another input's name; `value` is what `folded` returned on the
+    same trace.
     """
-    value = program.folded(trace, values)
-    slopes: dict[int, Any] = {}
+    slopes: dict[int, Any] = {}  # of the steps that depend on the direction
 
     def slope(x: Any) -> Any:
-        return slopes[x.order] if isinstance(x, Expression) else 0.0
+        return slopes.get(x.order, 0.0) if isinstance(x, Expression) else 0.0
 
     for step in program.steps:
         if step.operation == "input":
-            direction = along.get(step.arguments[0], 0.0)
-            slopes[step.order] = trace.record("input", direction) if isinstance(direction, str) else direction
-        elif step.operation in ("cos", "sin"):
+            direction = along.get(step.arguments[0])
+            if isinstance(direction, str):
+                slopes[step.order] = trace.record("input", direction)
+            elif direction is not None:
+                slopes[step.order] = direction
+            continue
+        own = [slope(x) for x in step.arguments]
+        if not any(isinstance(x, Expression) or x != 0.0 for x in own):
+            continue
+        if step.operation in ("cos", "sin"):
             (x,) = step.arguments
             other = trace.apply("sin" if step.operation == "cos" else "cos", value(x))
             outer = trace.negative(other) if step.operation == "cos" else other
-            slopes[step.order] = trace.multiply(outer, slope(x))
+            slopes[step.order] = trace.multiply(outer, own[0])
         elif step.operation == "multiply":
             x, y = step.arguments
-            slopes[step.order] = trace.add(
-                trace.multiply(slope(x), value(y)), trace.multiply(value(x), slope(y))
-            )
+            slopes[step.order] = trace.add(trace.multiply(own[0], value(y)), trace.multiply(value(x), own[1]))
         else:
-            slopes[step.order] = trace.apply(step.operation, *map(slope, step.arguments))
+            slopes[step.order] = trace.apply(step.operation, *own)
     return [slope(output) for output in program.outputs]
 
 

@@ -42,7 +42,7 @@ class VerdictList(NamedTuple):
 
 def verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
     """Facts of `verdict_section` that people see."""
-    section = verdict_section(findings)
+    section = verdict_section(findings.dominance)
     facts = (part for part in section.parts if isinstance(part, Fact) and part.label)
     return tuple(
         VerdictList(fact.key, fact.label, (), fact.written)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from itertools import takewhile
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,6 +49,9 @@ from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.text import amount, joined, named_joints, number, percent, thousands
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # What stands before each list of elements.
 _LISTED = {
     "translation": "Translation dominates",
@@ -73,7 +76,7 @@ def run_result(findings: Findings, top: int = 0) -> Result:
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         parts=(
-            verdict_section(findings),
+            verdict_section(findings.dominance),
             *_equations(findings),
             *_stops(findings),
             joint_errors(model, tube_bound(findings)),
@@ -211,9 +214,9 @@ def _other_budget(findings: Findings) -> str:
     return f"Within {findings.model.accuracy.budget} ({budgets} {why}): "
 
 
-def verdict_section(findings: Findings) -> Section:
+def verdict_section(ranking: xr.Dataset) -> Section:
     """The founding text's answer: elements listed by verdict, and joints where drives make most torque."""
-    listed = verdict_lists(findings.dominance)
+    listed = verdict_lists(ranking)
     facts = []
     for name, label in _LISTED.items():
         labels = listed.labels(name)
@@ -224,7 +227,7 @@ def verdict_section(findings: Findings) -> Section:
         note = "up to round-off" if name == "zero" else ""
         facts.append(Fact(name, label if text else "", labels, text=text, note=note))
     alone = listed.labels("drive")
-    text = "; ".join(filter(None, [_drives_text(listed.drives, findings.arm.n_joints), _alone_text(alone)]))
+    text = "; ".join(filter(None, [_drives_text(listed.drives, int(ranking.i.max())), _alone_text(alone)]))
     drives = [asdict(drive) for drive in listed.drives]
     facts.insert(-2, Fact("drive", "", alone))
     facts.insert(-2, Fact("drives", "Drives" if text else "", drives, text=text))

@@ -57,7 +57,7 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
                 continue
             trial = models[-1]
         accuracy = replace(trial.accuracy, allowed=allowed, budget=str(budget.scaled(factor)))
-        models.append(replace(trial, accuracy=accuracy))
+        models.append(trial.stating(accuracy))
     return tuple(models)
 
 

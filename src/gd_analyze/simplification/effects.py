@@ -58,6 +58,19 @@ class Effects:
             out[joint] = self.torque[rows & (self.joint == joint)].sum(axis=0)
         return out
 
+    @cached_property
+    def by_joint(self) -> list[tuple[NDArray[np.intp], FloatArray]]:
+        """Rows of every joint, and their torque, contiguous in memory."""
+        rows = [np.flatnonzero(self.joint == joint) for joint in range(self.n_joints)]
+        return [(own, self.torque[own]) for own in rows]
+
+    def along(self, slope: FloatArray) -> FloatArray:
+        """Sum over joints and states of every term's torque times a slope, shape (n, N), for terms (K,)."""
+        sums = np.empty(len(self.term))
+        for (rows, torque), own_slope in zip(self.by_joint, slope, strict=True):
+            sums[rows] = torque @ own_slope
+        return np.bincount(self.term, weights=sums, minlength=self.count)
+
     def over(self, allowed: FloatArray) -> Effects:
         """The same over the error allowed at every joint, N m, shape (n,)."""
         shares = self.torque / allowed[self.joint][:, None]

@@ -33,7 +33,7 @@ COUNTING = Effort(80)
 # Hundredths of a second for intermediate models, as points of a curve, and some tenths for a result: 3 to 6 %
 # fewer operations.
 POINT = Effort(600)
-THOROUGH = Effort(600, 30_000)
+THOROUGH = Effort(600, 15_000)
 
 
 # Most terms of D, h and c that a person reads; of more, a program is not searched for shared parts.

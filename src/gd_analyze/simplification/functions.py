@@ -43,7 +43,8 @@ def functions_of(program: Program, n: int, symmetric: bool = False) -> Functions
 def inertia_program(program: Program, n: int, symmetric: bool = False) -> Program:
     """D, row by row, as torque is linear in accelerations; for a `symmetric` D the upper half is computed."""
     trace, at_rest = Trace(), program.with_values(_zeros(n, "qd"))
-    columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, _zeros(n, "qdd"), trace) for j in range(n)]
+    value = at_rest.folded(trace, _zeros(n, "qdd"))
+    columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, value, trace) for j in range(n)]
     places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i, j in places])
 
@@ -52,7 +53,7 @@ def coriolis_centrifugal_program(program: Program, n: int) -> Program:
     """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     trace = Trace()
-    twice = slopes_of(program, along, _zeros(n, "qdd"), trace)
+    twice = slopes_of(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
     return Program.of(trace, [trace.multiply(0.5, x) for x in twice])
 
 
@@ -64,14 +65,18 @@ def gravity_loading_program(program: Program, n: int) -> Program:
 def torque_derivatives_program(program: Program, n: int) -> Program:
     """Derivatives of the torques by q, then by qd, each row by row; those by qdd are D."""
     trace = Trace()
-    by = [[slopes_of(program, {f"{name}{j + 1}": 1.0}, {}, trace) for j in range(n)] for name in ("q", "qd")]
-    return Program.of(trace, [columns[j][i] for columns in by for i in range(n) for j in range(n)])
+    value = program.folded(trace, {})
+    columns = [
+        [slopes_of(program, {f"{name}{j + 1}": 1.0}, value, trace) for j in range(n)] for name in ("q", "qd")
+    ]
+    return Program.of(trace, [by[j][i] for by in columns for i in range(n) for j in range(n)])
 
 
 def coriolis_matrix_program(program: Program, n: int) -> Program:
     """C with C qd = h, row by row: half the derivative of h by qd, C_ij = sum_k h_ijk qd_k."""
     trace, h = Trace(), coriolis_centrifugal_program(program, n)
-    columns = [slopes_of(h, {f"qd{j + 1}": 0.5}, {}, trace) for j in range(n)]
+    value = h.folded(trace, {})
+    columns = [slopes_of(h, {f"qd{j + 1}": 0.5}, value, trace) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i in range(n) for j in range(n)])
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -216,20 +217,27 @@ class SimplifiedModel:
         """Simplified c, N m, shape (..., n)."""
         return self._evaluated(self.functions.gravity_loading, q)
 
+    def stating(self, accuracy: Accuracy) -> SimplifiedModel:
+        """The same model with this accuracy; what was derived from its terms is not derived again."""
+        model = copy(self)
+        object.__setattr__(model, "accuracy", accuracy)
+        return model
+
     @cached_property
     def functions(self) -> Functions:
-        """D, h and c as programs of their own, from their terms or from the torque, whichever is shorter."""
+        """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
         symmetric = self.level.has_symmetric_inertia
-        functions = functions_of(self.program, self.arm.n_joints, symmetric)
         if not self.level.has_torque_terms:
-            return functions
+            return functions_of(self.program, self.arm.n_joints, symmetric)
         if self.program is self.form.program:
             return self.form.functions
         # Sums with shared parts may take more operations than nested ones, which a search counts.
-        for effort in dict.fromkeys((ROUGH, effort_for(len(self.terms)))):
-            own = functions_of_terms(self.form.velocities, self.torques, effort, symmetric=symmetric)
-            functions = functions.cheapest(own)
-        return functions
+        efforts = dict.fromkeys((ROUGH, effort_for(len(self.terms))))
+        ways = [
+            functions_of_terms(self.form.velocities, self.torques, effort, symmetric=symmetric)
+            for effort in efforts
+        ]
+        return reduce(Functions.cheapest, ways)
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.
@@ -295,14 +303,14 @@ def with_rewriting(model: SimplifiedModel) -> SimplifiedModel:
     steps, operations = model.accuracy.steps, model.operations_minimized.total
     if steps and operations < steps[-1].operations:
         steps = (*steps, SearchStep("rewriting", operations))
-    return replace(model, accuracy=replace(model.accuracy, steps=steps))
+    return model.stating(replace(model.accuracy, steps=steps))
 
 
 def measured(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State the errors of a model's own program."""
-    return replace(model, accuracy=exact.held(model.accuracy, model.torque(*exact.states.arrays)))
+    return model.stating(exact.held(model.accuracy, model.torque(*exact.states.arrays)))
 
 
 def with_gamma(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State gamma of a model over states, see `SimplifiedModel.gamma`."""
-    return replace(model, accuracy=replace(model.accuracy, gamma=model.gamma(exact)))
+    return model.stating(replace(model.accuracy, gamma=model.gamma(exact)))

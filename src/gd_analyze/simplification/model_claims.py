@@ -202,7 +202,7 @@ def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
         elif name in shipped_trajectories():
             states = states_of(read_trajectory(str(name), model.arm))
     if states is None or dict(states.described) != dict(accuracy.fitted_on):
-        return replace(model, accuracy=replace(accuracy, measured=False))
+        return model.stating(replace(accuracy, measured=False))
     return measured_at(model, states)
 
 
@@ -244,7 +244,7 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
         norms=exact.norms_of(torque),
         gamma=gamma if known is None else known,
     )
-    return replace(model, accuracy=again)
+    return model.stating(again)
 
 
 def _require(

@@ -121,16 +121,15 @@ def _within(
         else:
             found = pruned(known, most, how, progress)
         model = exactly(known, level, most, str(budget))
-        done = replace(model.accuracy, steps=found.steps)
         model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
-        model = measured(known, replace(model, accuracy=done))
+        model = measured(known, model.stating(replace(model.accuracy, steps=found.steps)))
         model = with_rewriting(model) if how.write else model
         model = model if how.dearer else no_dearer(known, model)
         if known is exact:
             break
         torque = model.torque(*exact.states.arrays)
         if (exact.errors_of(torque).counting <= allowed).all():
-            model = replace(model, accuracy=exact.held(replace(model.accuracy, allowed=allowed), torque))
+            model = model.stating(exact.held(replace(model.accuracy, allowed=allowed), torque))
             break
         off, weights = np.abs(torque - exact.torque), exact.states.weights
         worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))

@@ -43,7 +43,7 @@ def model_by_verdicts(
     )
     exact = exact.weighed(None).under(budget)
     accuracy = replace(model.accuracy, budget=budget, allowed=exact.allowed(budget))
-    return measured(exact, replace(model, accuracy=accuracy))
+    return measured(exact, model.stating(accuracy))
 
 
 def require_no_budget(level: Level, found: str) -> None:

@@ -112,7 +112,7 @@ class _Motion:
         self, one: EvaluatedMotion, found: Evaluation, unloaded: RobotArm | None, fit_friction: bool
     ) -> None:
         self.one, self.found, self.fit_friction = one, found, fit_friction
-        self.model = replace(found.model, accuracy=one.accuracy)
+        self.model = found.model.stating(one.accuracy)
         states = one.dynamics.states
         self.effect = payload_effect(self.model, states)
         self.bare = None if unloaded is None else model_torque(self.model, states, unloaded)

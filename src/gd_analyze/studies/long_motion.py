@@ -140,7 +140,7 @@ class LongMotion:
         found = []
         for model, most, square in zip(models, largest, squares, strict=True):
             errors = ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
-            found.append(replace(model, accuracy=replace(model.accuracy, errors=errors)))
+            found.append(model.stating(replace(model.accuracy, errors=errors)))
         allowed = np.array([model.accuracy.allowed for model in models])
         return found, worst, largest > allowed
 
@@ -153,7 +153,7 @@ class LongMotion:
             if breaks and kept:
                 last = kept[-1]
                 accuracy = replace(last.accuracy, allowed=asked.allowed, budget=asked.budget)
-                kept.append(replace(last, accuracy=accuracy))
+                kept.append(last.stating(accuracy))
             else:
                 kept.append(exactly(exact, model.level, asked.allowed, asked.budget) if breaks else model)
         return tuple(kept)

@@ -177,11 +177,16 @@ class Progress(Protocol):
     def advance(self, steps: int) -> None:
         """Note that some steps are done."""
 
+    def ranked(self, ranking: xr.Dataset, budget: str) -> None:
+        """Take the first answer, the result of `rank` at a budget, while models are searched."""
+
 
 class _Silent:
     def __call__(self, label: str, total: int | None = None) -> None: ...
 
     def advance(self, steps: int) -> None: ...
+
+    def ranked(self, ranking: xr.Dataset, budget: str) -> None: ...
 
 
 def analyze(
@@ -338,6 +343,8 @@ def find(
                 return Held(simplify_exact(exact, budget, search, progress=stage.advance, **options))
             return simplify_held(exact, budget, tube, search, effort=_EFFORTS[1], **options)
 
+        first = exact.under(how.asked)
+        stage.ranked(rank(dataset, threshold=how.dominance, budget=first.allowed(how.asked)), str(how.asked))
         stops, asked = _stops(exact, how, search_at)
         exact = exact.under(asked)
         by_budget = {str(stop.budget): stop.held for stop in stops}
