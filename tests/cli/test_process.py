@@ -203,6 +203,8 @@ def test_progress_on_a_terminal_only_and_not_when_quiet(process, motion, quiet, 
     assert done.code == 0
     assert done.json
     assert (b"reading" in shown) == (not quiet)
+    # The first answer stands above the progress while models are searched.
+    assert (b"Verdicts at 1%" in shown) == (not quiet)
 
 
 VERBS = ["report", "arms", "columns", "identify", "plan", "figures", "simplify", "rank", "trade-off"]

@@ -119,6 +119,7 @@ def certify(
     effort: int = EFFORT,
     harmonics: Harmonics | None = None,
     limit: FloatArray | None = None,
+    tighten: bool = True,
     progress: Callable[[int], None] | None = None,
 ) -> Certificate:
     """Bound a model's torque error over a box of states, or over a tube around a motion.
@@ -139,8 +140,9 @@ def certify(
     harmonics
         The arm's exact dynamics, if known.
     limit
-        Along a tube, spend the effort on the question whether errors exceed these, N m (N), shape (n,), and
-        little of it on a tighter bound.
+        Along a tube, spend the effort on the question whether errors exceed these, N m (N), shape (n,).
+    tighten
+        With a limit, spend a twentieth of the effort on a tighter bound.
     progress
         Called with the hundredths of a joint done since the last call.
 
@@ -168,7 +170,7 @@ def certify(
     for exact, row, rounding, counts, most in parts:
         step = _in_hundredths(progress)
         field = ErrorField.of(exact, row, rounding, box)
-        found.append(_bounded(field, tube, effort, step, counts, most))
+        found.append(_bounded(field, tube, effort, step, counts, most, tighten))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
@@ -239,6 +241,7 @@ def _bounded(
     step: Callable[[float], None],
     counts: FloatArray | None,
     limit: float | None,
+    tighten: bool,
 ) -> Bounded:
     """Bound one joint without the slack of the exact dynamics."""
     if tube is None:
@@ -247,7 +250,7 @@ def _bounded(
         bound, starts = _by_grids(field, effort * further, step)
         return Bounded(np.array([bound]), *field.worst(starts))
     many = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
-    along = bound_along(field, tube, effort // (_PER_BOX * many), counts, limit)
+    along = bound_along(field, tube, effort // (_PER_BOX * many), counts, limit, tighten=tighten)
     if limit is not None or along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
         return along
     # For wide boxes, between distant set points, a grid over all of them may give a smaller bound.

@@ -312,7 +312,8 @@ class _Rounds:
             found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
                 return Held(model, None, TRIED, found, where), states
-        certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
+        # That of the program which is written in the end is tightened.
+        certificate = self._proof(model, allowed, tighten=False)
         loose = _LOOSE if turn < _CLOSING else 1.0
         if certificate is not None:
             found = certificate.counting
@@ -342,29 +343,23 @@ class _Rounds:
         """Write the final program, and prove it."""
         model = _finished(held.model, self.exact, allowed, str(self.budget), shortest=shortest)
         certificate, found = held.certificate, held.found
-        if model.program is not held.model.program and certificate is not None:
-            certificate = _proof(model, self.region, self.effort, certified=self.certified, limit=allowed)
+        if certificate is not None:
+            certificate = self._proof(model, allowed, tighten=True)
             found = found if held.tried or certificate is None else certificate.counting
         return held._replace(model=proven(model, certificate), certificate=certificate, found=found)
 
-
-def _proof(
-    model: SimplifiedModel,
-    region: Box | Tube,
-    effort: int,
-    *,
-    certified: bool,
-    limit: FloatArray,
-) -> Certificate | None:
-    """Certify; None for a program that is too long, unless a proof was asked for."""
-    harmonics = model.form.harmonics
-    if certified or model.level.has_torque_terms:
-        return certify(model, region, effort=effort, harmonics=harmonics, limit=limit)
-    with suppress(TooLongError):
-        if (some := usual_effort(model, effort)) is not None:
-            # The search of a recursion goes on from a tight bound.
-            return certify(model, region, effort=some, harmonics=harmonics)
-    return None
+    def _proof(self, model: SimplifiedModel, allowed: FloatArray, *, tighten: bool) -> Certificate | None:
+        """Certify; None for a program that is too long, unless a proof was asked for."""
+        harmonics = model.form.harmonics
+        if self.certified or model.level.has_torque_terms:
+            return certify(
+                model, self.region, effort=self.effort, harmonics=harmonics, limit=allowed, tighten=tighten
+            )
+        with suppress(TooLongError):
+            if (some := usual_effort(model, self.effort)) is not None:
+                # The search of a recursion goes on from a tight bound.
+                return certify(model, self.region, effort=some, harmonics=harmonics)
+        return None
 
 
 def _finished(

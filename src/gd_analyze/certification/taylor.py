@@ -44,12 +44,14 @@ def bound_along(
     effort: int,
     counts: FloatArray | None = None,
     limit: float | None = None,
+    *,
+    tighten: bool = True,
 ) -> Bounded:
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
     Boxes are halved where the error may be largest, until the bound is close to an error found. With a
-    `limit`, those beyond it are halved until it is known whether the error exceeds it; the rest is halved
-    with a share of the effort. `counts` (pieces,) are weights of errors, included in the error found.
+    `limit`, those beyond it are halved until it is known whether the error exceeds it; to `tighten`, the rest
+    is halved with a share of the effort. `counts` (pieces,) are weights of errors, included in those found.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
@@ -69,7 +71,7 @@ def bound_along(
             if found > limit:
                 break
             near = np.flatnonzero(counting * boxes.bounds > limit)
-        if not near.size and (limit is None or spent - len(tube) < _TIGHTENING * effort):
+        if not near.size and (limit is None or (tighten and spent - len(tube) < _TIGHTENING * effort)):
             near = np.flatnonzero(counting * boxes.bounds > _CLOSE * found + counting * least)
         if not near.size or spent + 2 > effort:
             break

@@ -176,7 +176,7 @@ def largest_terms(
     peaks = _peaks(torques, states, allowed)
     chosen = np.union1d(np.argsort(-peaks, kind="stable")[:count], np.flatnonzero(needed))
     others = np.setdiff1d(np.arange(torques.count), chosen)
-    return chosen, _together(torques, states, allowed, others)
+    return chosen, torques.together(states, others) / allowed[:, None]
 
 
 def _swept(
@@ -187,12 +187,12 @@ def _swept(
     # The largest number of smallest terms that are within the share together, by bisection.
     few, many = 0, len(order) - max(MANY, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
-    error = _together(torques, states, allowed, order[:many])
+    error = torques.together(states, order[:many]) / allowed[:, None]
     if np.abs(error).max() <= SWEPT_SHARE:
         return np.sort(order[many:]), error
     while many - few > 1:
         middle = (few + many) // 2
-        error = base + _together(torques, states, allowed, order[few:middle])
+        error = base + torques.together(states, order[few:middle]) / allowed[:, None]
         if np.abs(error).max() <= SWEPT_SHARE:
             few, base = middle, error
         else:
@@ -206,15 +206,3 @@ def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatAr
     for block, effects in torques.in_blocks(states, _AT_ONCE):
         out[block] = effects.largest(np.abs(effects.torque).max(axis=1) / allowed[effects.joint])
     return out
-
-
-def _together(
-    torques: TermTorques, states: States, allowed: FloatArray, terms: NDArray[np.intp]
-) -> FloatArray:
-    """Torque of some terms together over the allowed error, shape (n, N)."""
-    out = np.zeros((len(allowed), len(states)))
-    step = max(1, _AT_ONCE // (2 * len(states)))
-    for start in range(0, len(terms), step):
-        effects = torques.at(states, terms[start : start + step])
-        out += effects.total(np.ones(effects.count, dtype=bool))
-    return out / allowed[:, None]

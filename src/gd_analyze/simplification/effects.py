@@ -119,6 +119,21 @@ class TermTorques:
         self._term, self._joint, self._monomial, self._moving = columns[:, :4].astype(np.intp).T
         self._weight = columns[:, 4]
         self._monomials, self._products = list(monomials), list(moving)
+        self._last: tuple[States, FloatArray, FloatArray] | None = None
+
+    def _factors(self, states: States) -> tuple[FloatArray, FloatArray]:
+        """Values at states of all distinct products of sines and cosines, and of velocities, shape (.., N).
+
+        Those of the last states are remembered, as terms are evaluated there block by block.
+        """
+        if self._last is None or self._last[0] is not states:
+            variables, ones = TorqueVariables(self.velocities, states.last), np.ones(len(states))
+            monomials, products = (
+                np.array([reduce(np.multiply, map(variables, key), ones) for key in keys])
+                for keys in (self._monomials, self._products)
+            )
+            self._last = states, monomials, products
+        return self._last[1:]
 
     def at(self, states: States, terms: NDArray[np.intp] | slice = slice(None)) -> Effects:
         """Torque of some terms, renumbered in their order, at states; weighted as the states are."""
@@ -127,15 +142,9 @@ class TermTorques:
         place[chosen] = np.arange(len(chosen))
         rows = np.flatnonzero(place[self._term] >= 0)
         rows = rows[np.argsort(place[self._term[rows]], kind="stable")]
-        variables, ones = TorqueVariables(self.velocities, states.last), np.ones(len(states))
-
-        def products(keys: Sequence[tuple[object, ...]], used: NDArray[np.intp]) -> FloatArray:
-            distinct, at = np.unique(used, return_inverse=True)
-            values = [reduce(np.multiply, map(variables, keys[k]), ones) for k in distinct]
-            return np.reshape(values, (len(distinct), len(states)))[at]
-
-        torque = self._weight[rows, None] * products(self._monomials, self._monomial[rows])
-        torque *= products(self._products, self._moving[rows])
+        monomials, products = self._factors(states)
+        torque = self._weight[rows, None] * monomials[self._monomial[rows]]
+        torque *= products[self._moving[rows]]
         term, joint = place[self._term[rows]], self._joint[rows]
         # Several torque terms of one term may act on the same joint.
         starts = np.flatnonzero(np.diff(term * self.velocities.n_joints + joint, prepend=-1))
@@ -144,6 +153,22 @@ class TermTorques:
         if states.weights is not None:
             torque *= states.weights.T[joint]
         return Effects(len(chosen), self.velocities.n_joints, term, joint, torque)
+
+    def together(self, states: States, terms: NDArray[np.intp]) -> FloatArray:
+        """Torque of some terms together at states, shape (n, N); weighted as the states are."""
+        from scipy.sparse import csr_array
+
+        monomials, products = self._factors(states)
+        chosen = np.zeros(self.count, dtype=bool)
+        chosen[terms] = True
+        rows = np.flatnonzero(chosen[self._term])
+        n, count = self.velocities.n_joints, len(products)
+        # One bracket of monomials per joint and product of velocities.
+        bracket = self._joint[rows] * count + self._moving[rows]
+        shape = n * count, len(monomials)
+        brackets = csr_array((self._weight[rows], (bracket, self._monomial[rows])), shape) @ monomials
+        torque = (brackets.reshape(n, count, -1) * products).sum(axis=1)
+        return torque if states.weights is None else torque * states.weights.T
 
     def in_blocks(self, states: States, numbers: int) -> Iterator[tuple[slice, Effects]]:
         """All terms, block by block of terms, with at most some numbers each."""
