@@ -188,7 +188,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
     found = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
     assert found.model.saves
     assert found.tried == 0
-    monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
+    monkeypatch.setattr(holding._Rounds, "_proof", lambda *_, **__: None)
     tried = gd.simplify_held(exact, "20%", tube, SearchOptions("term"))
     assert tried.tried == falsification.TRIED
     rng = np.random.default_rng(0)
@@ -205,7 +205,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
 
 def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):
     exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
-    monkeypatch.setattr(holding, "_proof", lambda *_, **__: None)
+    monkeypatch.setattr(holding._Rounds, "_proof", lambda *_, **__: None)
     held = gd.simplify_held(exact, "60%", tube)
     assert (held.tried, held.where) == (falsification.TRIED, tube.where)
     certificate = gd.certify(held.model, tube)

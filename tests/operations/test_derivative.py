@@ -32,7 +32,7 @@ def drawn(seed: int, most: float) -> dict[str, np.ndarray]:
 
 def derivative(program: Program, along, values=None) -> Program:
     trace = Trace()
-    return Program.of(trace, slopes_of(program, along, values or {}, trace))
+    return Program.of(trace, slopes_of(program, along, program.folded(trace, values or {}), trace))
 
 
 def inputs_of(program: Program) -> set[str]:

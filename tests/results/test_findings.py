@@ -95,7 +95,7 @@ def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
 
 
 def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
-    monkeypatch.setattr("gd_analyze.certification.holding._proof", lambda *_, **__: None)
+    monkeypatch.setattr("gd_analyze.certification.holding._Rounds._proof", lambda *_, **__: None)
     monkeypatch.setattr("gd_analyze.studies.main_job._efforts", lambda *_: None)
     with without_cache():
         found = find(two_link, swing, Settings(budget="60%"))

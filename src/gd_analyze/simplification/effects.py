@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.terms import Monomial, Torques, Velocity
+from gd_analyze.harmonics.terms import Factor, Monomial, Torques, Velocity
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.torque_program import TorqueVariables
 
@@ -69,7 +69,7 @@ class Effects:
         sums = np.empty(len(self.term))
         for (rows, torque), own_slope in zip(self.by_joint, slope, strict=True):
             sums[rows] = torque @ own_slope
-        return np.bincount(self.term, weights=sums, minlength=self.count)
+        return np.bincount(self.term, weights=sums, minlength=self.count).astype(float)
 
     def over(self, allowed: FloatArray) -> Effects:
         """The same over the error allowed at every joint, N m, shape (n,)."""
@@ -128,10 +128,12 @@ class TermTorques:
         """
         if self._last is None or self._last[0] is not states:
             variables, ones = TorqueVariables(self.velocities, states.last), np.ones(len(states))
-            monomials, products = (
-                np.array([reduce(np.multiply, map(variables, key), ones) for key in keys])
-                for keys in (self._monomials, self._products)
-            )
+
+            def values(keys: Sequence[tuple[Velocity | Factor, ...]]) -> FloatArray:
+                products = [reduce(np.multiply, map(variables, key), ones) for key in keys]
+                return np.reshape(products, (len(keys), len(states)))
+
+            monomials, products = values(self._monomials), values(self._products)
             self._last = states, monomials, products
         return self._last[1:]
 
