@@ -88,6 +88,16 @@ def test_of_few_terms_the_cheapest_selection_is_found():
     assert sum(missed) == 0
 
 
+def test_terms_that_cost_nothing_return_only_within_the_budget():
+    """The first two cancel the third together: without it, they leave an error of 2.4 budgets."""
+    torque = np.array([[1.2], [1.2], [-2.4], [5.0]])
+    effects = Effects(4, 1, np.arange(4), np.zeros(4, dtype=np.intp), torque)
+    choice = Choice(effects, np.zeros((1, 1)), {frozenset([0, 1, 3]): 2, frozenset([2]): 3})
+    selection = Selection(choice, np.array([False, False, False, True]))
+    for improved in improve(selection, np.array([False, False, False, True])):
+        assert improved.largest <= 1.0
+
+
 def drawn(seed: int) -> Choice:
     rng = np.random.default_rng(seed)
     count, joints, states = 8, 2, 6

@@ -235,7 +235,8 @@ def improve(
             _put_some_back(trial, settings, random)
         descend(trial, stays, settings, random=random)
         cost = trial.cost
-        if cost > selection.cost:
+        # Terms that cancel others may raise errors when they are put back.
+        if cost > selection.cost or trial.largest > 1.0:
             continue
         selection = trial
         best.setdefault(trial.selected.tobytes(), trial)
