@@ -166,16 +166,14 @@ def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArra
         If the arm has too many terms to be written out.
     """
     require_writable(exact, level)
-    torques = _every_torque(level, exact.form)
-    likely = np.flatnonzero(torques.bounds(exact.states, allowed) > 1.0)
-    return int((_peaks(torques, exact.states, allowed, likely) > 1.0).sum())
+    return int((_peaks(_every_torque(level, exact.form), exact.states, allowed) > 1.0).sum())
 
 
 def largest_terms(
     torques: TermTorques, states: States, allowed: FloatArray, count: int, needed: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
     """Terms with the largest torques over the allowed ones, and needed ones; error of others, (n, N)."""
-    peaks = _peaks(torques, states, allowed, np.arange(torques.count))
+    peaks = _peaks(torques, states, allowed)
     chosen = np.union1d(np.argsort(-peaks, kind="stable")[:count], np.flatnonzero(needed))
     others = np.setdiff1d(np.arange(torques.count), chosen)
     return chosen, torques.together(states, others) / allowed[:, None]
@@ -185,7 +183,7 @@ def _swept(
     torques: TermTorques, states: States, allowed: FloatArray, stays: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
-    order = np.argsort(np.where(stays, np.inf, torques.bounds(states, allowed)), kind="stable")
+    order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
     few, many = 0, len(order) - max(MANY, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
@@ -202,9 +200,9 @@ def _swept(
     return np.sort(order[few:]), base
 
 
-def _peaks(torques: TermTorques, states: States, allowed: FloatArray, terms: NDArray[np.intp]) -> FloatArray:
-    """Largest torque of some terms over the allowed error, shape (M,)."""
-    out = np.zeros(len(terms))
-    for block, effects in torques.in_blocks(states, terms, _AT_ONCE):
+def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:
+    """Largest torque of every term over the allowed error, shape (K,)."""
+    out = np.zeros(torques.count)
+    for block, effects in torques.in_blocks(states, _AT_ONCE):
         out[block] = effects.largest(np.abs(effects.torque).max(axis=1) / allowed[effects.joint])
     return out

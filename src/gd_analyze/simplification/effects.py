@@ -172,25 +172,9 @@ class TermTorques:
         torque = (brackets.reshape(n, count, -1) * products).sum(axis=1)
         return torque if states.weights is None else torque * states.weights.T
 
-    def bounds(self, states: States, allowed: FloatArray) -> FloatArray:
-        """Bound on every term's largest torque at states over the allowed error, shape (K,).
-
-        It is the product of the largest factors, which need not be largest at the same state.
-        """
-        monomials, products = (np.abs(values).max(axis=1, initial=0.0) for values in self._factors(states))
-        sizes = np.abs(self._weight) * monomials[self._monomial] * products[self._moving]
-        if states.weights is not None:
-            allowed = allowed / states.weights.max(axis=0)
-        n = self.velocities.n_joints
-        places = self._term * n + self._joint
-        by_joint = np.bincount(places, weights=sizes, minlength=self.count * n).reshape(-1, n)
-        return np.asarray((by_joint / allowed).max(axis=1))
-
-    def in_blocks(
-        self, states: States, terms: NDArray[np.intp], numbers: int
-    ) -> Iterator[tuple[slice, Effects]]:
-        """Some terms, block by block, with at most some numbers each."""
+    def in_blocks(self, states: States, numbers: int) -> Iterator[tuple[slice, Effects]]:
+        """All terms, block by block of terms, with at most some numbers each."""
         step = max(1, numbers // (2 * max(len(states), 1)))
-        for start in range(0, len(terms), step):
-            block = slice(start, min(start + step, len(terms)))
-            yield block, self.at(states, terms[block])
+        for start in range(0, self.count, step):
+            block = slice(start, min(start + step, self.count))
+            yield block, self.at(states, block)
