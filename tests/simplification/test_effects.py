@@ -84,7 +84,7 @@ def test_parts_of_them_are_what_the_whole_says(arm, seed, level):
     np.testing.assert_array_equal(joined[some, -1], more)
     assert not joined[~chosen, -1].any()
     weights = rng.uniform(0.5, 2.0, (len(states), arm.n_joints))
-    weighted = torques.at(dataclasses.replace(states, weights=weights)).dense()
-    np.testing.assert_allclose(weighted, dense * weights.T, rtol=1e-15)
     weighty = dataclasses.replace(states, weights=weights)
+    weighted = torques.at(weighty).dense()
+    np.testing.assert_allclose(weighted, dense * weights.T, rtol=1e-15)
     assert np.abs(torques.together(weighty, some) - weighted[some].sum(axis=0)).max() <= 2.0 * slack

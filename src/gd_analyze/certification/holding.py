@@ -253,7 +253,7 @@ class _Rounds:
                 provenance=self.provenance,
                 stage=self.stage,
             )
-            trial, states = self._over_region(model, allowed, turn)
+            trial, states = self._over_region(model, allowed, turn, tighten=not how.write)
             if self.progress is not None:
                 self.progress(1)
             found = trial.found
@@ -297,8 +297,13 @@ class _Rounds:
         everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
 
-    def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
-        """Proven or found errors of a model, and the states (3, M, n) of the largest ones."""
+    def _over_region(
+        self, model: SimplifiedModel, allowed: FloatArray, turn: int, *, tighten: bool
+    ) -> tuple[Held, FloatArray]:
+        """Proven or found errors of a model, and the states (3, M, n) of the largest ones.
+
+        A bound need not be tight where the program is written, and proven, anew in the end.
+        """
         where, seed, refits = self.region.where, turn + 1, model.level.always_refits
         along = isinstance(self.region, Tube)
         if isinstance(self.region, Box) and not (self.certified or refits):
@@ -312,8 +317,7 @@ class _Rounds:
             found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
             if not along or (found > allowed).any():
                 return Held(model, None, TRIED, found, where), states
-        # That of the program which is written in the end is tightened.
-        certificate = self._proof(model, allowed, tighten=False)
+        certificate = self._proof(model, allowed, tighten=tighten)
         loose = _LOOSE if turn < _CLOSING else 1.0
         if certificate is not None:
             found = certificate.counting
@@ -343,7 +347,7 @@ class _Rounds:
         """Write the final program, and prove it."""
         model = _finished(held.model, self.exact, allowed, str(self.budget), shortest=shortest)
         certificate, found = held.certificate, held.found
-        if certificate is not None:
+        if certificate is not None and model.program is not held.model.program:
             certificate = self._proof(model, allowed, tighten=True)
             found = found if held.tried or certificate is None else certificate.counting
         return held._replace(model=proven(model, certificate), certificate=certificate, found=found)

@@ -69,7 +69,7 @@ class Effects:
         sums = np.empty(len(self.term))
         for (rows, torque), own_slope in zip(self.by_joint, slope, strict=True):
             sums[rows] = torque @ own_slope
-        return np.bincount(self.term, weights=sums, minlength=self.count).astype(float)
+        return np.asarray(np.bincount(self.term, weights=sums, minlength=self.count), dtype=float)
 
     def over(self, allowed: FloatArray) -> Effects:
         """The same over the error allowed at every joint, N m, shape (n,)."""

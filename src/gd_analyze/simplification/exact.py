@@ -124,7 +124,7 @@ class ExactForm:
         functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
         if self.arm.n_joints > _MOST_JOINTS:
             return functions
-        nested = functions_of_terms(self.velocities, self.torques, ROUGH, symmetric=True)
+        nested = functions_of_terms(self.velocities, self.torques, ROUGH)
         # Shared parts take time to find: only where nested sums come close.
         close = [
             quantity
@@ -132,7 +132,7 @@ class ExactForm:
             if own.count.total < _NEARLY * known.count.total
         ]
         terms = {term: weight for term, weight in self.torques.items() if term.quantity in close}
-        shared = functions_of_terms(self.velocities, terms, _SHARED, symmetric=True)
+        shared = functions_of_terms(self.velocities, terms, _SHARED)
         return Functions(
             *(
                 min(each, key=lambda program: program.count.total) if quantity in close else each[0]

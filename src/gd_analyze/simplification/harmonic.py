@@ -161,7 +161,7 @@ class TermLevel(HarmonicLevel):
     def operations(self, form: ExactForm, terms: Torques, effort: Effort) -> int:
         """Operations of D, h and c as functions of their own: what they share is counted in each."""
         torques = self.torques(form, terms)
-        return functions_of_terms(form.velocities, torques, effort, symmetric=True).operations.total
+        return functions_of_terms(form.velocities, torques, effort).operations.total
 
     def inertia_term(self, term: TorqueTerm) -> EnergyTerm | None:
         """Element of D' and monomial of a term of D'."""

@@ -226,17 +226,13 @@ class SimplifiedModel:
     @cached_property
     def functions(self) -> Functions:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
-        symmetric = self.level.has_symmetric_inertia
         if not self.level.has_torque_terms:
-            return functions_of(self.program, self.arm.n_joints, symmetric)
+            return functions_of(self.program, self.arm.n_joints)
         if self.program is self.form.program:
             return self.form.functions
         # Sums with shared parts may take more operations than nested ones, which a search counts.
         efforts = dict.fromkeys((ROUGH, effort_for(len(self.terms))))
-        ways = [
-            functions_of_terms(self.form.velocities, self.torques, effort, symmetric=symmetric)
-            for effort in efforts
-        ]
+        ways = [functions_of_terms(self.form.velocities, self.torques, effort) for effort in efforts]
         return reduce(Functions.cheapest, ways)
 
     def gamma(self, exact: ExactDynamics) -> float:

@@ -126,15 +126,13 @@ def shortest_program(
     return min([*ways, *_shared(velocities, own, effort)], key=lambda way: way.count.total)
 
 
-def functions_of_terms(
-    velocities: AbsoluteVelocities, terms: Torques, effort: Effort, *, symmetric: bool
-) -> Functions:
-    """D, h and c from their own terms alone, so that each is written for itself."""
+def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:
+    """D, of which the upper half is computed, h and c from their own terms, each written for itself."""
     parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in QUANTITIES}
     for term, weight in terms.items():
         parts[term.quantity][term] = weight
     inertia, h, c = (torque_program(velocities, part, effort) for part in parts.values())
-    return Functions(inertia_program(inertia, velocities.n_joints, symmetric), h, c)
+    return Functions(inertia_program(inertia, velocities.n_joints, symmetric=True), h, c)
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
