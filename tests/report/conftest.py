@@ -9,7 +9,7 @@ import pytest
 from browser import Tab, opened, started
 from page_reader import Page
 
-from changed_recursions import summands_dropped
+from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze.motions.logged import ColumnUse, Logged
 from gd_analyze.motions.read import read_trajectory
@@ -91,9 +91,9 @@ def two_motions() -> Findings:
 
 @pytest.fixture(scope="session")
 @few_tries()
-def recursive() -> Findings:
+def fast() -> Findings:
     arm = load_arm("puma560")
     with pytest.MonkeyPatch.context() as patch:
         # This is about what is shown of a model, not how it is found.
-        patch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
-        return find(arm, read_trajectory("wrist-move", arm), Settings(level="recursive"))
+        skip_searches(patch)
+        return find(arm, read_trajectory("wrist-move", arm), Settings(level="fast"))

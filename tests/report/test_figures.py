@@ -12,7 +12,18 @@ from hypothesis import strategies as st
 
 from gd_analyze.figures.arm import arm_figure, playable, skeleton, upright_frame, views_figure
 from gd_analyze.figures.elements import inertia_figure, vector_figure
-from gd_analyze.figures.figure import Area, Axis, Curve, Figure, Panel, broken, joint_label, ticks, value_axis
+from gd_analyze.figures.figure import (
+    Area,
+    Axis,
+    Curve,
+    Figure,
+    Panel,
+    broken,
+    hatching,
+    joint_label,
+    ticks,
+    value_axis,
+)
 from gd_analyze.figures.joints import (
     Contributions,
     contributions_figure,
@@ -195,3 +206,19 @@ def test_a_long_name_keeps_the_end_that_tells_the_joint_apart() -> None:
     ur.append(Joint("elbow_joint", "revolute"))
     assert joint_label(ur, 1, 50.0) == "2 …ulder_lift…"
     assert joint_label([Joint("1", "revolute")], 0, 50.0) == "1"
+
+
+def test_hatching_stays_inside_its_area() -> None:
+    x = np.linspace(3.0, 90.0, 40)
+    near, far = np.sin(x / 7.0), 15.0 + 9.0 * np.cos(x / 11.0)
+    for slope, rise in (("/", 1.0), ("-", 0.0), ("\\", -1.0)):
+        ends = hatching(x, near, far, slope)
+        assert len(ends) > 5
+        across, upward = ends[..., 0], ends[..., 1]
+        # Coordinates up to 90, lines of a few operations.
+        assert np.allclose(np.diff(upward), rise * np.diff(across), rtol=0.0, atol=1e-12)
+        assert np.all((upward >= np.interp(across, x, near)) & (upward <= np.interp(across, x, far)))
+    upright = hatching(x, near, far, "|")
+    assert np.array_equal(upright[:, 0, 0], upright[:, 1, 0])
+    assert len(hatching(x, near, far, "/\\")) == sum(len(hatching(x, near, far, one)) for one in "/\\")
+    assert hatching(x, near, near, "/").size == 0

@@ -125,10 +125,10 @@ def test_every_level_has_its_own_parts(level: str, by_level: dict[str, Findings]
     assert ("Coefficients are those of this report" in words_of(page)) == (level == "energy")
 
 
-def test_an_arm_of_too_many_terms_shows_its_recursion(recursive: Findings) -> None:
-    page = Page(render_html(recursive))
+def test_a_program_is_shown_as_named_steps(fast: Findings) -> None:
+    page = Page(render_html(fast))
     assert not page.of_class("span", "term")
-    assert "Regrouped parameters" in words_of(page)
+    assert "Steps u in the order of evaluation" in words_of(page)
     assert page.data["budgets"] is None or page.data["budgets"]["keeps"] == ""
 
 
@@ -152,7 +152,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
     terminal = " ".join(text_of(run_result(findings)).split())
     for said in (words, terminal):
         assert f"the exact torque in {full} operations" in said
-        assert "--level recursive" in said
+        assert "--level fast" in said
         assert "too many to read" in said or "too many terms to read" in said
         # A larger error helps where terms can be chosen at all.
         assert ("`--budget`" in terminal) == (why != "too many in all")
@@ -164,5 +164,5 @@ def test_any_result_has_a_page() -> None:
     table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
     page = Page(page_of(Result("Title", facts=(Fact("a", "Label", 0.014, shown="percent"),), parts=(table,))))
     assert "Things <b>" in page.text
-    assert "1.4 %" in page.text
+    assert "1.4\N{NO-BREAK SPACE}%" in page.text
     assert len(page.all("th")) == 1

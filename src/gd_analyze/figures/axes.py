@@ -123,7 +123,7 @@ def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
     from matplotlib.patches import Patch
 
     handles = [
-        Patch(color=ON_PAPER[key.colour], label=key.label)
+        Patch(facecolor=ON_PAPER[key.colour], label=key.label, **_hatched(key.hatching))
         if key.kind == "area"
         else Line2D(
             [],
@@ -202,7 +202,8 @@ def _draw(axes: Axes, panel: Panel) -> None:
             continue
         colour = ON_PAPER[item.colour]
         if isinstance(item, Area):
-            axes.fill_between(item.x, item.near, item.far, color=colour, lw=0, label=item.label, zorder=order)
+            look = {"facecolor": colour, "lw": 0, **_hatched(item.hatching)}
+            axes.fill_between(item.x, item.near, item.far, label=item.label, zorder=order, **look)
         elif isinstance(item, Words):
             axes.annotate(
                 item.text,
@@ -229,6 +230,10 @@ def _draw(axes: Axes, panel: Panel) -> None:
                 zorder=order,
                 clip_on=False,
             )
+
+
+def _hatched(slopes: str) -> dict[str, Any]:
+    return {"hatch": 3 * slopes, "edgecolor": ON_PAPER["paper"]} if slopes else {}
 
 
 def _style(dashes: tuple[float, ...]) -> Any:

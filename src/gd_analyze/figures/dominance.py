@@ -11,7 +11,18 @@ from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
-from gd_analyze.figures.figure import ON_PAPER, WIDTH, Axis, Cells, Figure, Key, Panel, Words, time_axis
+from gd_analyze.figures.figure import (
+    HATCHING,
+    ON_PAPER,
+    WIDTH,
+    Axis,
+    Cells,
+    Figure,
+    Key,
+    Panel,
+    Words,
+    time_axis,
+)
 from gd_analyze.figures.run import Run
 from gd_analyze.text import amount, pretty
 
@@ -19,14 +30,14 @@ from gd_analyze.text import amount, pretty
 _ROWS, _COLUMNS = 30, 120
 # Shades by the element's torque, as a share of the peak torque of its joint.
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
-_MARGINS = (26.0, 13.0, 96.0, 16.0)
+_MARGINS = (26.0, 13.0, 114.0, 16.0)
 # Height of a row, and of all rows on a first page, pt.
 _PITCH, _ROOM = 9.5, 165.0
 _LEGEND = (
-    Key("translation", "translation", "area"),
-    Key("rotation", "rotation", "area"),
-    Key("both", "both", "area"),
-    Key("drive", "drive", "area"),
+    *(
+        Key(name, name, "area", hatching=HATCHING.get(name, ""))
+        for name in ("translation", "rotation", "both", "drive")
+    ),
     Key("fuller colour: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
 )
 
@@ -65,6 +76,7 @@ def dominance_figure(run: Run) -> Figure:
             for label, k, unit in told
         ),
         numbers,
+        hatching=HATCHING,
     )
     rows = len(labels)
     y = Axis(float(rows), 0.0, tuple(k + 0.45 for k in range(rows)), names=tuple(map(subscripted, labels)))
@@ -83,7 +95,7 @@ def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
         peaks = zip(ranking[name].values.tolist(), units, strict=True)
         columns[head] = [(pretty(amount(peak, unit)) if peak else "", "") for peak, unit in peaks]
     out = []
-    for right, (head, cells) in zip((6.0, 34.0, 66.0), columns.items(), strict=True):
+    for right, (head, cells) in zip((6.0, 34.0, 75.0), columns.items(), strict=True):
         out.append(Words(end, 0.0, head, right=right, up=3.0))
         for row, (text, verdict) in enumerate(cells):
             colour = f"{verdict}-text" if f"{verdict}-text" in ON_PAPER else "ink"

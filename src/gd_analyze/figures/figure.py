@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, Literal
@@ -29,6 +29,11 @@ COLOURS: dict[str, list[str]] = json.loads(
 ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 # Width of the type area of a page, pt.
 WIDTH = 493.0
+
+# Hatching of what makes a torque; translation has none.
+HATCHING = {"rotation": "/", "both": "/\\", "velocity": "\\", "gravity": "|", "drive": "-", "drives": "-"}
+# Distance of the lines, pt.
+_PITCH = 2.6
 
 Anchor = Literal["start", "middle", "end"]
 Marker = Literal["circle", "square", "triangle", "diamond", "cross", "star"]
@@ -64,6 +69,7 @@ class Area:
     far: FloatArray
     colour: str
     label: str = ""
+    hatching: str = ""  # slopes of its lines, see `hatching`
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +82,7 @@ class Cells:
     words: tuple[str, ...]  # text of a row's cells on a page, with {0}, {1}, ... for their numbers
     numbers: FloatArray  # (R, N, numbers), as shown
     gap: float = 0.1  # between rows
+    hatching: Mapping[str, str] = field(default_factory=dict)  # slopes of lines by colour
 
 
 @dataclass(frozen=True)
@@ -247,25 +254,32 @@ def tick_label(value: float) -> str:
     return f"{round(value, 9) + 0.0:g}".replace("-", "−")
 
 
-def hatching(left: float, right: float, bottom: float, top: float, slope: str) -> Curve:
-    r"""Lines of the paper's colour across a rectangle, which tell areas apart in grey print.
+def hatching(x: FloatArray, near: FloatArray, far: FloatArray, slopes: str) -> FloatArray:
+    r"""Lines across the area between two curves, which tell areas apart in grey print.
 
-    `slope` is "/", "\" or "-". Coordinates are in pt; both sides are longer than 2 pt.
+    `slopes` holds some of "/", "\", "-" and "|". Coordinates are in pt, x rises, shape (N,) each. Returns the
+    lines' ends, shape (L, 2, 2); lines of neighbouring areas continue each other.
     """
-    pitch = 2.6
-    if slope == "-":
-        y = np.arange(bottom + pitch / 2, top, pitch)
-        ends = np.stack([np.full_like(y, left), y, np.full_like(y, right), y], axis=-1)
-    else:
-        # x of each line where it crosses the lower edge; lines rise at 45 degrees, and are clipped.
-        start = np.arange(left - (top - bottom), right, 1.4 * pitch) + pitch / 2
-        low, high = np.maximum(start, left), np.minimum(start + top - bottom, right)
-        start, low, high = (values[low < high] for values in (start, low, high))
-        ends = np.stack([low, bottom + low - start, high, bottom + high - start], axis=-1)
-        if slope == "\\":
-            ends[:, [1, 3]] = top + bottom - ends[:, [1, 3]]
-    x, y = (np.insert(ends[:, k], np.arange(2, ends[:, k].size + 1, 2), np.nan) for k in ([0, 2], [1, 3]))
-    return Curve(x, y, "paper", 0.55)
+    low, high = np.minimum(near, far), np.maximum(near, far)
+    across = np.linspace(x[0], x[-1], 2 + math.ceil(2.0 * (x[-1] - x[0])))
+    floor, top = np.interp(across, x, low), np.interp(across, x, high)
+    lines = []
+    for slope in slopes:
+        pitch = _PITCH if slope in "-|" else _PITCH * math.sqrt(2.0)
+        if slope == "|":
+            at = pitch * np.arange(math.ceil(x[0] / pitch), x[-1] / pitch)
+            lines.append(np.stack([[at, at], [np.interp(at, x, low), np.interp(at, x, high)]]).T)
+            continue
+        rise = {"/": 1.0, "-": 0.0, "\\": -1.0}[slope] * across
+        starts = np.arange(math.ceil((floor - rise).min() / pitch), (top - rise).max() / pitch)
+        height = pitch * starts[:, None] + rise
+        inside = np.pad((floor < height) & (height < top), ((0, 0), (1, 1)))
+        ends = np.diff(inside, axis=1)
+        # Every line enters and leaves the area as often.
+        line, place = np.nonzero(ends)
+        place[1::2] -= 1
+        lines.append(np.stack([across[place], height[line, place]], axis=-1).reshape(-1, 2, 2))
+    return np.concatenate(lines) if lines else np.empty((0, 2, 2))
 
 
 def broken(values: FloatArray, gaps: Sequence[int] | np.ndarray) -> FloatArray:

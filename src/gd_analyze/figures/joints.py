@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.friction import TERMS
 from gd_analyze.figures.figure import (
+    HATCHING,
     WIDTH,
     Area,
     Curve,
@@ -116,7 +117,10 @@ def contributions_figure(run: Run) -> Figure:
     columns = {1: 1, 2: 2, 4: 2}.get(n, 3 if n <= 6 else 4)
     height = max(min(_ROOM / -(-n // columns), 140.0), 60.0)
     panels = [_stacked(run, parts, i, WIDTH / columns) for i in range(n)]
-    keys = [Key(CONTRIBUTIONS[name], f"area-{name}", "area") for name in parts.parts]
+    keys = [
+        Key(CONTRIBUTIONS[name], f"area-{name}", "area", hatching=HATCHING.get(name, ""))
+        for name in parts.parts
+    ]
     keys.append(Key("torque, their sum", "ink"))
     if any(isinstance(item, Curve) and item.colour == "warn" for panel in panels for item in panel.items):
         keys.append(Key("torque limit", "warn", dashes=(4.0, 2.0)))
@@ -140,7 +144,7 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
     for pile in piles if size > noise else ():
         for name, pair in pile.items():
             near, far = (np.broadcast_to(broken(edge, gaps), time.shape) for edge in pair)
-            items.append(Area(time, near, far, f"area-{name}", CONTRIBUTIONS[name]))
+            items.append(Area(time, near, far, f"area-{name}", CONTRIBUTIONS[name], HATCHING.get(name, "")))
     total = np.broadcast_to(broken(parts.total[:, i], gaps), time.shape)
     items.append(Curve(time, total, "ink", 1.2, label="torque"))
     ends = np.array([x.low, x.high])

@@ -40,7 +40,7 @@ def reach_figure(run: Run) -> Figure:
     names = tuple(joint_label(arm.joints, i, 80.0) for i in range(n))
     y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
     items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
-    right = -60.0
+    margins, right = (84.0, 30.0, 12.0, 6.0), -84.0
     for label, _, colour, marker in looks:
         shown = np.isfinite(ratios[label])
         if shown.any():
@@ -50,8 +50,7 @@ def reach_figure(run: Run) -> Figure:
             items.append(Curve(*at, colour, 0.0, marker=marker, size=5.0, tips=tips))
             key = f"{_SIGNS[marker]} {label}"
             items.append(Words(low, y.low, key, colour, size=7.0, right=right, up=-24.0))
-            right += 84.0
-    margins = (84.0, 30.0, 12.0, 6.0)
+            right += 3.8 * len(key) + 11.0
     panel = Panel("reach", "", decades_axis(low, high, "×"), y, tuple(items), margins=margins)
     return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 17.0 * n)
 

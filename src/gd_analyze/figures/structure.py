@@ -16,6 +16,7 @@ from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.figure import (
+    HATCHING,
     Area,
     Axis,
     Curve,
@@ -24,7 +25,6 @@ from gd_analyze.figures.figure import (
     Key,
     Panel,
     Words,
-    hatching,
     joint_label,
 )
 from gd_analyze.figures.joints import torque_by_cause
@@ -35,20 +35,13 @@ from gd_analyze.text import percent
 MATRIX, BARS = 318.0, 166.0
 # Largest side of a cell, pt.
 _CELL = 54.0
-# Colour and hatching of every part, in the order in which they are drawn.
+# Colour and letter of every part, in the order in which they are drawn.
 _PARTS = {
-    "translation": ("translation", "", "T"),
-    "rotation": ("rotation", "/", "R"),
-    "velocity": ("area-velocity", "\\", "h"),
-    "gravity": ("area-gravity", "", "c"),
-    "drives": ("area-drives", "-", "J"),
-}
-_NAMES = {
-    "translation": "translation",
-    "rotation": "rotation",
-    "velocity": "velocity",
-    "gravity": "gravity",
-    "drives": "drives",
+    "translation": ("translation", "T"),
+    "rotation": ("rotation", "R"),
+    "velocity": ("area-velocity", "h"),
+    "gravity": ("area-gravity", "c"),
+    "drives": ("area-drives", "J"),
 }
 
 
@@ -59,6 +52,7 @@ class Cell:
     label: str
     share: float  # from 0; above 1 where elements cancel
     joint: int  # where the share is largest, from 1
+    crosses: bool  # whether that is not the joint of its row, but that of its column
     parts: Mapping[str, float]  # shares of the RMS of all parts, which sum to 1; by names of `_PARTS`
     verdict: str  # "zero", "negligible", "translation", "rotation", "both", "gravity" or "drive"
 
@@ -66,6 +60,7 @@ class Cell:
 def cells(run: Run) -> dict[str, Cell]:
     """Every element of D, h and c by its label; on the diagonal the drive's largest torque is added."""
     ranking, out = run.dominance, {}
+    rows = {element.label: element.i for element in elements(run.arm.n_joints)}
     columns = {str(name): values.values for name, values in ranking.data_vars.items()}
     for k, label in enumerate(ranking.element.values.tolist()):
         sizes = dict(zip(("translation", "rotation"), columns["part_rms"][k].tolist(), strict=True))
@@ -78,44 +73,52 @@ def cells(run: Run) -> dict[str, Cell]:
         total = sum(sizes.values())
         parts = {name: size / total for name, size in sizes.items() if size}
         share = float(columns["torque_share"][k] + columns["drive_torque_share"][k])
-        out[label] = Cell(label, share, int(columns["torque_joint"][k]), parts, verdict)
+        joint = int(columns["torque_joint"][k])
+        out[label] = Cell(label, share, joint, joint - 1 != rows[label], parts, verdict)
     return out
+
+
+def crosses(run: Run) -> bool:
+    """Whether any share of the matrix is that of its column's joint."""
+    return any(cell.crosses and _is_measured(cell) for cell in cells(run).values())
+
+
+def _is_measured(cell: Cell) -> bool:
+    return cell.verdict not in ("negligible", "zero")
 
 
 def matrix_figure(run: Run) -> Figure:
     """D (upper triangle), h and c: a panel per element, whose area is its share of the peak torque."""
     n, of = run.arm.n_joints, cells(run)
     side = min(MATRIX / (n + 2), _CELL)
-    finite = [cell.share for cell in of.values() if math.isfinite(cell.share)]
-    most = max([1.0, *finite])
     rows: list[list[Panel | None]] = [[None] * (n + 2) for _ in range(n)]
     for element in elements(n):
         place = {"coriolis_centrifugal": n, "gravity_loading": n + 1}.get(element.quantity)
         column = element.j if place is None else place
         assert column is not None  # an element of D has a column
-        panel = _cell(of[element.label], side, most)
+        panel = _cell(of[element.label], side)
         if place is not None:  # a line between D, h and c
             line = Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9)
             panel = replace(panel, items=(*panel.items, line))
         rows[element.i][column] = panel
     drives = ("drives",) if "drive_torque" in run.decomposition else ()
     legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))
-    legend += (Key("negligible", "grid", "area"),)
+    if any(cell.verdict == "negligible" for cell in of.values()):
+        legend += (Key("negligible", "grid", "area"),)
     label = "Elements of D, h and c by their share of the joint's peak torque"
     return Figure(label, tuple(map(tuple, rows)), side, side, legend)
 
 
 def _key(name: str) -> Key:
-    colour, slope, _ = _PARTS[name]
-    return Key(_NAMES[name], colour, "area", hatching=slope)
+    return Key(name, _PARTS[name][0], "area", hatching=HATCHING.get(name, ""))
 
 
-def _cell(cell: Cell, side: float, most: float) -> Panel:
-    """Label, share, and a square of the share's area, cut by parts from the left."""
+def _cell(cell: Cell, side: float) -> Panel:
+    """Label, share, and a square of the share's area, full from 100 %, cut by parts from the left."""
     size = min(0.18 * side, 8.0)
     edge, head = 1.0, 1.35 * size + 1.0
     room = side - head - 3.0 * edge
-    is_grey = cell.verdict in ("negligible", "zero")
+    is_grey = not _is_measured(cell)
     ground = "grid" if cell.verdict == "negligible" else "paper"
     frame = (
         np.array([edge, side - edge, side - edge, edge, edge]),
@@ -123,11 +126,11 @@ def _cell(cell: Cell, side: float, most: float) -> Panel:
     )
     items: list[Item] = [_box(edge, side - edge, edge, side - edge, ground), Curve(*frame, "line", 0.5)]
     if not is_grey:
-        reach = room * math.sqrt(min(cell.share, most) / most)
+        reach = room * math.sqrt(min(cell.share, 1.0))
         left, low = (side - reach) / 2, 2.0 * edge + (room - reach) / 2
         for name in filter(cell.parts.__contains__, _PARTS):
             right = left + reach * cell.parts[name]
-            items += _part(name, left, right, low, low + reach)
+            items.append(_part(name, left, right, low, low + reach))
             left = right
     colour = "soft" if is_grey else "ink"
     top = side - edge - 1.05 * size
@@ -135,7 +138,8 @@ def _cell(cell: Cell, side: float, most: float) -> Panel:
     if cell.verdict == "zero":
         items.append(Words(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
     elif side > 26.0 and not is_grey:
-        items.append(Words(side - edge - 1.5, top, _share(cell.share), colour, "end", 0.8 * size))
+        share, small = f"{'↓' * cell.crosses}{_share(cell.share)}", size * (0.72 if cell.crosses else 0.8)
+        items.append(Words(side - edge - 1.5, top, share, colour, "end", small))
     axis = Axis(0.0, side)
     return Panel(cell.label, "", axis, axis, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))
 
@@ -151,13 +155,9 @@ def _box(left: float, right: float, low: float, high: float, colour: str) -> Are
     return Area(np.array([left, right]), np.full(2, low), np.full(2, high), colour)
 
 
-def _part(name: str, left: float, right: float, low: float, high: float) -> list[Item]:
+def _part(name: str, left: float, right: float, low: float, high: float) -> Area:
     """A rectangle with its hatching."""
-    colour, slope, _ = _PARTS[name]
-    out: list[Item] = [_box(left, right, low, high, colour)]
-    if slope and min(right - left, high - low) > 2.0:
-        out.append(hatching(left, right, low, high, slope))
-    return out
+    return replace(_box(left, right, low, high, _PARTS[name][0]), hatching=HATCHING.get(name, ""))
 
 
 def shares_of_torque(run: Run) -> dict[str, FloatArray]:
@@ -189,18 +189,18 @@ def shares_figure(run: Run) -> Figure:
 def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Panel:
     size = min(0.19 * side, 8.0)
     low, high = 2.0, side - 1.75 * size
-    left, items = 0.0, []
+    left, items = 0.0, list[Item]()
     for name, share in shares.items():
         right = left + BARS * share
         if right - left > 0.2:
-            items += _part(name, left, right, low, high)
-        said = f"{_PARTS[name][2]} {percent(share)}"
+            items.append(_part(name, left, right, low, high))
+        said = f"{_PARTS[name][1]} {percent(share)}"
         for words in (said, said.split()[0]):
             # Text on its area, on a piece of paper where lines would run through it.
             wide = 0.6 * size * len(words) + 3.0
             if wide < right - left:
                 middle, mid = (left + right) / 2, (low + high) / 2
-                if _PARTS[name][1]:
+                if name in HATCHING:
                     half = 0.62 * size
                     ends = middle - wide / 2, middle + wide / 2, mid - half, mid + half
                     items.append(_box(*ends, _PARTS[name][0]))

@@ -117,8 +117,11 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
         base.append(f"M{_int(x)} {_int(bottom)}v24")
     yield f'<path style="stroke:{paint("soft")}" stroke-width="11" d="{"".join(base)}"/>'
     soft = paint("soft")
+    below = math.inf  # last label, from the bottom
     for y, label in zip(y_at, panel.y.labels, strict=True):
-        yield _text(left - 2.5, y + 0.32 * size, label, size, soft, "end")
+        if panel.y.names or y + size <= below:
+            below = y
+            yield _text(left - 2.5, y + 0.32 * size, label, size, soft, "end")
     named, end = panel.x.labels, right + panel.margins[2]
     free = math.inf  # left end of the label to the right
     for k, (x, label) in reversed([*enumerate(zip(x_at, named, strict=True))]):
@@ -169,7 +172,19 @@ def _area(item: Area, placed: Placed, paint: Paint) -> str:
     near, far = _runs(placed(item.x, item.near)), _runs(placed(item.x, item.far))
     path = "".join(f"{_path(forth)}L{_path(back[::-1])[1:]}z" for forth, back in zip(far, near, strict=True))
     marked = f' data-label="{escape(item.label)}"' if item.label else ""
-    return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>'
+    lines = "".join(_hatched(*pair, item.hatching) for pair in zip(near, far, strict=True))
+    return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>{_lines(lines, paint)}'
+
+
+def _hatched(near: FloatArray, far: FloatArray, slopes: str) -> str:
+    """Path of the hatching between two curves of placed points."""
+    ends = hatching(near[:, 0], -near[:, 1], -far[:, 1], slopes) * (1.0, -1.0) if slopes else ()
+    corners = np.rint(UNIT * np.asarray(ends)).astype(int).tolist()
+    return "".join(f"M{x} {y}L{u} {v}" for (x, y), (u, v) in corners)
+
+
+def _lines(path: str, paint: Paint) -> str:
+    return f'<path style="stroke:{paint("paper")}" stroke-width="11" d="{path}"/>' if path else ""
 
 
 def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
@@ -177,14 +192,17 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
     looks = np.char.add(item.colours, np.char.mod(" %.2g", item.opacity))
     for look in np.unique(looks[item.colours != ""]):
         colour, opacity = look.split()
-        path = []
+        path, lines = [], []
         for row, same in enumerate(looks == look):
             ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
             for pair in ends.reshape(-1, 2):
                 corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
                 (left, top), (right, bottom) = np.rint(UNIT * corners).astype(int).tolist()
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
+                upper, lower = (corners * (1, 0) + (0, y) for y in corners[:, 1])
+                lines.append(_hatched(upper, lower, item.hatching.get(colour, "")))
         yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
+        yield _lines("".join(lines), paint)
     if paint is on_page:
         told = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
         cells = escape(json.dumps(told, ensure_ascii=False, separators=(",", ":")), quote=False)
@@ -291,9 +309,8 @@ def _key(key: Key, paint: Paint) -> str:
     if key.kind == "area":
         left, right, bottom, top = 0.0, 13.0, -10.5, -3.5
         ends = np.array([left, right])
-        items: list[Area | Curve] = [Area(ends, np.full(2, bottom), np.full(2, top), key.colour)]
-        if key.hatching:
-            items.append(hatching(left, right, bottom, top, key.hatching))
+        area = Area(ends, np.full(2, bottom), np.full(2, top), key.colour, hatching=key.hatching)
+        items: list[Area | Curve] = [area]
     else:
         ends = np.array([0.0, 15.0])
         items = [Curve(ends, np.full(2, -7.5), key.colour, 1.4, key.dashes)]

@@ -129,4 +129,4 @@ def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
             out += f"{space}{sign}{space}{plain.product(Product(abs(weight), factors + velocities))}"
         if len(terms) > _TERMS:
             out += f" + {len(terms) - _TERMS} smaller terms"
-        yield f"{formula.left.letter}{formula.left.index}", out
+        yield f"{formula.left.letter}{formula.left.index}", pretty(out)

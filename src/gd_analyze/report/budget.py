@@ -200,7 +200,7 @@ class _Writer(NamedTuple):
         inside = "".join(
             self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms
         )
-        behind = f"<math>{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>"
+        behind = f"<math>{_MATHS.apart}{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>"
         return (
             f'<span class="{kind}{" negative" * turned}"{"" if shown else " hidden"}><wbr>{_sign(turned)}'
             f"{_PAREN.format('(')}{inside}{_PAREN.format(')')}{behind}</span>"
@@ -246,4 +246,4 @@ def _place(left: Symbol) -> list[int]:
 
 def _sign(negative: bool) -> str:
     kind, sign = ("minus", "−") if negative else ("plus", "+")
-    return f'<math class="sign {kind}"><mo rspace=".25em">{sign}</mo></math>'
+    return f'<math class="sign {kind}"><mo lspace="0" rspace="0">{sign}</mo></math>'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import groupby
@@ -11,13 +10,13 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from gd_analyze.figures.figure import COLOURS, Figure, Key
+from gd_analyze.figures.figure import COLOURS, WIDTH, Figure, Key
 from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import Numbers, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
-from gd_analyze.text import pretty, unbroken
+from gd_analyze.text import pretty, signed, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 # Least number of rows of a sortable table.
@@ -163,7 +162,7 @@ def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[s
         elif column.shown == "name":
             yield f'<th scope="row">{cell}</th>'
         else:
-            yield f"<td{_side(column)}{sorts}>{cell}</td>"
+            yield f"<td{_side(column)}{sorts}>{signed(cell)}</td>"
 
 
 def _side(column: Column) -> str:
@@ -178,9 +177,12 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
     for r, c, panel in figure.places:
         place = f' style="grid-area:{r + 1}/{c + 1}"' if None in figure.rows[r] else ""
         panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
+    # A panel as wide as a page scrolls where the screen is narrower.
+    is_wide = figure.columns == 1 and figure.width >= WIDTH
+    wide = f' scroll" role="group" aria-label="{escape(drawing.title)}" tabindex="0' if is_wide else ""
     return (
         f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend_html(figure.legend)}'
-        f'<div class="panels" style="--columns:{figure.columns}">\n{"".join(panels)}</div>\n'
+        f'<div class="panels{wide}" style="--columns:{figure.columns}">\n{"".join(panels)}</div>\n'
         f"<figcaption>{caption_html(drawing, numbers)}</figcaption>\n</figure>\n"
     )
 
@@ -240,4 +242,8 @@ def maths(value: Any) -> Markup:
 
 def text(words: object) -> Markup:
     """The program's words as HTML; text between backquotes is code."""
-    return Markup(re.sub("`(.+?)`", r"<code>\1</code>", str(escape(pretty(str(words))))))
+    pieces = str(escape(pretty(str(words)))).split("`")
+    if len(pieces) % 2 == 0:  # a backquote without its partner
+        pieces[-2:] = ["`".join(pieces[-2:])]
+    marked = (f"<code>{piece}</code>" if k % 2 else unbroken(piece) for k, piece in enumerate(pieces))
+    return Markup("".join(marked))

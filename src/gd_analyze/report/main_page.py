@@ -102,7 +102,7 @@ def _answer(findings: Findings, report: MainReport) -> str:
     for r, c, panel in matrix.places:
         column = c + 1 + (c >= n) + (c > n)  # gaps before h and before c
         cell = of[panel.key]
-        said = f"{panel.key}, {cell.verdict}, {percent(cell.share)} of peak torque"
+        said = f"{panel.key}, {cell.verdict}, {percent(cell.share)} of peak torque of joint {cell.joint}"
         drawn.append(
             f'<button type="button" class="cell" data-element="{panel.key}" tabindex="-1" '
             f'aria-label="{said}" style="grid-area:{r + 2}/{column}">{panel_svg(panel, matrix)}</button>\n'
@@ -168,7 +168,7 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         nothing = "dropping terms would not save an operation"
         why = f"No other model from {low} to {high}: "
         why += f"{'the model stays the same' if model.saves else nothing}. "
-        why = "" if is_unreadable(findings) else why
+        why = "" if len(rows) == 1 or is_unreadable(findings) else why
         return (
             f'{_stops(findings)}<p class="note">{why}The exact torque takes <b>{full}</b> operations.</p>\n'
         )
@@ -209,16 +209,17 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
             mark = f'<i class="proven-mark" style="left:{place(float(proven[i]) / allowed)}%"></i>'
         at = place(error / allowed if allowed > 0 else float(error > 0))
         rows.append(
-            f'<tr style="--error:{at};--budget:{place(1.0)}"><th scope="row"><b>{i + 1}</b> '
-            f'<span class="name" title="{name}">{name}</span></th>\n<td class="bar-cell"><span class="log" '
-            f'aria-hidden="true"><i class="fill"></i>{mark}<i class="allowed"></i></span></td>\n'
+            f'<tr style="--error:{at};--budget:{place(1.0)}"><th scope="row"><b>{i + 1}</b> {name}</th>\n'
+            '<td class="bar-cell"><span class="log" aria-hidden="true"><i class="fill"></i>'
+            f'{mark}<i class="allowed"></i></span></td>\n'
             f'<td class="said">{text(amount(error, unit))} of {text(amount(allowed, unit))}</td>\n'
             f'<td class="value">{text(percent(float(accuracy.shares[i])))}</td></tr>\n'
         )
     title = "Torque error of each joint, up to this at the set points; the line is the budget"
-    title += ", the diamond the error proven near the motion." if proven is not None else "."
+    if proven is not None:
+        title += '<span class="only-this">, the diamond the error proven near the motion</span>'
     return template("errors.html").format(
-        caption=f"{numbers.of_table('errors')}{title}",
+        caption=f"{numbers.of_table('errors')}{title}.",
         rows="".join(rows),
         shares_of=accuracy.asked.shares_of,
         budget=place(1.0),
@@ -229,8 +230,7 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     """The model as equations; terms follow the slider."""
     model, kind = findings.model, made_of(findings)
     if kind != "terms":
-        lead = template("recursion.html") if kind == "recursion" and not is_unreadable(findings) else ""
-        return lead + parts_html(model_parts(findings), numbers)
+        return parts_html(model_parts(findings), numbers)
     own, _, gamma = structure_note(model).partition("\n")
     inside = template("terms.html").format(
         h=text(own),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
-from gd_analyze.figures.structure import matrix_figure, shares_figure
+from gd_analyze.figures.structure import crosses, matrix_figure, shares_figure
 from gd_analyze.report.answer import VerdictList, validity, verdict_lists
 from gd_analyze.report.budget import BudgetPath
 from gd_analyze.report.numbering import Numbers
@@ -64,8 +64,9 @@ def main_report(findings: Findings) -> MainReport:
         "structure",
         "Every element of D (symmetric), h and c in its place.",
         replace(matrix, legend=legend),
-        "Area and figure: its largest torque over the peak torque of its joint; above 100 % elements cancel. "
-        + "On the diagonal the drive's is added." * findings.model.drives,
+        "Figure and area: its largest torque over the peak torque of its joint; the square is full from "
+        f"100 %, above which elements cancel.{' ↓: at the joint of the column.' * crosses(findings)}"
+        f"{' On the diagonal the drive is added.' * findings.model.drives}",
     )
     shares = Drawing(
         "shares",
@@ -102,7 +103,7 @@ def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
     look = Look(x="set point", marked=is_marked, hidden=hidden)
     is_shown = text_comparison(findings) is not None
     like = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
-    marks = " Dots and dashes: every set point." if is_marked else ""
+    marks = "Marks on curves and ticks below them: set points." if is_marked else ""
     matrix = "D by effect. At the right of a title: the verdict (J: drive, –: negligible, 0: zero)."
     vector = "h by effect."
     return (

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,37 +16,40 @@ from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equations
 from gd_analyze.formulas.writing import energy_formulas, part_symbol, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
-from gd_analyze.motions.states import states_of
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.rows import dropped_parts, joint_rows, table_of
 from gd_analyze.results.run_result import bound_ratio, is_unreadable, margins, tube_bound
-from gd_analyze.results.simplified_result import recursion_parts
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, kept_effects
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import inertia_label, joined, number, percent, pretty, thousands
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
-    "D, J (drives), h and c by element, in joint velocities; elements that are not listed are zero. SI "
-    "units; three digits are shown, `model.json` has all."
+    "Elements in joint velocities (J: drives, if any); those not listed are zero. SI units; three digits are "
+    "shown, `model.json` has all."
 )
 _ENERGY = (
     "Kinetic and potential energy; D' is the symmetric mass matrix of absolute velocities; elements not "
     "listed are zero. Torques follow from Lagrange's equations, so energy is conserved."
 )
 
+_STEPS = (
+    "Steps u in the order of evaluation, then the torques. SI units; three digits are shown, `model.json` "
+    "has all."
+)
+
 
 def made_of(findings: Findings) -> str:
-    """Kind of the model: "terms", "parts" of elements, a "recursion", or else "formulas"."""
+    """Kind of the model: "terms", "parts" of elements, or the "steps" of a program."""
     level = findings.model.level
     if level.has_torque_terms:
         return "terms"
-    return {ELEMENT: "parts", RECURSIVE: "recursion"}.get(level, "formulas")
+    return "parts" if level is ELEMENT else "steps"
 
 
 def model_parts(findings: Findings) -> tuple[Part, ...]:
@@ -56,8 +57,6 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
     model, kind = findings.model, made_of(findings)
     if is_unreadable(findings):
         return _instead(findings)
-    if kind == "recursion":
-        return _recursion(findings)[:1]
     if kind == "parts":
         return (equations("model", "", findings.element_model.formulas, note=_PARTS),)
     if model.level.is_mechanical:
@@ -71,7 +70,7 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
         by_element = model.equations
         note = f"{structure_note(model)}\n{_TERMS}".lstrip()
         return (equations("model", "", by_element.formulas, by_element.legend, note),)
-    return (equations("model", "", model.formulas, model.legend),)
+    return (equations("model", "", model.formulas, model.legend, _STEPS),)
 
 
 def _instead(findings: Findings) -> tuple[Part, ...]:
@@ -98,26 +97,32 @@ def model_section(findings: Findings) -> Section:
         parts.append(_tallies(model))
     elif kind == "parts":
         parts += [_kept_matrix(findings), *_dropped(findings)]
-    elif kind == "recursion":
-        left_out = _recursion(findings)[2]
-        assert isinstance(left_out, Table)
-        parts.append(replace(left_out, top=None))
     if kind != "parts" or not model.is_exact:
         parts.append(_operations("operations", model))
-    steps = [("exact model", model.operations_full.total)]
-    steps += [(step.name, step.operations) for step in model.accuracy.steps]
-    steps.append(("final program", model.operations.total))
-    names, counts = zip(*steps, strict=True)
-    columns = (Column("", "step", names, shown="text"), Column("", "operations", counts, shown="count"))
-    parts.append(Table("steps", "Operations after each step of the search", columns))
-    if kind == "recursion":
-        parts.append(Section("steps", "The model, link by link", _recursion(findings)[3:]))
+    parts.append(_steps(model))
     note = (
         "Operations are counted in the program that computes only what the model needs: factored, common "
         "subexpressions computed once, changes of sign free. The exact program is the cheapest known of any "
         "formulation."
     )
     return Section("model", "Terms kept and operations saved", tuple(parts), note)
+
+
+def _steps(model: SimplifiedModel) -> Table:
+    """Operations after each step of the search, and what they compute."""
+    searched, full = "torque", model.operations_full.total
+    if model.level is TERM:
+        searched, full = "D, h and c", model.form.functions.operations.total
+    steps = [("exact model", searched, full)]
+    steps += [(step.name, searched, step.operations) for step in model.accuracy.steps]
+    steps.append(("final program", "torque", model.operations.total))
+    names, what, counts = zip(*steps, strict=True)
+    columns = (
+        Column("", "step", names, shown="text"),
+        Column("", "computes", what, shown="text"),
+        Column("", "operations", counts, shown="count"),
+    )
+    return Table("steps", "Operations after each step of the search", columns)
 
 
 def _tallies(model: SimplifiedModel) -> Table:
@@ -191,12 +196,6 @@ def _operations(key: str, model: SimplifiedModel) -> Table:
         Column("", "saved", saved, shown="percent"),
     )
     return Table(key, "Operations for one evaluation of all torques", columns)
-
-
-@lru_cache(maxsize=1)  # several sections share it
-def _recursion(findings: Findings) -> tuple[Part, ...]:
-    """Parameters (for people, and for JSON), dropped steps, and equations of a recursion."""
-    return recursion_parts(findings.model, states_of(findings.trajectory), 3)
 
 
 def beyond_section(findings: Findings) -> Section:

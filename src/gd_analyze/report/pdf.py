@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.figure import ON_PAPER, Figure
+from gd_analyze.figures.figure import ON_PAPER, WIDTH, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
@@ -26,7 +26,7 @@ from gd_analyze.report.numbering import Numbers, flat, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, stop_facts, tube_bound
-from gd_analyze.text import pretty, unbroken
+from gd_analyze.text import pretty, signed, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
@@ -56,9 +56,13 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
         "model": parts_data((*model_parts(findings), *stop_facts(findings)), numbers),
         "notes": [pretty(note) for note in report.notes],
         "appendices": parts_data(report.appendices, numbers, _ROWS),
-        "small": findings.arm.n_joints < 4,
+        "joints": findings.arm.n_joints,
     }
-    drawings = drawings_of((*first, *report.appendices))
+    # The legend of matrix and bars is as wide as both.
+    matrix = report.structure.figure
+    apart = replace(report.structure, figure=replace(matrix, legend=()))
+    drawings = drawings_of((apart, *first[1:], *report.appendices))
+    drawings["legend"] = figure_svg(replace(matrix, rows=(), width=WIDTH))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
 
@@ -179,7 +183,7 @@ def _cells(column: Column, written: Sequence[str]) -> list[Any]:
     if column.shown == "effect":
         marks = [str(value or "").partition(" ") for value in values]
         return [{"effect": effect, "text": mark} if effect else "" for effect, _, mark in marks]
-    return [pretty(cell) for cell in written]
+    return [pretty(cell) if column.is_text else signed(pretty(cell)) for cell in written]
 
 
 def _maths(value: Any) -> Any:

@@ -195,8 +195,9 @@ def _ranking(findings: Findings) -> Section:
         said.append(f"[FGL87] {text['source']}.")
         parts.append(Section("", "Comparison with the founding text", (), "\n".join(said)))
     note = (
-        "Largest torque of each element, as a share of the joint's peak torque; it exceeds 100 % where "
-        f"elements cancel. Verdict: {row_parts.threshold_text(findings)}."
+        f"Largest torque of each element{', of the links alone' * findings.model.drives}, as a share of the "
+        "joint's peak torque; it exceeds 100 % where elements cancel. "
+        f"Verdict: {row_parts.threshold_text(findings)}."
     )
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
 
