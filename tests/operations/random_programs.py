@@ -39,10 +39,10 @@ def trees_of(most: float, leaves: int) -> st.SearchStrategy[Any]:
 trees = trees_of(3.0, 25)
 
 
-def program_of(*roots: Any) -> Program:
-    """Trace some trees of the inputs x1, x2, x3."""
+def program_of(*roots: Any, names: Sequence[str] = ("x1", "x2", "x3")) -> Program:
+    """Trace some trees of the inputs of these names."""
     trace = Trace()
-    symbols = list(trace.inputs("x", INPUTS)[:, 0])
+    symbols = [trace.record("input", name) for name in names]
     functions = {name: partial(trace.apply, name) for name in ("cos", "sin")}
     return Program.of(trace, [_built(root, symbols, OPERATORS | functions) for root in roots])
 

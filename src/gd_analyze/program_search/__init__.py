@@ -1,0 +1,1 @@
+"""Search for programs of few operations, compiled by Numba."""

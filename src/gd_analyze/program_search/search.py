@@ -1,0 +1,279 @@
+"""Search for a program of few operations whose outputs stay within allowed errors at a pool of states.
+
+The search is local and random: a try makes one to three edits of the current program, adjusts its numbers,
+and is accepted by simulated annealing. It never leaves what holds: at states where errors are large in every
+try, and at the whole pool whenever operations are saved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.program_search import kernels
+from gd_analyze.program_search.layout import Layout, Nodes, copied, nodes_of_size
+
+
+@dataclass(frozen=True)
+class SearchSizes:
+    """Numbers of states and tries."""
+
+    active: int = 1000  # states at which every promising try is evaluated
+    few: int = 128  # of these, states at which every try is evaluated
+    watched: int = 6000  # states at which every accepted try is evaluated
+    remembered: int = 2000  # of these, states at which a program failed before
+    batch: int = 2000  # tries between two looks at the whole pool
+    unchecked: int = 20_000  # tries after which the current program is evaluated at the whole pool
+    repairs: int = 5  # refits of a program that saves operations and fails at some states of the pool
+
+
+USUAL_SIZES = SearchSizes()
+# States of a block that fits the cache.
+_BLOCK = 256
+# States at which the numbers of an edit are estimated.
+_ESTIMATED = 48
+# Rounds of a refit at the pool, and the share of the limit that it aims at.
+_ROUNDS, _AIM = 10, 0.99
+
+
+class Pool:
+    """States at which a program must hold: values of its leaves, exact outputs, and allowed errors."""
+
+    def __init__(
+        self, layout: Layout, inputs: Mapping[str, FloatArray], targets: FloatArray, scale: FloatArray
+    ) -> None:
+        self.leaves = layout.values(inputs)
+        self.targets = np.ascontiguousarray(targets)
+        self.scale = np.broadcast_to(scale, targets.shape).copy()
+
+    def __len__(self) -> int:
+        return self.targets.shape[1]
+
+    def joined_by(
+        self, layout: Layout, inputs: Mapping[str, FloatArray], targets: FloatArray, scale: FloatArray
+    ) -> Pool:
+        """The pool with further states."""
+        other = Pool(layout, inputs, targets, scale)
+        joined = copy(self)
+        for name in ("leaves", "targets", "scale"):
+            setattr(joined, name, np.hstack([getattr(self, name), getattr(other, name)]))
+        return joined
+
+    def sample(self, chosen: np.ndarray, room: int = 0) -> kernels.Sample:
+        """Some states; with `room` for values of that many nodes, or for those of the leaves alone."""
+        leaves = self.leaves[:, chosen]
+        values = np.zeros((max(room, len(leaves)), len(chosen)))
+        values[: len(leaves)] = leaves
+        targets, scale = (np.ascontiguousarray(x[:, chosen]) for x in (self.targets, self.scale))
+        return kernels.Sample(values, targets, scale, np.zeros(targets.shape))
+
+
+class ProgramSearch:
+    """A search over one pool from one layout."""
+
+    def __init__(
+        self,
+        layout: Layout,
+        pool: Pool,
+        settings: kernels.Settings,
+        sizes: SearchSizes = USUAL_SIZES,
+    ) -> None:
+        self.layout, self.pool, self.settings, self.sizes = layout, pool, settings, sizes
+        self.random = np.random.default_rng(0)
+        self.statistics = np.zeros(6, dtype=np.int64)
+        self._room = max(nodes.kind.size for nodes in layout.programs)
+        self._outputs = len(pool.targets)
+        self._memory = self._memory_of(min(sizes.few, len(pool)))
+        self._remembered = np.empty(0, dtype=np.int64)
+        self._errors = np.zeros(pool.targets.shape)
+        # Programs on the way that held, by cost.
+        self.ladder: dict[float, Nodes] = {self.cost(nodes): nodes for nodes in layout.programs}
+
+    def _memory_of(self, few: int) -> kernels.Memory:
+        room, outputs, sizes = self._room, self._outputs, self.sizes
+        numbers = room // 2
+
+        def fit() -> kernels.Fit:
+            return kernels.Fit(
+                np.zeros(room, dtype=np.int32),
+                np.zeros((outputs, numbers), dtype=np.int32),
+                np.zeros(outputs, dtype=np.int64),
+                np.zeros((outputs, few, numbers)),
+                np.zeros((room, max(few, numbers))),
+                np.zeros(room, dtype=np.int8),
+                np.zeros((numbers, numbers)),
+                np.zeros(numbers),
+                np.zeros(1, dtype=np.int64),
+                np.zeros((room, min(few, _ESTIMATED))),
+            )
+
+        def whole(*shape: int) -> FloatArray:
+            return np.zeros(shape)
+
+        table = 1 << int(4 * room).bit_length()
+        return kernels.Memory(
+            edited=nodes_of_size(room, outputs),
+            trial=nodes_of_size(room, outputs),
+            canon=kernels.Canon(
+                np.zeros(table, dtype=np.int32),
+                np.zeros(room, dtype=np.int32),
+                np.zeros(room, dtype=np.int8),
+                np.zeros(4 * room, dtype=np.int32),
+                np.zeros(room, dtype=np.int8),
+            ),
+            used=np.zeros(room, dtype=np.int8),
+            values=whole(room, few),
+            chord=fit(),
+            fit=fit(),
+            ones=np.ones((outputs, few)),
+            weights=whole(outputs, few),
+            numbers=whole(room),
+            dense=whole(numbers, numbers),
+            rest=whole(min(few, _ESTIMATED)),
+            gathered=kernels.Sample(
+                whole(room, few), whole(outputs, few), whole(outputs, few), whole(outputs, few)
+            ),
+            column=whole(min(sizes.active, len(self.pool))),
+            block=whole(room, _BLOCK),
+            block_errors=whole(outputs, _BLOCK),
+            watch_errors=whole(1, 1),
+        )
+
+    def cost(self, nodes: Nodes) -> float:
+        """Operations, with sines and cosines at their price."""
+        return float(kernels.cost(nodes, self.layout.about, self._memory.used))
+
+    def errors(self, nodes: Nodes) -> FloatArray:
+        """Errors over allowed ones at the pool, shape (outputs, N); overwritten by the next call."""
+        memory, pool = self._memory, self.pool
+        kernels.largest_errors(
+            nodes, pool.leaves, pool.targets, pool.scale, memory.block, memory.block_errors, self._errors
+        )
+        return self._errors
+
+    def _choose(self, nodes: Nodes) -> None:
+        """Take active and watched states where errors of a program are largest, others at random."""
+        errors, sizes, count = np.abs(self._errors), self.sizes, len(self.pool)
+
+        def worst(most: int) -> np.ndarray:
+            each = max(most // self._outputs, 1)
+            if count <= each:
+                return np.arange(count)
+            top = np.argpartition(-errors, each - 1, axis=1)[:, :each]
+            return np.unique(top)
+
+        watched = [worst(sizes.watched // 2), self._remembered]
+        watched.append(self.random.integers(0, count, sizes.watched // 4))
+        self.watched = self.pool.sample(np.unique(np.concatenate(watched)))
+        size = min(sizes.active, count)
+        worst_ones = worst(size // 2)
+        own = self._remembered[-size // 4 :]
+        active = np.unique(np.concatenate([worst_ones, own]))[:size]
+        others = np.setdiff1d(self.random.permutation(count)[: 4 * size], active, assume_unique=False)
+        self.random.shuffle(others)
+        active = np.concatenate([active, others[: size - len(active)]])
+        if len(active) < size:
+            active = np.concatenate([active, np.setdiff1d(np.arange(count), active)[: size - len(active)]])
+        self.random.shuffle(active)
+        # The few are half the worst, and half any of the active ones.
+        few = min(sizes.few, count)
+        first = worst(few // 2)
+        active = (
+            np.concatenate([first, np.setdiff1d(active, first)[: size - len(first)]])
+            if len(first) < size
+            else active
+        )
+        rest = active[len(first) :]
+        self.random.shuffle(rest)
+        self.active = self.pool.sample(active[:size], self._room)
+
+    def _remember(self, limit: float) -> None:
+        """Keep the worst states beyond the limit, of every output."""
+        errors = np.abs(self._errors)
+        found = []
+        for row in errors:
+            beyond = np.flatnonzero(row > limit)
+            found.append(beyond[np.argsort(-row[beyond], kind="stable")[:100]])
+        self._remembered = np.unique(np.concatenate([self._remembered, *found]))
+        if len(self._remembered) > self.sizes.remembered:
+            self._remembered = self.random.choice(self._remembered, self.sizes.remembered, replace=False)
+
+    def _settled(self, nodes: Nodes) -> bool:
+        """Adjust a program's numbers until it holds at the whole pool; False if they cannot."""
+        limit, first = self.settings.limit, self.layout.about.degree.size
+        for _ in range(self.sizes.repairs):
+            if np.abs(self.errors(nodes)).max() <= limit:
+                return True
+            self._remember(limit)
+            self._choose(nodes)
+            kernels.refit(nodes, self.active, self._memory, first, _ROUNDS, _AIM * limit)
+        return bool(np.abs(self.errors(nodes)).max() <= limit)
+
+    def run(
+        self, start: Nodes, tries: int, seed: int, progress: Callable[[float], bool] = lambda _: True
+    ) -> Nodes:
+        """Search from a program that holds; returns the cheapest program found that holds at the whole pool.
+
+        `progress` is called with the least cost after every batch; the search ends when it is false.
+        """
+        random = np.random.default_rng(seed)
+        current, best = copied(start), copied(start)
+        least = self.cost(best)
+        self.errors(best)
+        self._choose(best)
+        done = checked = 0
+        while done < tries:
+            before = int(self.statistics[0])
+            batch = min(self.sizes.batch, tries - done)
+            kernels.search(
+                random,
+                self.settings,
+                current,
+                batch,
+                self.layout.about,
+                self.active,
+                self.watched,
+                self._memory,
+                self.statistics,
+            )
+            done += int(self.statistics[0]) - before
+            if self.cost(current) < least or done - checked >= self.sizes.unchecked:
+                checked = done
+                if self._settled(current):
+                    cost = self.cost(current)
+                    if cost <= least:
+                        best, least = copied(current), cost
+                        self.ladder[cost] = best
+                else:
+                    current = copied(best)
+                    self.errors(current)
+                self._choose(current)
+            if not progress(least):
+                break
+        return best
+
+    def repaired(self) -> Nodes:
+        """The cheapest program on the way whose numbers can be adjusted so that it holds at the pool."""
+        for _, nodes in sorted(self.ladder.items(), key=lambda item: item[0]):
+            trial = copied(nodes)
+            if self._settled(trial):
+                break
+        self.ladder = {cost: each for cost, each in self.ladder.items() if cost >= self.cost(trial)}
+        self.ladder[self.cost(trial)] = trial
+        return trial
+
+    def add(self, inputs: Mapping[str, FloatArray], targets: FloatArray, scale: FloatArray) -> None:
+        """Add states to the pool; a search remembers them."""
+        count = len(self.pool)
+        self.pool = self.pool.joined_by(self.layout, inputs, targets, scale)
+        self._errors = np.zeros(self.pool.targets.shape)
+        added = np.arange(count, len(self.pool))
+        self._remembered = np.concatenate([self._remembered, added])[-self.sizes.remembered :]
+
+    def tighten(self, share: FloatArray) -> None:
+        """Shrink allowed errors to a share, shape (outputs,)."""
+        self.pool.scale /= share[:, None]
