@@ -1,7 +1,7 @@
 # Public names, each once, with their homes: type checkers read this file, and so does __init__.py.
 from gd_analyze.certification.box import Box as Box
 from gd_analyze.certification.certificate import certify as certify
-from gd_analyze.certification.holding import Held as Held
+from gd_analyze.certification.held import Held as Held
 from gd_analyze.certification.holding import simplify_certified as simplify_certified
 from gd_analyze.certification.holding import simplify_held as simplify_held
 from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite

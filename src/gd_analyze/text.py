@@ -139,6 +139,11 @@ def unbroken(text: str) -> str:
     return re.sub(r"(?<=\d) (?=%|\d{3}\b)", "\N{NO-BREAK SPACE}", text)
 
 
+def signed(text: str) -> str:
+    """Write a number's leading hyphen as a minus sign."""
+    return f"−{text[1:]}" if re.match(r"-\d", text) else text
+
+
 def visible(text: str) -> str:
     """Escape control, format and line characters, which act on a terminal or a page instead of showing."""
     if text.isprintable():
@@ -265,5 +270,5 @@ LEVEL_NAMES = {
     "term": "torque terms one by one",
     "element": "parts of D and h as a whole, the founding text's method",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
-    "recursive": "the Newton-Euler recursion with simplified steps, for arms of many terms",
+    "fast": "the shortest torque program that a search finds, printed as named steps (needs Numba)",
 }

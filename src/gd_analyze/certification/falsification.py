@@ -23,7 +23,7 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
 # Random states per round, and at a time; most of them added per joint: those that exceed the budget or, for
-# models that are always refitted, reach this share of it.
+# programs, reach this share of it.
 TRIED, AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
 # Steps of an ascent in a small box.
 _STEPS = 3
@@ -35,17 +35,14 @@ POSITIONS, _TOGETHER, _STARTS = 20_000, 4_000, 4
 def worst_found(
     model: SimplifiedModel,
     exact: ExactDynamics,
-    region: Box | Tube,
+    region: Tube,
     allowed: FloatArray,
     seed: int,
     count: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
-    least = _NEARLY if model.level.always_refits else 1.0
-    # Over a whole box an ascent finds errors so rare that a recursion without them takes 2 to 5 % more
-    # operations, and twice the search time.
-    climbs = isinstance(region, Tube)
+    least = _NEARLY if model.level.is_program else 1.0
 
     @cache
     def batches(count: int) -> tuple[Batch, Batch]:
@@ -70,7 +67,7 @@ def worst_found(
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
             here = partial(share, counts=counts[top])
-            reached = _climbed(here, i, reached, low, high) if climbs else reached
+            reached = _climbed(here, i, reached, low, high)
             errors = here(reached)
             largest = np.maximum(largest, errors.max(axis=1))
             worst.append(reached[:, errors[i] > least])
@@ -103,8 +100,14 @@ def _climbed(
     return states
 
 
+def largest_at(model: SimplifiedModel, exact: ExactDynamics, states: FloatArray) -> FloatArray:
+    """Largest error of every joint at states (3, N, n), N m (N), shape (n,)."""
+    inputs = inputs_of(States(*states))
+    return np.asarray(np.abs(model.program.run(inputs) - exact.form.program.run(inputs)).max(axis=1))
+
+
 class BoxErrors:
-    """Errors of a model of terms over allowed ones, by position in a box.
+    """Errors of a model over allowed ones, by position in a box.
 
     The error is affine in accelerations and quadratic in velocities. So its values at a position determine
     the `Motion` there: one value at rest, and one per factor with its velocities or its acceleration at their
@@ -157,7 +160,7 @@ def worst_in_box(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint that a search finds in a box, (n,), and states beyond, (3, M, n).
 
-    For a model of terms. Positions are drawn, and ascend from the worst of them; velocities and accelerations
+    Positions are drawn, and ascend from the worst of them; velocities and accelerations
     are the worst at each.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)

@@ -6,23 +6,20 @@ found are added to those of the fit, and the joint's budget shrinks; a few round
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import EFFORT, Certificate, certify, usual_effort
-from gd_analyze.certification.falsification import AT_ONCE, POSITIONS, TRIED, worst_found, worst_in_box
+from gd_analyze.certification.certificate import EFFORT, Certificate, certify
+from gd_analyze.certification.falsification import POSITIONS, TRIED, worst_found, worst_in_box
+from gd_analyze.certification.held import Held, proven
+from gd_analyze.certification.program_holding import program_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
-from gd_analyze.operations.angles import priced
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
@@ -36,35 +33,18 @@ from gd_analyze.simplification.verdicts import require_no_budget
 
 # Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
 _ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# For models that are always refitted: initial share of the budget, in a box and in a tube; power of the
-# excess by which it shrinks; largest share of the worst states found; largest growth of the budget; attempts
-# to improve a model that holds.
-_AT_FIRST, _SHRINKING, _AT_WORST, _WIDEST, _ATTEMPTS = (0.8, 0.9), 0.5, 0.9, 10.0, 3
-# For programs of more operations, those of nine joints, a search takes over a minute: this many rounds, and
-# the first model that holds.
-_LONG, _FEW_ROUNDS = 950, 3
-# Share of a usual search in each round; among terms the first one is whole, and others continue it.
+# Power of the excess by which the budget shrinks.
+_SHRINKING = 0.5
+# Share of a usual search in each round but the first; others continue it.
 _EFFORT = 0.25
-# States drawn at first, beside those given; total for recursions along a tube.
-_DRAWN, _CORNERS = 300, 4000
+# States drawn at first, beside those given.
+_DRAWN = 300
 # Positions at which the model's D is compared with D.
 _POSITIONS = 1000
 # A bound above the budget by more than this is not improved, nor any after this many rounds.
 _LOOSE, _CLOSING = 1.5, 8
 
 _USUAL = SearchOptions()
-
-
-class Held(NamedTuple):
-    """A model that keeps its budget over a region, and how this is known."""
-
-    model: SimplifiedModel
-    certificate: Certificate | None = None  # its proven bound, if any
-    tried: int = 0  # random states or positions, none of which exceeds the budget; 0 if it is proven
-    found: FloatArray | None = None  # largest torque error found from these, N m (N), shape (n,)
-    where: str = ""  # name of these states
-    near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
-    tried_are: str = "states"  # or "positions", each at its worst velocities and accelerations
 
 
 def simplify_held(
@@ -81,10 +61,10 @@ def simplify_held(
 ) -> Held:
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
-    Along a motion the budget is proven; if the bound stays above it, and for recursions in a box, it holds at
-    200 000 random states and, along a motion, at those reached by an ascent from the worst. In a box, a model
-    of terms keeps it at 20 000 random positions with the worst velocities and accelerations of each, and at
-    those reached by an ascent from the worst. Each of several motions has its own budget.
+    Along a motion the budget is proven; if the bound stays above it, it holds at 200 000 random states and at
+    those reached by an ascent from the worst. In a box a model keeps it at 20 000 random positions with the
+    worst velocities and accelerations of each, and at those reached by an ascent from the worst; a program of
+    level fast, at 400 000 further states, too. Each of several motions has its own budget.
 
     Parameters
     ----------
@@ -120,8 +100,22 @@ def simplify_held(
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
-    rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-    best = rounds.held(how)
+    if how.level.is_program:
+        best = program_held(
+            exact,
+            exact.allowed(budget),
+            str(budget),
+            region,
+            how,
+            certified=certified,
+            effort=effort,
+            provenance=provenance or {},
+            progress=progress,
+            stage=stage,
+        )
+    else:
+        rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
+        best = rounds.held(how)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -186,17 +180,6 @@ def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
     return replace(region, weights=states.weights[first][region.motion])
 
 
-def _cost(held: Held, how: SearchOptions) -> int:
-    return priced(held.model.program, how.sine_price)
-
-
-def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:
-    """The model with its proven bound."""
-    if certificate is None:
-        return model
-    return model.stating(replace(model.accuracy, certificate=certificate.stated))
-
-
 @dataclass(frozen=True)
 class _Rounds:
     """Rounds of fitting a model on some states and testing it over a region."""
@@ -211,45 +194,24 @@ class _Rounds:
     stage: Callable[[str], object]
 
     def held(self, how: SearchOptions) -> Held:
-        """Find a model that holds."""
-        held = self._searched(how)
-        if how.level.always_refits and how.effort > 1.0:  # a longer search may end with more operations
-            quick = self._searched(replace(how, effort=1.0, thorough=False))
-            held = min(held, quick, key=lambda one: _cost(one, how))
-        return held
-
-    def _searched(self, how: SearchOptions) -> Held:
-        """Fit and test until a model holds; if it is always refitted, try once more for fewer operations."""
+        """Fit and test until a model holds."""
         n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
-        refits, along = how.level.always_refits, isinstance(self.region, Tube)
-        is_long = self.exact.form.operations.total > _LONG
-        share = np.full(n, _AT_FIRST[along] if refits else 1.0)
+        share = np.ones(n)
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
-        corners = along
-        count = max(_DRAWN, _CORNERS - len(self.exact.states)) if refits and along else _DRAWN
-        lower, upper, weights = self.region.pieces(count, np.random.default_rng(0))
+        lower, upper, weights = self.region.pieces(_DRAWN, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
-        if corners:
+        if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         known = first = self.exact.joined_by(drawn, weights)
-        some = self.exact.joined_by(drawn[:, :_DRAWN], weights[:_DRAWN])
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
-        best, left = None, 0 if is_long else _ATTEMPTS * math.ceil(how.effort)
-        for turn in range(_FEW_ROUNDS if is_long else _ROUNDS):
+        for turn in range(_ROUNDS):
             if len(counts):
-                least = np.minimum(share / _AT_WORST, 1.0) if refits else 1.0
-                known = first.joined_by(worst, least * counts)
-            how_now = search
-            if turn == 0 and refits and along:
-                # A longer search starts like a short one, so that it does not end with more operations.
-                how_now = replace(search, thorough=False)
-            elif turn == 0 and not refits:
-                how_now = replace(search, effort=how.effort)
+                known = first.joined_by(worst, counts)
             model = simplify_exact(
                 known,
                 Budget.of_torques(share * allowed),
-                how_now,
+                search if turn else replace(search, effort=how.effort),
                 provenance=self.provenance,
                 stage=self.stage,
             )
@@ -266,36 +228,24 @@ class _Rounds:
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
                 trial = self._written(trial, allowed, shortest=how.write)
-                trial = trial._replace(near=some.joined_by(worst, counts))
                 found = trial.found
                 assert found is not None
-            if (found <= allowed).all():
-                if best is not None and _cost(trial, how) >= _cost(best, how):
-                    left -= 1
-                else:
-                    best = trial
-                if not (refits and how.thorough and left and trial.model.saves):
-                    break
-                share = np.minimum(1.0, share * allowed / np.maximum(found, allowed / _WIDEST))
-                continue
-            if best is not None:
-                left -= 1
-                if left <= 0:
-                    break
+                if (found <= allowed).all():
+                    if not trial.model.saves:
+                        break
+                    return trial._replace(near=first.joined_by(worst, counts))
             worst = np.concatenate([worst, states], axis=1)
             counts = np.concatenate([counts, self.region.counts_at(states)])
             beyond = found > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
             # States at their worst say enough about velocities: with more of them the budget often holds.
             late = turn - _PATIENT * (trial.tried_are == "positions")
-            if refits or late >= _PATIENT:
+            if late >= _PATIENT:
                 share = share * needed**_SHRINKING
             elif late >= 0:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
-        if best is not None and best.model.saves:
-            return best
         everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
-        return Held(replace(everything, provenance=self.provenance), near=some.joined_by(worst, counts))
+        return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
     def _over_region(
         self, model: SimplifiedModel, allowed: FloatArray, turn: int, *, tighten: bool
@@ -304,26 +254,18 @@ class _Rounds:
 
         A bound need not be tight where the program is written, and proven, anew in the end.
         """
-        where, seed, refits = self.region.where, turn + 1, model.level.always_refits
-        along = isinstance(self.region, Tube)
-        if isinstance(self.region, Box) and not (self.certified or refits):
+        where, seed = self.region.where, turn + 1
+        if isinstance(self.region, Box) and not self.certified:
             found, states = worst_in_box(model, self.exact, self.region, allowed, seed)
             # States of the search are tried, too.
             found = np.maximum(found, model.accuracy.errors.largest)
             return Held(model, None, POSITIONS, found, where, tried_are="positions"), states
-        if refits and not self.certified:
-            # For a recursion this is faster than a proof; fewer are enough if the proof succeeds.
-            count = AT_ONCE if along else TRIED
-            found, states = worst_found(model, self.exact, self.region, allowed, seed, count)
-            if not along or (found > allowed).any():
-                return Held(model, None, TRIED, found, where), states
         certificate = self._proof(model, allowed, tighten=tighten)
         loose = _LOOSE if turn < _CLOSING else 1.0
-        if certificate is not None:
-            found = certificate.counting
-            if self.certified or (found <= loose * allowed).all():
-                states = np.stack(certificate.worst_states)[:, found > allowed]
-                return Held(model, certificate, 0, found, where), states
+        found = certificate.counting
+        if isinstance(self.region, Box) or self.certified or (found <= loose * allowed).all():
+            states = np.stack(certificate.worst_states)[:, found > allowed]
+            return Held(model, certificate, 0, found, where), states
         found, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
         return Held(model, certificate, TRIED, found, where), states
 
@@ -349,21 +291,14 @@ class _Rounds:
         certificate, found = held.certificate, held.found
         if certificate is not None and model.program is not held.model.program:
             certificate = self._proof(model, allowed, tighten=True)
-            found = found if held.tried or certificate is None else certificate.counting
+            found = found if held.tried else certificate.counting
         return held._replace(model=proven(model, certificate), certificate=certificate, found=found)
 
-    def _proof(self, model: SimplifiedModel, allowed: FloatArray, *, tighten: bool) -> Certificate | None:
-        """Certify; None for a program that is too long, unless a proof was asked for."""
+    def _proof(self, model: SimplifiedModel, allowed: FloatArray, *, tighten: bool) -> Certificate:
         harmonics = model.form.harmonics
-        if self.certified or model.level.has_torque_terms:
-            return certify(
-                model, self.region, effort=self.effort, harmonics=harmonics, limit=allowed, tighten=tighten
-            )
-        with suppress(TooLongError):
-            if (some := usual_effort(model, self.effort)) is not None:
-                # The search of a recursion goes on from a tight bound.
-                return certify(model, self.region, effort=some, harmonics=harmonics)
-        return None
+        return certify(
+            model, self.region, effort=self.effort, harmonics=harmonics, limit=allowed, tighten=tighten
+        )
 
 
 def _finished(

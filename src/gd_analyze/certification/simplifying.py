@@ -38,6 +38,7 @@ def simplify(
     operations: int | None = None,
     drives: bool | None = None,
     effort: float = 1.0,
+    within: float | None = None,
     sine_price: int = SINE_PRICE,
     margin: Margin | str | None = None,
     at_set_points: bool = False,
@@ -59,8 +60,8 @@ def simplify(
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
-        founding text's method, which keeps no budget but states its error. "recursive": the Newton-Euler
-        recursion with simplified steps.
+        founding text's method, which keeps no budget but states its error. "fast": the shortest torque
+        program that a search finds; it needs Numba.
     refit
         Change kept coefficients to compensate for dropped ones.
     operations
@@ -71,6 +72,8 @@ def simplify(
         drives, see `ExactDynamics.of`.
     effort
         Length of the search relative to the usual one.
+    within
+        Level fast: seconds after which the search ends with the shortest program found by then.
     sine_price
         Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
         multiplications and additions are minimized.
@@ -106,9 +109,9 @@ def simplify(
     >>> bool((model.accuracy.certificate.certified <= model.accuracy.allowed).all())
     True
     """
-    arm, how = (
-        arm_of(arm),
-        SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price),
+    arm = arm_of(arm)
+    how = SearchOptions(
+        level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
     )
     region: Box | Tube | None = None
     if states is None:

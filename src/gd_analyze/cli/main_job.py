@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,12 +130,6 @@ def report(
 
 def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
-    from gd_analyze.result import Section
     from gd_analyze.results.run_result import run_result
-    from gd_analyze.results.simplified_result import recursion_parts
 
-    result = run_result(findings, top)
-    if findings.model.level is gd.LEVELS["recursive"] and output.as_json:
-        parts = recursion_parts(findings.model, gd.states_of(findings.trajectory), 3)
-        result = replace(result, parts=(*result.parts, Section("recursion", "", parts)))
-    output.give(result, *(folder / RESULT_FILES[name] for name in formats), folder=folder)
+    output.give(run_result(findings, top), *(folder / RESULT_FILES[name] for name in formats), folder=folder)

@@ -270,8 +270,7 @@ simplify = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit the kept terms to compensate for the dropped ones (levels term and energy; level "
-        "recursive always does).",
+        help="Refit the kept terms to compensate for the dropped ones (levels term and energy).",
     ),
     number(
         "--operations",

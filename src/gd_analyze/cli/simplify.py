@@ -34,6 +34,13 @@ from gd_analyze.text import SINE_PRICE
     "minute) and at most a minute; the result is the best model found by then.",
 )
 @click.option(
+    "--within",
+    type=click.FloatRange(0.0, min_open=True),
+    default=None,
+    metavar="SECONDS",
+    help="Level fast: end the search after so many seconds, with the shortest program found by then.",
+)
+@click.option(
     "--sine-price",
     type=click.IntRange(0),
     default=SINE_PRICE,
@@ -68,6 +75,7 @@ def simplify(
     refit: bool,
     operations: int | None,
     effort: float,
+    within: float | None,
     sine_price: int,
     certified: bool,
     at_set_points: bool,
@@ -82,10 +90,10 @@ def simplify(
 
     The budget holds at every state near the motion, or near each of several, and is proven where the proof
     succeeds. Without a trajectory a search within the arm's limits finds no larger error: it ascends from the
-    worst of 20 000 positions, velocities and accelerations the worst at each (level recursive: 200 000 random
-    states); shares of peak torque are of that at the --states drawn. With --operations the budget holds at
-    the set points or states drawn only. Equations of level term are D, h and c by element, those of level
-    energy are in absolute velocities, see docs/simplification.md.
+    worst of 20 000 positions, velocities and accelerations the worst at each; shares of peak torque are of
+    that at the --states drawn. With --operations the budget holds at the set points or states drawn only.
+    Equations of level term are D, h and c by element, those of level energy are in absolute velocities, those
+    of level fast the steps of a program, see docs/simplification.md.
 
     \b
     Examples:
@@ -95,10 +103,13 @@ def simplify(
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
+      gd-analyze simplify puma560 pick-and-place --level fast --within 20
       gd-analyze simplify puma560 pick-and-place --level element --verdicts text
       gd-analyze simplify puma560 pick-and-place --velocities absolute
       gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
+    if within is not None and level != "fast":
+        raise click.UsageError("--within needs --level fast")
     if certified and (at_set_points or operations is not None):
         raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
     if margin is not None and (at_set_points or not given.trajectories):
@@ -112,7 +123,8 @@ def simplify(
         raise click.UsageError("--verdicts needs --level element")
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.certification.holding import Held, simplify_held
+        from gd_analyze.certification.held import Held
+        from gd_analyze.certification.holding import simplify_held
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import SearchOptions
@@ -120,7 +132,9 @@ def simplify(
         from gd_analyze.simplification.verdicts import model_by_verdicts
         from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
-        how = SearchOptions(gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price)
+        how = SearchOptions(
+            gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price, within=within
+        )
         around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
         asked = gd.Budget() if tracking else gd.Budget.parse(budget)
@@ -132,7 +146,7 @@ def simplify(
         source = provenance(command_line())
         at_states = at_set_points or operations is not None
 
-        def within(allowed: gd.Budget) -> Held:
+        def search(allowed: gd.Budget) -> Held:
             told: dict[str, Any] = {"provenance": source, "stage": stage}
             if at_states and not certified:
                 return Held(simplify_exact(exact, allowed, how, progress=stage.advance, **told))
@@ -143,10 +157,10 @@ def simplify(
         if level == "element":
             held = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
         elif tracking is not None:
-            tracked = simplify_for_tracking(tracking, exact.form, motion, within)
+            tracked = simplify_for_tracking(tracking, exact.form, motion, search)
             held = tracked.held
         else:
-            held = within(asked)
+            held = search(asked)
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held, exact.states, seconds, digits, joint_velocities=by_element)
@@ -197,7 +211,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
     Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
-    Each point of level recursive is refitted.
+    An arm with too many terms to choose from is simplified at level fast.
 
     `simplify --budget` or `simplify --operations` makes the model of a point.
 

@@ -10,7 +10,7 @@ velocity from the frame before the first of them, at the sum of their angles.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -23,23 +23,12 @@ from gd_analyze.robots.arm import RobotArm
 # An offset within this of quarter turns is exact quarter turns.
 _QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
 
-# Called with a link, from 0, and components (..., N) of its quantities by their names in docs/notation.md.
-Observer = Callable[[int, Mapping[str, Array]], None]
 
-
-def torque(
-    arm: RobotArm,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    *,
-    gravity: bool = True,
-    observe: Observer = lambda link, quantities: None,
-) -> Array:
+def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987."""
     rewritten = regrouped(arm)
     start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
-    motions = list(_motions(rewritten, start, (q, qd, qdd), observe))
+    motions = list(_motions(rewritten, start, (q, qd, qdd)))
     out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))
     force = moment = np.zeros((3, 1))
     for i, link in reversed(list(enumerate(rewritten.links))):
@@ -57,39 +46,31 @@ def torque(
         else:
             force = force + link.mass * acceleration
             out[i] = dot(np.broadcast_to(link.prismatic[:, None], force.shape), force)
-        observe(i, {"f": force, "n": moment})
         force, moment = turn.turned_back(force), turn.turned_back(moment)
-        observe(i, {"f'": force, "n'": moment})
         force, moment = turn.back_across(force), turn.back_across(moment)
-        observe(i, {"f''": force, "n''": moment})
         moment = moment + cross(lever, force)
     return out
 
 
-def _motions(
-    arm: RegroupedArm, start: Array, state: tuple[Array, ...], observe: Observer
-) -> Iterator[_Motion]:
+def _motions(arm: RegroupedArm, start: Array, state: tuple[Array, ...]) -> Iterator[_Motion]:
     """Motion of every link, from the acceleration of the base on."""
     spin, run = _Spin(np.zeros_like(start), np.zeros_like(start)), None
     acceleration, field = start, np.zeros((3, *start.shape))
-    for i, (link, q, qd, qdd) in enumerate(zip(arm.links, *state, strict=True)):
+    for link, q, qd, qdd in zip(arm.links, *state, strict=True):
         lever = link.translation[:, None]
         if link.prismatic is None:
             own = _Run.starting(link, spin, q, qd, qdd)
             run = run.joined(own) if run and link.is_parallel else own
             turn, spin = own.turn(link), run.spin(link)
-            observe(i, run.quantities)
         else:
             turn, lever = _Turn(link.rotation), lever + link.prismatic[:, None] * q
         acceleration = acceleration + apply(field, lever)
         across = turn.across(acceleration)
-        observe(i, {"r": lever, "a''": acceleration, "a'": across})
         acceleration = turn.turned(across)
         if link.prismatic is not None:
             axis = link.prismatic[:, None]
             acceleration = acceleration + axis * qdd + 2.0 * cross(spin.omega, axis * qd)
         field = spin.field()
-        observe(i, {"omega": spin.omega, "omegad": spin.omega_dot, "a": acceleration, "A": field})
         yield _Motion(turn, spin, lever, acceleration, field)
 
 

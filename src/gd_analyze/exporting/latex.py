@@ -13,8 +13,8 @@ from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Latex as Printer
 from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 
 # Significant digits of coefficients, and characters of plain text per line of a page.
 _DIGITS = 6
@@ -51,16 +51,11 @@ class Latex(Language):
                 next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
             )
         printer = Printer(_DIGITS)
-        passages, legend = _equations(given)
-        meanings = MEANINGS if len(passages) > 1 else ()
+        formulas, legend = _equations(given)
         return {
             "title": self.tex(given.arm.title or given.arm.name),
             "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in given.arm.joints],
-            "passages": [
-                (heading, [line for formula in formulas for line in _lines(formula)])
-                for heading, formulas in passages
-            ],
-            "meanings": [("$, $".join(map(printer.symbol, symbols)), text) for symbols, text in meanings],
+            "lines": [line for formula in formulas for line in _lines(formula)],
             "legend": printer.legend(legend),
             "errors": [] if given.model is None else sampled_rows(given.model),
             "bounds": [] if given.certificate is None else proven_rows(given.certificate),
@@ -68,14 +63,12 @@ class Latex(Language):
         }
 
 
-def _equations(given: ExportInput) -> tuple[list[tuple[str, tuple[Formula, ...]]], Legend]:
-    """Headings and formulas, and the meaning of their names; for exact dynamics those of the recursion."""
-    model = given.model
-    if model is not None and model.level is not RECURSIVE:
-        return [("", model.formulas)], model.legend
-    form = ExactForm(given.arm, given.drives) if model is None else model.form
-    reading = RECURSIVE.reading(form, {} if model is None else model.terms)
-    return [(passage.heading, passage.formulas) for passage in reading.passages], reading.legend
+def _equations(given: ExportInput) -> tuple[tuple[Formula, ...], Legend]:
+    """Formulas, and the meaning of their names; for exact dynamics those of the cheapest program's steps."""
+    if given.model is not None:
+        return given.model.formulas, given.model.legend
+    steps = NamedSteps(ExactForm(given.arm, given.drives).program)
+    return steps.formulas, steps.legend
 
 
 def _lines(formula: Formula) -> Iterator[str]:

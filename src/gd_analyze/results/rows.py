@@ -54,7 +54,10 @@ def element_rows(findings: Findings) -> list[Row]:
             **row,
             "text_verdict": verdicts.get(row["element"], ""),
             "stretches": found[row["element"]],
-            "probability": probable.get((row["element"], row["dominant"])),
+            # Of two parts that are both zero, none dominates.
+            "probability": None
+            if row["verdict"] == "zero"
+            else probable.get((row["element"], row["dominant"])),
         }
         for rank, row in enumerate(rows_of(findings.dominance, "element"), start=1)
     ]

@@ -199,7 +199,7 @@ def _unreadable_headline(findings: Findings) -> str:
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
         f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "
-        f"recursive` simplifies its recursion{wider}."
+        f"fast` searches for a shorter program{wider}."
     )
 
 
@@ -263,7 +263,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     near, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", near, "up to")
     size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
-    counted = f"{counted.capitalize()}{'' if model.level.always_refits else ' kept'}"
+    counted = f"{counted.capitalize()}{'' if model.level.is_program else ' kept'}"
     sampled = "Torque error at the set points" * (not model.is_exact)
     return (
         *((tried_error,) if tried else ()),

@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.certification.holding import Held
+from gd_analyze.certification.held import Held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.pinocchio_check import Residual
@@ -184,7 +184,7 @@ def budgets_table(path: Sequence[SimplifiedModel], asked: int, ranking: TermRank
 
     For a model of torque or energy terms, `kept` says which ranked torque terms remain: a term remains as
     long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain. A
-    recursion has neither.
+    program has neither.
     """
     arm, level, counts = path[0].form.arm, path[0].level, [model.operations for model in path]
     values: dict[str, Any] = {

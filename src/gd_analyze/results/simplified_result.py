@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
-from gd_analyze.certification.holding import Held
-from gd_analyze.formulas.languages import Plain, Written, equations
+from gd_analyze.certification.held import Held
+from gd_analyze.formulas.languages import Written, equations
 from gd_analyze.motions.states import States, in_words
-from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of
+from gd_analyze.result import Column, Fact, Part, Result, Table, columns_of
 from gd_analyze.results.model_facts import (
     drives_text,
     headline,
@@ -21,14 +20,8 @@ from gd_analyze.results.model_facts import (
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursion_losses import first_terms, link_parameters, omissions
-from gd_analyze.simplification.recursive import MEANINGS, RECURSIVE
 from gd_analyze.simplification.verdicts import operations_by_quantity
 from gd_analyze.text import thousands
-
-_MEANINGS = (("M", "M mass, MX MY MZ first moment"), ("P", "P second moment"), ("J", "J drive inertia"))
-# Rows of dropped parts shown to people.
-_ROWS = 12
 
 
 def simplified_result(
@@ -72,6 +65,9 @@ def simplified_result(
             proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
     steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
     kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
+    notices = [f"The search was stopped {held.stopped}; a longer one may find fewer operations."] * bool(
+        held.stopped
+    )
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, answer),
@@ -98,7 +94,7 @@ def simplified_result(
             Table("search", "", tuple(steps)),
             *_model_parts(model, states, digits, joint_velocities),
         ),
-        notices=(model.notice,) if model.notice else (),
+        notices=(*notices, *filter(None, [model.notice])),
     )
 
 
@@ -122,74 +118,4 @@ def _model_parts(
     if model.level.has_torque_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
-    if model.level is not RECURSIVE:
-        return (*facts, written)
-    return (*facts, Fact("equations", "", list(written.lines)), *recursion_parts(model, states, digits))
-
-
-def recursion_parts(model: SimplifiedModel, states: States, digits: int) -> tuple[Part, ...]:
-    """Parameters, omissions with their torque at the states, and equations link by link."""
-    plain, reading = Plain(digits), RECURSIVE.reading(model.form, model.terms)
-    meanings = tuple(f"{', '.join(map(plain.symbol, symbols))}: {words}" for symbols, words in MEANINGS)
-    explained = equations("", "Symbols of the equations, in kg, m, s, rad", (), reading.legend, digits=digits)
-    return (
-        *_parameters(model),
-        _left_out(model, states, plain),
-        Section("", explained.title, (), "; ".join((*explained.legend_lines, *meanings)) + "."),
-        *(equations("", passage.heading, passage.formulas, digits=digits) for passage in reading.passages),
-    )
-
-
-def _parameters(model: SimplifiedModel) -> tuple[Table, Table]:
-    """Products left with every link's regrouped parameters: for people, and for JSON."""
-    every = link_parameters(model.form, model.terms)
-    acting = [one for one in every if one.places]
-    kinds, links = dict.fromkeys(one.kind for one in acting), dict.fromkeys(one.link for one in acting)
-    cells = {(one.link, one.kind): f"{len(one.kept)}/{one.places}{'*' * one.is_changed}" for one in acting}
-    notes = [words for prefix, words in _MEANINGS if any(kind.startswith(prefix) for kind in kinds)]
-    columns = [Column("", "link", [link + 1 for link in links], shown="count")]
-    for kind in kinds:
-        columns.append(Column("", kind, [cells.get((link, kind), "·") for link in links], shown="text"))
-    matrix = Table(
-        "",
-        "Regrouped parameters of the links: products kept / total",
-        tuple(columns),
-        f"{'; '.join(['* changed number', '· no effect', *notes])}. Inertia that a joint does not move is "
-        "added to the previous link.",
-    )
-    rows: dict[str, list[Any]] = {
-        "link": [one.link + 1 for one in every],
-        "parameter": [one.kind for one in every],
-        "number": [one.number for one in every],
-        "unit": [one.unit for one in every],
-        "state": [one.state for one in every],
-        "products": [one.places for one in every],
-        "kept": [list(one.kept) for one in every],
-    }
-    return matrix, Table("parameters", "", tuple(Column(key, "", values) for key, values in rows.items()))
-
-
-def _left_out(model: SimplifiedModel, states: States, plain: Plain) -> Table:
-    found = omissions(model.form, model.terms, states)
-    worst = [float(one.torque[one.joint]) for one in found]
-    units = [model.arm.joints[one.joint].effort_unit for one in found]
-    instead = [one.changed_by or first_terms(one.instead, plain) or "nothing" for one in found]
-    return Table(
-        "left_out",
-        "Omissions by torque of each alone, at the states",
-        (
-            Column("link", "", [one.quantity.link + 1 for one in found]),
-            Column("in", "in", [plain.symbol(one.quantity.symbol) for one in found], shown="text"),
-            Column("exact", "", [plain.sum(one.exact) for one in found]),
-            Column("", "replaced", [first_terms(one.exact, plain) for one in found], shown="text"),
-            Column("instead", "", [plain.sum(one.instead) for one in found]),
-            Column("", "by", instead, shown="text"),
-            Column("changed_by", "", [one.changed_by for one in found]),
-            Column("", "torque", worst, units),
-            Column("", "of peak", [float(one.share[one.joint]) for one in found], shown="percent"),
-            Column("", "joint", [one.joint + 1 for one in found], shown="count"),
-            Column("torque", "", [one.torque.tolist() for one in found]),
-            Column("share", "", [one.share.tolist() for one in found]),
-        ),
-        top=_ROWS,
-    )
+    return (*facts, written)

@@ -14,14 +14,10 @@ from gd_analyze.simplification.effort import effort_for
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
-from gd_analyze.simplification.pruning import pruned_path
-from gd_analyze.simplification.recursive import RecursiveLevel
 from gd_analyze.simplification.selection import Choice, Selection, SelectionSettings, descend
 
 # Steps from the smallest budget to the model's, and from there to the largest multiple of it.
 _STEPS, _LARGEST = 10, 10.0
-# A search in a recursion is slow: it is done for these multiples, and for no recursion of more operations.
-_OF_RECURSION, _LONGEST = (10.0**0.5, 10.0), 700
 # Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
 _SMALLEST = (0.1, 0.2, 0.4, 0.7)
 # States that represent a longer motion.
@@ -45,12 +41,13 @@ def joined_path(
 def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and larger budgets, and return the models by growing budget.
 
-    For larger budgets no term returns, and no step is restored. Budgets are a tenth to ten times the model's;
+    For larger budgets no term returns. Budgets are a tenth to ten times the model's;
     the smallest is larger where it would keep too many terms to choose from.
     """
-    trials = _along_terms if isinstance(given.level, CandidateLevel) else _along_steps
+    if not isinstance(given.level, CandidateLevel):
+        return (given,)  # a program, or parts of elements, stands alone
     models: list[SimplifiedModel] = []
-    for factor, trial in trials(exact, given):
+    for factor, trial in _along_terms(exact, given):
         allowed = factor * given.accuracy.allowed
         if trial is not given and not (trial.accuracy.errors.counting <= allowed).all():
             if not models:
@@ -107,14 +104,3 @@ def _larger(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[floa
     for factor in np.geomspace(1.0, _LARGEST, _STEPS + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
         yield factor, {listed[k]: given.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}
-
-
-def _along_steps(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[float, SimplifiedModel]]:
-    """A model and others with more and more simplified steps, and their multiples of the budget."""
-    yield 1.0, given
-    if exact.form.operations.total > _LONGEST or not isinstance(given.level, RecursiveLevel):
-        return
-    some, allowed = exact.thinned(), given.accuracy.allowed
-    models = pruned_path(some, [factor * allowed for factor in _OF_RECURSION], given.terms)
-    for factor, model in zip(_OF_RECURSION, models, strict=True):
-        yield factor, measured(exact, replace(given, terms=model.terms, program=model.program))

@@ -126,7 +126,7 @@ def candidates_of(
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _MOST:
             what = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
-            next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level recursive'
+            next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level fast'
             expected, found = f"at most {_MOST}", str(len(remaining))
             raise TooManyTermsError(what, where="budget", expected=expected, found=found, next_step=next_step)
     terms = {listed[k]: every[listed[k]] for k in remaining.tolist()}
@@ -144,7 +144,7 @@ def require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
         return
     what = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where, expected = f"level {level.name}", f"at most {MOST_TERMS} torque terms"
-    next_step = "`gd-analyze simplify ROBOT --level recursive` simplifies such an arm, `gd-analyze "
+    next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
     next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
     raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
 

@@ -45,25 +45,6 @@ def effort_for(terms: int) -> Effort:
     return POINT if terms <= READABLE else ROUGH
 
 
-# About a minute on one core of a machine of 2025: a billion a second.
-USUAL = 60e9
-
-
-class Work:
-    """Remaining effort of a search, relative to the usual one."""
-
-    def __init__(self, effort: float = 1.0) -> None:
-        self.effort, self.spent = effort * USUAL, 0.0
-
-    def affords(self, amount: float) -> bool:
-        """Whether this amount is left."""
-        return self.spent + amount <= self.effort
-
-    def spend(self, amount: float) -> None:
-        """Subtract work done."""
-        self.spent += amount
-
-
 # Source folders that determine an exact program; a change there invalidates those written before.
 _CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")
 

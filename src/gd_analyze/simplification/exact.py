@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray, chunks, peak_magnitude, round_off_of
+from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks, peak_magnitude, round_off_of
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.dynamics.base_parameters import inertial_parameters, regressor
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
@@ -47,7 +47,6 @@ from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
 from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.identity import largest_apart
-from gd_analyze.simplification.recursion import Quantity, Recursion, components
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 
 if TYPE_CHECKING:
@@ -108,7 +107,7 @@ class ExactForm:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
         def shortest() -> Program:
-            ways = [self.recursion.program]
+            ways = [self.recursion]
             if self.arm.n_joints <= _FEW_JOINTS:
                 ways += [torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)]
             return rewritten(min(ways, key=lambda way: way.count.total))
@@ -142,28 +141,21 @@ class ExactForm:
 
     def _is_given_by(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""
-        known = self.recursion.program
+        known = self.recursion
         if program.count.total > known.count.total:
             return False
         apart, size = largest_apart(program, known, self.arm.is_revolute, REWRITTEN)
         return bool((apart <= REWRITTEN * size).all())
 
     @cached_property
-    def recursion(self) -> Recursion:
+    def recursion(self) -> Program:
         """Its torque by the cheapest formulation, folded, step by step, with drives."""
         trace, n = Trace(), self.arm.n_joints
         states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
-        quantities: list[tuple[Quantity, Any]] = []
-
-        def note(link: int, values: Mapping[str, Array]) -> None:
-            for kind, value in values.items():
-                quantities.extend(components(kind, link, value))
-
-        torque = newton_euler_regrouped.torque(self.arm, *states, observe=note)[:, 0]
+        torque = newton_euler_regrouped.torque(self.arm, *states)[:, 0]
         if self.drive_inertia is not None:
             torque = torque + self.drive_inertia * states[2][:, 0]
-        quantities += [(Quantity("tau", i), value) for i, value in enumerate(torque)]
-        return Recursion(tuple(trace.expressions), tuple(torque), tuple(quantities))
+        return Program.of(trace, list(torque))
 
     @property
     def operations(self) -> OperationCount:

@@ -47,7 +47,7 @@ class Level(ABC):
     name: ClassVar[str]  # for users
     keeps: ClassVar[str]  # unit in which models are counted, in the plural
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
-    always_refits: ClassVar[bool] = False
+    is_program: ClassVar[bool] = False  # a model is its program, without terms
     has_symmetric_inertia: ClassVar[bool] = False
     is_structured: ClassVar[bool] = (
         False  # a search minimises the operations of D, h and c, not of the torque

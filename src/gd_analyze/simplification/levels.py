@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.
-LEVELS: dict[str, Level] = {level.name: level for level in (TERM, ELEMENT, ENERGY, RECURSIVE)}
+LEVELS: dict[str, Level] = {level.name: level for level in (TERM, ELEMENT, ENERGY, FAST)}
 
 
 def level_named(level: str | Level) -> Level:
@@ -36,16 +36,17 @@ class SearchOptions:
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
     write: bool = True  # spend tenths of a second on a program of few operations
     effort: float = 1.0  # number of attempts, relative to the usual
-    # For level recursive: successive changes on the way to a model, which a search continues and extends.
+    # Successive selections on the way to a model, which a search continues and extends.
     way: list[Terms] | None = None
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
+    within: float | None = None  # level fast: seconds after which the search ends with the best that holds
     dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
         level = level_named(self.level)
         object.__setattr__(self, "level", level)
-        if self.refit and not (level.has_torque_terms or level.always_refits):
-            what, expected = f"{level.keeps} have no coefficients to refit", "level term, recursive or energy"
+        if self.refit and not level.has_torque_terms:
+            what, expected = f"level {level} has no coefficients of its own to refit", "level term or energy"
             raise UsageError(what, where="refit", expected=expected, found=f"level {level}")
         if not self.effort > 0.0:
             found = str(self.effort)
@@ -53,5 +54,11 @@ class SearchOptions:
         if self.sine_price < 0:
             found = str(self.sine_price)
             raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=found)
+        if self.within is not None and not self.within > 0.0:
+            found = f"{self.within} s"
+            raise UsageError("the time is not positive", where="within", expected="above 0", found=found)
+        if self.operations is not None and level.is_program:
+            what, expected = "level fast takes a budget, not a number of operations", "level term or energy"
+            raise UsageError(what, where="operations", expected=expected, found="level fast")
         if self.operations is not None and self.operations < 0:
             raise UsageError("the number is negative", where="operations", found=str(self.operations))

@@ -13,6 +13,7 @@ from gd_analyze.arrays import FloatArray, array_of, require_possible, set_points
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
+from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
@@ -42,7 +43,7 @@ class SimplifiedModel:
     form
         The exact dynamics that it approximates.
     terms
-        Numbers by kept term, or by change, of the level's own type.
+        Numbers by kept term, of the level's own type; none of a program that a search found.
     program
         The torques as a straight-line program, from which D, h and c follow.
     refitted
@@ -100,7 +101,9 @@ class SimplifiedModel:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Number of its `level.keeps`, terms kept or steps simplified, and of all."""
+        """Number of its `level.keeps`, terms kept or operations, and of all."""
+        if self.level.is_program:
+            return self.operations.total, self.operations_full.total
         return self.level.size(self.form, self.terms)
 
     @property
@@ -152,7 +155,9 @@ class SimplifiedModel:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """Its torques as equations, one per joint."""
+        """Its torques as equations, one per joint; of a program, behind those of its named steps."""
+        if self.level.is_program:
+            return NamedSteps(self.program).formulas
         return self.level.formulas(self.form, self.terms)
 
     @property
@@ -177,6 +182,8 @@ class SimplifiedModel:
     @property
     def legend(self) -> Legend:
         """Meaning of the names in its equations."""
+        if self.level.is_program:
+            return NamedSteps(self.program).legend
         return self.level.legend(self.form, self.terms)
 
     @cached_property

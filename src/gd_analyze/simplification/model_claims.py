@@ -19,6 +19,7 @@ from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import written
+from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.accuracy import (
     Accuracy,
@@ -61,15 +62,30 @@ def require_equal(what: str, stated: Any, found: Any) -> None:
 
 
 def require_terms_computed(model: SimplifiedModel) -> None:
-    """Raise a ModelError if a program, written out, differs from its terms at any state."""
+    """Raise a ModelError if a program, written out, differs from its terms at any state.
+
+    A program without terms needs the structure of a torque, from which D, h and c follow.
+    """
 
     def other(expected: str, found: str) -> ModelError:
-        what = "the program does not compute the terms"
+        what = f"the program does not compute the {'torques' if model.level.is_program else 'terms'}"
         return ModelError(what, where="steps", expected=expected, found=found, next_step=WRITE_AGAIN)
 
-    again, n = model.level.write(model.form, model.terms, ROUGH), model.arm.n_joints
+    n = model.arm.n_joints
     if len(model.program.outputs) != n:
         raise other(f"{n} outputs", f"{len(model.program.outputs)}")
+    if model.level.is_program:
+        if fault := structure_fault(model.program):
+            expected = "sums linear in accelerations and quadratic in velocities"
+            raise ModelError(
+                "the program is not a torque",
+                where="steps",
+                expected=expected,
+                found=fault,
+                next_step=WRITE_AGAIN,
+            )
+        return
+    again = model.level.write(model.form, model.terms, ROUGH)
     if written(again) == written(model.program):
         return
     sliding, unit = [not turns for turns in model.arm.is_revolute], np.ones(n)

@@ -13,7 +13,6 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
 from gd_analyze.dynamics.base_parameters import regressor
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ModelError
-from gd_analyze.formulas.languages import Plain
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States, require_dataset, states_for
 from gd_analyze.motions.trajectory import Trajectory
@@ -23,8 +22,6 @@ from gd_analyze.simplification.accuracy import ErrorTable, NormShare, share_of
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursion_losses import first_terms, omissions
-from gd_analyze.simplification.recursive import RecursiveLevel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -193,7 +190,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
 
 @dataclass(frozen=True)
 class Loss:
-    """One dropped part or step, and its torque alone at the joint where it matters most."""
+    """One dropped part, and its torque alone at the joint where it matters most."""
 
     part: str
     torque_peak: float  # N m
@@ -202,20 +199,10 @@ class Loss:
 
 
 def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
-    """Rank dropped parts or steps by their torque alone at given states, the largest first.
+    """Rank dropped parts of elements by their torque alone, as shares of peak torque, the largest first.
 
-    Parts of elements are ranked by share of peak torque, steps of a recursion by share of the allowed error.
-    At other levels single terms are dropped, see `rank_terms`, and the result is empty.
+    At other levels single terms are dropped, see `rank_terms`, or none, and the result is empty.
     """
-    if isinstance(model.level, RecursiveLevel):
-        plain, found = Plain(), []
-        for one in omissions(model.form, model.terms, exact.states):
-            multiple = share_of(one.torque, model.accuracy.allowed)
-            joint = int(multiple.argmax())
-            label = f"{first_terms(one.exact, plain)} in {plain.symbol(one.quantity.symbol)}"
-            loss = Loss(label, float(one.torque[joint]), joint + 1, float(one.share[joint]))
-            found.append((float(multiple[joint]), loss))
-        return tuple(loss for _, loss in sorted(found, key=lambda each: -each[0]))
     if not isinstance(model.level, ElementLevel):
         return ()
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)

@@ -10,7 +10,8 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import MOST_STATES, ExactDynamics
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.fast_search import fast_model
 from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import (
@@ -21,16 +22,15 @@ from gd_analyze.simplification.model import (
     with_gamma,
     with_rewriting,
 )
-from gd_analyze.simplification.pruning import pruned, quick_pruned_count
 from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 
 # --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
-# Resolution of the search, and number of refinements: among candidates, and in a recursion, with slow counts.
+# Resolution of the search, and number of refinements.
 _LEAST, _WIDER = 1e-6, 1.05
 # Multiple of a budget at which a model keeps only what it must.
 _ANYTHING = 1e12
-_CLOSE, _CLOSE_IN_RECURSION = (1.02, 4), (1.1, 1)
+_CLOSE, _REFINEMENTS = 1.02, 4
 # States that represent very many in a search among terms, which evaluates each thousands of times.
 _STATES = 600
 _USUAL = SearchOptions()
@@ -56,6 +56,9 @@ def simplify_exact(
         return replace(with_gamma(exact, model_by_verdicts(exact)), provenance=dict(provenance or {}))
     budget = Budget.of(budget)
     exact = exact.under(budget)
+    if how.level.is_program:
+        fast = fast_model(exact, exact.allowed(budget), str(budget), how, progress=progress, stage=stage)
+        return replace(fast, provenance=dict(provenance or {}))
     stage(f"searching at level {how.level}")
     model = with_gamma(exact, _at_level(exact, budget, how, progress))
     return replace(model, provenance=dict(provenance or {}))
@@ -75,10 +78,8 @@ def _at_level(
     if operations >= exact.form.operations.total:
         return exactly(exact, level, allowed, str(budget))
     some = exact.thinned()
-    if isinstance(level, CandidateLevel):
-        quick, (close, attempts) = quick_count(some, level, allowed), _CLOSE
-    else:
-        quick, (close, attempts) = quick_pruned_count(some, allowed), _CLOSE_IN_RECURSION
+    assert isinstance(level, CandidateLevel)  # other levels take no number of operations
+    quick = quick_count(some, level, allowed)
     if (least := quick(_ANYTHING)) > operations:
         what, expected = f"no model of level {level} takes so few operations", f"{least} or more"
         next_step = "allow more, or take another level"
@@ -88,7 +89,7 @@ def _at_level(
     few, many = _LEAST, 1.0
     while quick(many) > operations:
         few, many = many, 2.0 * many
-    while many / few > close:
+    while many / few > _CLOSE:
         middle = (few * many) ** 0.5
         few, many = (middle, many) if quick(middle) > operations else (few, middle)
     best = _within(exact, budget.scaled(many), how, progress)
@@ -96,7 +97,7 @@ def _at_level(
         many *= _WIDER
         best = _within(exact, budget.scaled(many), how, progress)
     step = 0.8
-    for _ in range(attempts):
+    for _ in range(_REFINEMENTS):
         trial = _within(exact, budget.scaled(many * step), how)
         if trial.operations.total <= operations:
             best, many = trial, many * step
@@ -110,16 +111,14 @@ def _within(
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
     allowed, level = exact.allowed(budget), how.level
+    assert isinstance(level, CandidateLevel)
     how = replace(how, way=[] if how.way is None else how.way)
     # Very many states are represented by some; those that exceed the budget are added, each time with a
     # slightly larger weight, so that it ends.
-    known, margin = exact.thinned(_STATES if isinstance(level, CandidateLevel) else MOST_STATES), 1.0
+    known, margin = exact.thinned(_STATES), 1.0
     while True:
         most = margin * allowed
-        if isinstance(level, CandidateLevel):
-            found = selected_terms(known, level, most, how, progress)
-        else:
-            found = pruned(known, most, how, progress)
+        found = selected_terms(known, level, most, how, progress)
         model = exactly(known, level, most, str(budget))
         model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
         model = measured(known, model.stating(replace(model.accuracy, steps=found.steps)))
@@ -139,7 +138,7 @@ def _within(
         expected, errors = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
         what, next_step = "the model misses its budget", "please report this with the arm file and the states"
         raise GdAnalyzeError(what, expected=expected, found=errors, next_step=next_step)
-    if model.refitted and margin < 1.0 and isinstance(level, CandidateLevel):
+    if model.refitted and margin < 1.0:
         # A refit errs more at the states left out; keeping the budget there may cost more than it saves.
         without = _within(exact, budget, replace(how, refit=False, way=None), progress)
         if without.operations_minimized.total <= model.operations_minimized.total:

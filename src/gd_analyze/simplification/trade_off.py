@@ -10,28 +10,24 @@ import numpy as np
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, too_many_terms
+from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
 
-# Level and refit: every level that keeps a budget, and again with a refit if it can have one.
+# Level and refit: every level of single terms, with a refit and without.
 Kind = tuple[Level, bool]
 KINDS: tuple[Kind, ...] = tuple(
-    (level, refit)
-    for level in LEVELS.values()
-    if level is not ELEMENT
-    for refit in ((False, True) if level.has_torque_terms else (False,))
+    (level, refit) for level in LEVELS.values() if level.has_torque_terms for refit in (False, True)
 )
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
-    """Kinds that make sense for an arm: without those of single terms if it has very many."""
-    many = too_many_terms(form)
-    return tuple(kind for kind in KINDS if not (many and kind[0].has_torque_terms))
+    """Kinds that make sense for an arm: programs if it has too many terms to choose from."""
+    return ((FAST, False),) if too_many_terms(form) else KINDS
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.certification.holding import Held
+from gd_analyze.certification.held import Held
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.budget import Budget, ReferenceTorques

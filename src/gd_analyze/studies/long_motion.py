@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, evenly
-from gd_analyze.certification.holding import Held
+from gd_analyze.certification.held import Held
 from gd_analyze.dynamics.decomposition import decompose_states, torque_program
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError

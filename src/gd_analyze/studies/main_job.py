@@ -18,7 +18,8 @@ import numpy as np
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify, usual_effort
-from gd_analyze.certification.holding import Held, proven, simplify_held
+from gd_analyze.certification.held import Held, proven
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
@@ -48,12 +49,12 @@ from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
+from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.model_torque import payload_effect
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
@@ -333,7 +334,7 @@ def find(
         level = level_named(how.level)
         many = too_many_terms(exact.form)
         tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
-        usual = SearchOptions(level, how.refit, how.operations, thorough=level is not RECURSIVE)
+        usual = SearchOptions(level, how.refit, how.operations)
         at_set_points = how.at_set_points or how.operations is not None
 
         def search_at(exact: ExactDynamics, budget: Budget, *, shortest: bool = True) -> Held:
@@ -350,7 +351,7 @@ def find(
         by_budget = {str(stop.budget): stop.held for stop in stops}
         own_stop = next((stop for stop in stops if stop.budget == asked), None)
         # Without a model that can be read, the exact torque stands for it; one asked for may be long.
-        is_recursion = own_stop is not None and not (
+        is_exact = own_stop is not None and not (
             own_stop.is_readable or (how.budget is not None and own_stop.saves)
         )
 
@@ -359,8 +360,8 @@ def find(
             elements = replace(elements, provenance=source)
             if level is ELEMENT:
                 return elements, Held(elements)
-            if is_recursion:
-                everything = exactly(exact, RECURSIVE, exact.allowed(asked), str(asked))
+            if is_exact:
+                everything = exactly(exact, FAST, exact.allowed(asked), str(asked))
                 return elements, Held(replace(with_gamma(exact, everything), provenance=source))
             # The first call searches no second time.
             return elements, by_budget.pop(str(asked), None) or search_at(exact, asked)
@@ -383,10 +384,10 @@ def find(
     stage("trying other budgets")
     model, near = held.model, held.near or exact
     # With a limit on operations, and at level element, the model keeps another budget.
-    path = (model,) if is_recursion else budget_path(near, model.accuracy.asked, measured(near, model))
+    path = (model,) if is_exact else budget_path(near, model.accuracy.asked, measured(near, model))
     path = tuple(measured(exact, each) for each in path) if long is None else long.path(exact, path)
-    # A recursion stands alone: its path has no terms that others share.
-    other_stops = [stop for stop in stops if stop.is_readable and stop is not own_stop and not is_recursion]
+    # The exact torque stands alone: its path has no terms that others share.
+    other_stops = [stop for stop in stops if stop.is_readable and stop is not own_stop and not is_exact]
     others = [stop.held.model for stop in other_stops if stop.held is not None]
     path, places = joined_path(path, [measured(exact, other) for other in others])
     own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
@@ -396,7 +397,7 @@ def find(
             exact, also=[each.terms for each in path if each.level is TERM and not each.is_exact]
         )
     stage("bounding errors")
-    efforts = None if is_recursion else _efforts(model, bool(many))
+    efforts = None if is_exact else _efforts(model, bool(many))
     if is_known and held.certificate is None and efforts is not None:
         certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
         model = proven(model, certificate)
@@ -426,7 +427,7 @@ def find(
     if stops:
         shown = iter(places)
         at = [next(shown) if stop in other_stops else -1 for stop in stops]
-        if own_stop is not None and not is_recursion:
+        if own_stop is not None and not is_exact:
             at[stops.index(own_stop)] = own
         tables["stops"] = stops_table(stops, at, arm)
     if trajectory.recording is not None and trajectory.recording.measured:

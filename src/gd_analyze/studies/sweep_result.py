@@ -55,7 +55,7 @@ def sweep_result(found: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]
         facts.insert(-1, Fact("precision", "Changes located within", within, text=close))
     notices = []
     if quick and not counted.size:
-        notices.append("The arm has too many terms for a quick count; give --operations recursive.")
+        notices.append("The arm has too many terms for a quick count; give --operations fast.")
     which = ", ".join(filter(None, [f"swept along {attrs['trajectory']}", drives_text(arm, attrs["drives"])]))
     return Result(
         title=arm.title or arm.name,

@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, cross
-from gd_analyze.certification.holding import Held
+from gd_analyze.certification.held import Held
 from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import trajectory_of

@@ -1,0 +1,150 @@
+"""Level "fast": the shortest program found that keeps its budget over a region, proven or attacked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import Certificate, certify, usual_effort
+from gd_analyze.certification.falsification import (
+    POSITIONS,
+    TRIED,
+    largest_at,
+    worst_found,
+    worst_in_box,
+)
+from gd_analyze.certification.held import Held, proven
+from gd_analyze.certification.tube import Tube
+from gd_analyze.harmonics.expansion import TooLongError
+from gd_analyze.motions.states import States
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.fast import FAST
+from gd_analyze.simplification.fast_search import FastSearch, FastSettings
+from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.model import SimplifiedModel, exactly, with_gamma
+
+
+@dataclass(frozen=True)
+class _RegionSettings:
+    """Numbers of states of a search over a region, and how close to the budget it goes."""
+
+    pool: int
+    limit: float  # of allowed errors at the pool: elsewhere errors are somewhat larger
+    rounds: int = 12  # most of testing and repairing
+    fresh: int = 0  # further random states of the last test
+
+
+_NEAR = _RegionSettings(pool=100_000, limit=0.99)
+_WITHIN = _RegionSettings(pool=300_000, limit=0.96, fresh=400_000)
+# A bound this much above the budget, or an error, shrinks what a joint is allowed in the next round by as
+# much, and a little more.
+_MARGIN = 0.995
+
+
+def program_held(
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    stated: str,
+    region: Box | Tube,
+    how: SearchOptions,
+    *,
+    certified: bool,
+    effort: int,
+    provenance: Mapping[str, str],
+    progress: Callable[[int], None] | None,
+    stage: Callable[[str], object],
+) -> Held:
+    """Search a program at many states of a region, test it everywhere, and repair it until it holds.
+
+    Near a motion the budget is proven where the proof closes. In a box no state drawn, and none that an
+    ascent reaches, exceeds it; it is proven if `certified`.
+    """
+    along = isinstance(region, Tube)
+    settings = _NEAR if along else _WITHIN
+    drawn, counts = _pool(region, settings.pool)
+    pool = exact.joined_by(drawn, counts)
+    search = FastSearch(
+        pool, allowed, how, FastSettings(limit=settings.limit), progress=progress, stage=stage
+    )
+    program = search.program()
+    share, everything = np.ones(len(allowed)), exactly(exact, FAST, allowed, stated)
+    for turn in range(settings.rounds):
+        model = replace(search.model(program, stated, exact), provenance=dict(provenance))
+        stage("testing the program")
+        held, states = _tested(model, exact, allowed, region, turn, settings, certified, effort)
+        assert held.found is not None
+        if (held.found <= allowed).all() or not model.saves:
+            near = exact.joined_by(drawn[:, :_SHOWN], counts[:_SHOWN])
+            return held._replace(
+                model=proven(held.model, held.certificate), near=near, stopped=search.stopped
+            )
+        # A larger error is repaired at its states; a bound beyond all errors known, by allowing less.
+        beyond = held.found > allowed
+        tighter = np.where(beyond, _MARGIN * allowed / np.where(beyond, held.found, allowed), 1.0)
+        share = tighter if not held.tried or turn >= settings.rounds // 2 else np.where(beyond, _MARGIN, 1.0)
+        q, qd, qdd = states
+        worst = exact.at(States(q, qd, qdd, weights=region.counts_at(states)))
+        program = search.repaired(worst, share, turn + 100)
+    model = replace(with_gamma(exact, everything), provenance=dict(provenance))
+    return Held(model, near=exact, stopped=search.stopped)
+
+
+# States of the region that are shown with a model, beside those given.
+_SHOWN = 300
+
+
+def _pool(region: Box | Tube, count: int, seed: int = 0) -> tuple[FloatArray, FloatArray]:
+    """States (3, N, n) of a region, and weights of errors there (N, n).
+
+    Errors are largest at limits, so that most states have all, or all but a few, velocities and
+    accelerations there; positions are at corners of the small boxes of a tube, and anywhere in a large one.
+    """
+    rng = np.random.default_rng(seed)
+    lower, upper, counts = region.pieces(count, rng)
+    inside = rng.uniform(lower, upper)
+    corners = np.where(rng.random(lower.shape) < 0.5, lower, upper)
+    few_rest = np.where(rng.random(lower.shape) < 0.3, (lower + upper) / 2.0, corners)
+    kind = rng.integers(0, 4, size=(3, count, 1))
+    mixed = np.where(kind == 0, inside, np.where(kind == 1, few_rest, corners))
+    if isinstance(region, Box):
+        mixed[0] = inside[0]
+    return mixed, counts
+
+
+def _tested(
+    model: SimplifiedModel,
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    region: Box | Tube,
+    turn: int,
+    settings: _RegionSettings,
+    certified: bool,
+    effort: int,
+) -> tuple[Held, FloatArray]:
+    """Proven or found errors of a model, and states (3, M, n) of the largest ones."""
+    where = region.where
+    if isinstance(region, Box):
+        found, states = worst_in_box(model, exact, region, allowed, turn + 1)
+        if (found <= allowed).all():
+            fresh, _ = _pool(region, settings.fresh, turn + 1)
+            found = np.maximum(found, largest_at(model, exact, fresh))
+        if not certified or (found > allowed).any():
+            return Held(model, None, POSITIONS, found, where, tried_are="positions"), states
+    else:
+        found, states = worst_found(model, exact, region, allowed, turn + 1, TRIED)
+        if (found > allowed).any():
+            return Held(model, None, TRIED, found, where), states
+    certificate: Certificate | None = None
+    with suppress(TooLongError):
+        some = effort if certified else usual_effort(model, effort)
+        if some is not None:
+            certificate = certify(model, region, effort=some, harmonics=exact.form.harmonics, limit=allowed)
+    if certificate is None:
+        return Held(model, None, TRIED, found, where), states
+    bound = certificate.counting
+    return Held(model, certificate, 0, bound, where), np.stack(certificate.worst_states)[:, bound > allowed]
