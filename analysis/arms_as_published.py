@@ -207,7 +207,7 @@ def row_of(chain: Chain) -> Row:
         try:
             arm = gd.load_arm(chain.file, tip=chain.tip, base=chain.base)
             away = difference(chain, arm)
-            findings = gd.analyze(arm, motion_of(arm), out=folder, level="recursive", at_set_points=True)
+            findings = gd.analyze(arm, motion_of(arm), out=folder, level="fast", at_set_points=True)
             form = gd.ExactDynamics.of(arm, findings.trajectory, drives=False).form
         except gd.GdAnalyzeError as error:
             return Row(chain, refused=str(error).splitlines()[0])

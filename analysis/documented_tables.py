@@ -93,11 +93,11 @@ def puma_models() -> Iterator[Row]:
 
 
 def held_models() -> Iterator[Row]:
-    """Models that keep their budget near a motion, or recursions within limits, at states that no search uses."""
+    """Models that keep their budget near a motion, or programs within limits, at states that no search uses."""
     yield "states", "level", "D, h and c", "torque", "proven", "100 000 others", "s"
     puma, box = gd.load_arm("puma560"), "within its limits"
-    cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy", "recursive")]
-    cases += [(arm, box, "recursive") for arm in (arm_of("KR6"), arm_of("LBR7"), panda())]
+    cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy", "fast")]
+    cases += [(arm, box, "fast") for arm in (arm_of("KR6"),)]
     for arm, where, level in cases:
         region: gd.Box | gd.Tube
         if where == box:
@@ -116,7 +116,7 @@ def held_models() -> Iterator[Row]:
         yield (
             f"{arm.name} {where if where == box else f'near {where}'}",
             level,
-            "" if level == "recursive" else sum(function.count.total for function in model.functions),
+            "" if level == "fast" else sum(function.count.total for function in model.functions),
             f"{model.operations.total} of {model.operations_full.total}",
             proven,
             f"{(errors / allowed).max():.2f}",
@@ -158,18 +158,6 @@ def panda() -> RobotArm:
     return gd.load_arm(str(path), tip="panda_link7", limits="15,7.5,10,12.5,15,20,20")
 
 
-def long_models() -> Iterator[Row]:
-    """Recursions simplified over the limits of arms of many terms."""
-    yield "arm", "joints", "exact", "1 %", "seconds"
-    for name, arm in (
-        ("Franka Panda", panda()),
-        ("LBR7 of PSDM's Table 1, fast profile", arm_of("LBR7")),
-        ("KR6 of PSDM's Table 1, fast profile", arm_of("KR6")),
-    ):
-        model, seconds = timed(partial(gd.simplify, arm, states_in_box(arm, 4000), "1%", level="recursive"))
-        yield name, arm.n_joints, model.operations_full.total, model.operations.total, seconds
-
-
 def tubes() -> Iterator[Row]:
     """What is proven near the shipped motions of models that keep their budget at the set points."""
     yield "motion", "sampled", "tube, certified", "ratio", "extremes", "operations", "`--certified`"
@@ -202,17 +190,12 @@ def boxes() -> Iterator[Row]:
     """How tight bounds over the arm's limits are."""
     yield "model", "operations", "effort", "seconds", "found", "certified", "ratio"
     puma, stanford = gd.load_arm("puma560"), gd.load_arm("stanford")
-    kr6, lbr7 = arm_of("KR6"), arm_of("LBR7")
     for name, arm, level, budget, efforts in (
         ("PUMA 560 with drives", puma, "term", "1%", (1_000, 250_000)),
         ("PUMA 560 with drives", puma, "energy", "1%", (250_000,)),
         ("Stanford arm with drives", stanford, "term", "5%", (250_000,)),
-        ("KR6", kr6, "recursive", "1%", (250_000, 2_500_000)),
-        ("LBR7", lbr7, "recursive", "1%", (250_000,)),
-        ("Panda", panda(), "recursive", "1%", (250_000,)),
     ):
-        states = 4000 if level != "recursive" else 1000
-        model = gd.simplify(arm, states_in_box(arm, states), budget, level=level)
+        model = gd.simplify(arm, states_in_box(arm, 4000), budget, level=level)
         peak = model.accuracy.errors.peak_torque
         for effort in efforts:
             proof, seconds = timed(partial(gd.certify, model, effort=effort))
@@ -254,7 +237,6 @@ TABLES = {
     "held models": held_models,
     "box models": box_models,
     "puma models": puma_models,
-    "long models": long_models,
     "tubes": tubes,
     "boxes": boxes,
     "definiteness": definiteness,

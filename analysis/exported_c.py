@@ -69,7 +69,7 @@ def simplified(arm: RobotArm, states: int = STATES, effort: float = EFFORT) -> S
     with warnings.catch_warnings():
         # That a file states no largest acceleration, and one is assumed.
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
-        return gd.simplify(arm, states_in_box(arm, states), "1%", level="recursive", effort=effort)
+        return gd.simplify(arm, states_in_box(arm, states), "1%", level="fast", effort=effort)
 
 
 @dataclass(frozen=True, eq=False)

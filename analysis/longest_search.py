@@ -17,7 +17,8 @@ import numpy as np
 
 import gd_analyze as gd
 from exported_c import arm_named
-from gd_analyze.certification.holding import Held, simplify_held
+from gd_analyze.certification.held import Held
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.motions.planning import Schedule
 from gd_analyze.robots.limits import box_limits

@@ -32,7 +32,7 @@ from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
 
@@ -188,7 +188,9 @@ def simplified(
     if states < STATES:
         exact = exact.at(exact.states.evenly(states))
     start = time.process_time()
-    few, many, how = share / 10, 10 * share, SearchOptions(effort=EFFORT)
+    few, many = share / 10, 10 * share
+    # The other arms have too many terms to choose from.
+    how = SearchOptions(LEVELS["term" if name == "SCARA" else "fast"], effort=EFFORT)
     model = simplify_exact(exact, f"{few:%}", how)
     for _ in range(SEARCHES):
         middle = (few * many) ** 0.5

@@ -46,7 +46,7 @@ def main() -> None:
     """Search those of the arms named, or of all."""
     for name in sys.argv[1:] or ARMS:
         arm = load_arm(name)
-        program = ExactForm(arm).recursion.program
+        program = ExactForm(arm).recursion
         for drives in sorted({False, arm.counts_drives(None)}):
             form = ExactForm(arm, drives)
             program = shortest(driven(program, form) if drives else program, shipped_name(form))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from changed_programs import skip_searches
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.holding import simplify_certified
 from gd_analyze.simplification.effort import THOROUGH
@@ -25,8 +26,9 @@ def findings(two_link, swing):
     return find(two_link, swing, Settings(budget=gd.Budget.parse("5%")))
 
 
-def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
+def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatch):
     """Main job, simplify at every level, certified, trade-off and compare."""
+    skip_searches(monkeypatch)
     full = ExactForm(two_link).operations
     exact = ExactDynamics.of(two_link, swing)
     models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]

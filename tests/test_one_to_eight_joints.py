@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_recursions import summands_dropped
+from changed_programs import skip_searches
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.robots.arm import RobotArm
@@ -56,7 +56,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
-        monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
+        skip_searches(monkeypatch)
     made = scara() if make == "a scara" else arm_of(MAKES[make], np.random.default_rng(3))
     assert_goes_through(made, tmp_path / "results")
 
@@ -66,7 +66,7 @@ def test_a_million_terms_are_refused_with_the_level_that_takes_them(level):
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))
     with pytest.raises(UsageError, match="too many terms") as caught:
         gd.simplify(arm, random_states(8, 50, 1), "0.01%", level=level)
-    assert "--level recursive" in str(caught.value)
+    assert "--level fast" in str(caught.value)
 
 
 def test_an_exact_model_of_a_million_terms_is_kept_and_read(tmp_path):

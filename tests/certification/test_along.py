@@ -8,7 +8,7 @@ from attacks import damaged, drawn_motion, errors_at, largest_excess, round_off_
 from hypothesis import given
 from hypothesis import strategies as st
 
-import changed_recursions as pruning
+import changed_programs as pruning
 import gd_analyze as gd
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.motion import Motion

@@ -10,7 +10,7 @@ from attacks import damaged, drawn_box, drawn_states, errors_at, model_with, rou
 from hypothesis import given
 from hypothesis import strategies as st
 
-import changed_recursions as pruning
+import changed_programs as pruning
 import gd_analyze as gd
 from gd_analyze.certification.certificate import largest_torque
 from gd_analyze.certification.error_field import harmonics_slack

@@ -16,8 +16,8 @@ from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.recursive import RECURSIVE
 from made_models import exact_model, model_of
 from recordings import swinging
 from strategies import arms, examples, motions
@@ -164,7 +164,7 @@ def test_a_joint_without_inertia_makes_d_singular(puma, joint):
 
 
 def test_bad_arguments_are_refused(two_link, puma, pick_and_place):
-    for level in (ELEMENT, RECURSIVE):
+    for level in (ELEMENT, FAST):
         with pytest.raises(ModelError, match="symmetric D"):
             gd.certify_positive_definite(exact_model(two_link, level=level))
     others = gd.Box.of(puma), gd.Tube.along(puma, pick_and_place)

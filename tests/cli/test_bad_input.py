@@ -188,8 +188,13 @@ WORDS: dict[str, tuple[str, ...]] = {
     "evaluate m.json x.csv --fail-over 1,2,3": ("--fail-over", "expected: 1 or 2", "found: 3"),
     "evaluate m.json x.csv --fail-over|10% friction": ("--fail-over, joint 1, shoulder, of two_link",),
     # Options that do not go together
-    "simplify two_link --refit --level element": ("level term, recursive or energy",),
-    "two_link x.csv --refit --level element": ("level term, recursive or energy",),
+    "simplify two_link --refit --level element": ("level term or energy",),
+    "two_link x.csv --refit --level element": ("level term or energy",),
+    "simplify two_link --within 5": ("--within needs --level fast",),
+    "simplify two_link --level fast --within 0": ("--within", "0.0"),
+    "simplify two_link --refit --level fast": ("refit", "level term or energy"),
+    "simplify two_link --operations 12 --level fast": ("operations", "level term or energy"),
+    "two_link x.csv --operations 12 --level fast": ("operations", "level term or energy"),
     "simplify two_link --certified --at-set-points": ("--certified",),
     "simplify two_link --margin 1deg": ("--margin", "a trajectory"),
     "certify m.json --margin 1deg": ("--along",),
@@ -305,9 +310,23 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
     assert "--level element" in result.err
 
 
+def test_without_numba_it_is_said_how_to_install_it(run, here, listing, monkeypatch):
+    monkeypatch.setattr("gd_analyze.simplification.fast.find_spec", lambda name: None)
+    before = listing()
+    for words in (
+        "simplify two_link two-link-swing --level fast -o m.json",
+        "two_link two-link-swing --level fast",
+    ):
+        result = run(words)
+        assert (result.code, result.out) == (2, "")
+        assert "`pip install numba`" in result.err
+        assert_is_a_message(result.err)
+        assert listing() == before
+
+
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     (here / "own.toml").write_text(toml_of(arm_of(["askew"] * 7, rng)))
     result = run("rank own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "at most 60000 torque terms" in result.err
-    assert "--level recursive" in result.err
+    assert "--level fast" in result.err

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_recursions import summands_dropped
+from changed_programs import skip_searches
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.robots.payload import with_payload
@@ -114,20 +114,29 @@ def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
     assert of(run(f"certify m.json {region} --json").json["joints"], "certified") == of(found, "certified")
 
 
-def test_a_recursion_shows_what_it_keeps_and_leaves_out(run, monkeypatch):
+def test_a_program_is_shown_as_named_steps(run, here, monkeypatch):
     # Without a search: this is about what is shown of a model.
-    monkeypatch.setattr("gd_analyze.simplification.pruning.prune", summands_dropped)
-    words = f"{PUMA} --level recursive --at-set-points"
-    shown, found = run(words).words, run(f"{words} --json").json
+    skip_searches(monkeypatch)
+    words = f"{PUMA} --level fast --at-set-points"
+    shown, found = run(f"{words} -o m.json").words, run(f"{words} --json").json
+    assert (found["level"], found["terms"], found["refitted"]) == ("fast", 0, False)
     assert all(" ".join(equation.split()) in shown for equation in found["equations"])
-    states = {(row["link"], row["parameter"]): row["state"] for row in found["parameters"]}
-    assert len(states) == 6 * 11
-    assert states[1, "M"] == states[6, "MZ"] == "never acts"
-    assert {"dropped", "kept", "partly kept"} <= set(states.values())
-    shares = [max(row["share"]) for row in found["left_out"]]
-    assert shares == sorted(shares, reverse=True)
-    assert found["left_out"][0]["in"] in shown
-    assert "tau1 = n1z" in run(f"{TWO} --level recursive --budget 0%").words
+    names = [equation.partition(" = ")[0] for equation in found["equations"]]
+    torques = [f"tau{joint}" for joint in range(1, 7)]
+    assert names == [*(f"u{k + 1}" for k in range(len(names) - 6)), *torques]
+    assert found["operations"]["total"] < found["operations_full"]["total"]
+    again = run("evaluate m.json pick-and-place --json").json
+    assert of(again["motions"][0]["joints"], "largest_error") == of(found["joints"], "largest_error")
+    assert all(row["largest_error"] <= row["allowed_error"] for row in found["joints"])
+
+
+@pytest.mark.xdist_group("numba")
+def test_a_search_stopped_early_says_so(run):
+    told = run(f"{TWO} --level fast --budget 10% --within 0.001 --json").json
+    assert any("stopped after 0.001 s" in notice for notice in told["notices"])
+    assert told["operations"]["total"] <= told["operations_full"]["total"]
+    for row in told["joints"]:
+        assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
 
 
 def test_the_ranking(run, here):
@@ -147,8 +156,8 @@ def test_the_ranking(run, here):
 @pytest.mark.parametrize(
     ("words", "of", "whole"),
     [
-        ("two_link two-link-swing", "peak torque", 1.0),
-        ("two_link two-link-swing --quick", "peak torque", 1.0),
+        ("two_link two-link-swing --budget 10%", "peak torque", 1.0),
+        ("two_link two-link-swing --quick --budget 10%", "peak torque", 1.0),
         ("puma560 pick-and-place --quick --budget 0.5", "the budget", 0.5),
     ],
 )

@@ -12,12 +12,8 @@ import gd_analyze as gd
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
 from gd_analyze.dynamics.regrouping import KINDS
-from gd_analyze.formulas.formula import PRIME
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
-from gd_analyze.simplification.recursion import INWARD, OUTWARD, Quantity
-from gd_analyze.simplification.recursion_losses import KINDS as OF_LINKS
-from gd_analyze.simplification.recursive import MEANINGS
 
 PAGE = ROOT / "docs" / "notation.md"
 ALONG = {code(row["name"]): row for row in tables(PAGE, "Quantities along a trajectory")}
@@ -56,14 +52,3 @@ def test_base_parameters_and_their_kinds():
     assert names == [field.name for field in dataclasses.fields(gd.BaseParameter)]
     section = PAGE.read_text(encoding="utf-8").partition("## Base parameters")[2].partition("## ")[0]
     assert re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0]) == list(KINDS)
-
-
-def test_every_quantity_of_a_recursion_is_explained():
-    rows = tables(PAGE, "In a recursion")
-    names = [name for row in rows for name in re.findall(r"`(\w+)`", row["name"])]
-    assert len(set(names)) == len(names)
-    assert set(names) == {kind.rstrip(PRIME) for kind in (*OUTWARD, *INWARD)} | set(OF_LINKS)
-    named = {Quantity(name, 0).symbol.letter for name in names if name not in OF_LINKS}
-    explained = {symbol.letter for symbols, _ in MEANINGS for symbol in symbols}
-    # A torque and a lever need no words beside an equation, and velocities have one of their own there.
-    assert named - explained == {"tau", "r", "p"}

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 import gd_analyze as gd
+from changed_programs import rounded
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.simplification.exact import ExactForm
-from made_models import exact_model, model_of
+from gd_analyze.simplification.fast import FAST
+from made_models import exact_model, model_of, promising_nothing
 from strategies import random_states
 
 LINKS = ("two_link", "puma560", "stanford")
@@ -22,7 +24,7 @@ CASES = (
     *LINKS,
     *(f"two_link {level}" for level in gd.LEVELS),
     "puma560 term",
-    "puma560 recursive",
+    "puma560 fast",
     "stanford element",
     "stanford energy",
     *(f"{name} decomposition" for name in LINKS),
@@ -31,7 +33,7 @@ CASES = (
 TORQUES = tuple(case for case in CASES if not case.endswith(("decomposition", "further")))
 MODELS = tuple(case for case in TORQUES if case not in LINKS)
 # For languages that take long to load a text.
-FEW = ("two_link element", "two_link recursive", "stanford further", "two_link decomposition")
+FEW = ("two_link element", "two_link fast", "stanford further", "two_link decomposition")
 # Arms of which hardly anything is left.
 ODD = {
     "weightless": (0.0, "revolute", "prismatic"),
@@ -60,6 +62,9 @@ def subject(case: str) -> ExportInput:
         exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
         further = FURTHER if arm.drives else FURTHER[:-1]  # friction is the drives'
         return exact.with_functions(further) if what else exact
+    if what == "fast":
+        form = ExactForm(arm, arm.counts_drives(None))
+        return proven(promising_nothing(form, FAST, {}, rounded(form.program)))
     return proven(exact_model(arm, arm.counts_drives(None), gd.LEVELS[what]))
 
 

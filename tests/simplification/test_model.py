@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -32,7 +33,9 @@ from strategies import arms_with_states, examples, random_states
 def model(request, two_link, swing) -> SimplifiedModel:
     how = SearchOptions(LEVELS[request.param], dearer=True)
     budget = None if request.param == "element" else Budget.parse("90%")
-    return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
+    with pytest.MonkeyPatch.context() as patch:
+        skip_searches(patch)
+        return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
 
 
 @examples(12)

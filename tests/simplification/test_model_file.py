@@ -15,12 +15,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from changed_programs import fast_model
 from gd_analyze.certification.proof import proven_again
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import read_back
+from gd_analyze.operations.program import read_back, written
 from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
@@ -355,7 +356,7 @@ def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, 
         assert not load_model(changed(own, path, at("fitted_on trajectory", name))).accuracy.measured
 
 
-@pytest.fixture(scope="module", params=LEVELS)
+@pytest.fixture(scope="module", params=[name for name, level in LEVELS.items() if not level.is_program])
 def of_level(request, two_link) -> SimplifiedModel:
     return exact_model(two_link, level=LEVELS[request.param])
 
@@ -463,24 +464,64 @@ def test_what_is_zero_everywhere_may_be_added(of_level, path):
     assert again.operations.total > of_level.operations.total
 
 
-def test_a_change_that_does_nothing_is_refused(two_link, swing, path):
-    model = gd.simplify(two_link, swing, "5%", level="recursive")
-    steps = model.form.recursion.steps
-    assert dict(model.terms) == model.form.recursion.acting(model.terms)
-    used = {change.step for change in model.terms}
-    idle = {"source": -1, "number": 1000.0}
+# A program without terms: nothing says what it should compute but its structure and its errors.
 
-    def loaded(step: int) -> str | None:
-        with_it = changed(model, path, lambda document: document["terms"].append({"step": step, **idle}))
-        try:
-            load_model(with_it)
-        except ModelError as error:
-            return str(error)
-        return None
 
-    told = [loaded(step) for step in range(len(steps)) if step not in used]
-    assert None not in told
-    assert any("does nothing" in text for text in told)
+@pytest.fixture(scope="module")
+def program(two_link, swing) -> SimplifiedModel:
+    """Of level fast, for states that everybody has."""
+    return fast_model(gd.ExactDynamics.of(two_link, swing), "50%")
+
+
+def test_a_program_comes_back(program, path, swing):
+    save_model(program, path)
+    again = load_model(path)
+    assert_same(program, again, states_of(swing))
+    assert written(again.program) == written(program.program)
+    assert again.accuracy.measured
+    assert (again.saves, again.terms) == (True, {})
+
+
+NO_TORQUE = {
+    "adds degrees 1 and 2": lambda step: step("multiply", 0.1, step("input", "qd1")),
+    "is of degree 3": lambda step: step("multiply", step("input", "qd1"), step("input", "qdd2")),
+    "is a cos of the motion": lambda step: step("cos", step("input", "qdd1")),
+}
+
+
+@pytest.mark.parametrize("fault", NO_TORQUE)
+def test_a_program_that_is_no_torque_is_refused(program, path, fault):
+    def change(document: Document) -> None:
+        step = Steps(document)
+        document["outputs"][0] = step("add", NO_TORQUE[fault](step), document["outputs"][0])
+
+    error = refused(changed(program, path, change))
+    assert error.what == "the program is not a torque"
+    assert error.details["where"] == f"{path}: steps"
+    assert fault in error.details["found"]
+
+
+def a_velocity(document: Document) -> None:
+    document["outputs"][1] = Steps(document)("input", "qd1")
+
+
+# What is wrong, and where it is noticed.
+OF_PROGRAM = {
+    "a velocity": (a_velocity, "steps"),
+    "an output less": (lambda d: d["outputs"].pop(), "steps"),
+    "an output more": (lambda d: d["outputs"].append(0.0), "steps"),
+    "fewer operations": (at("operations multiplications", 1), "operations"),
+    "fewer operations of D": (at("operations_apart inertia additions", 0), "operations_apart"),
+    "another number": (constant(1, 0.123), "joint"),
+    "a term": (lambda d: d["terms"].append({}), ""),
+    "a term of another level": (at("terms", [{"i": 0, "j": 0, "factors": [], "coefficient": 1.0}]), ""),
+}
+
+
+@pytest.mark.parametrize("which", OF_PROGRAM)
+def test_a_forged_program_is_refused(program, path, which):
+    change, where = OF_PROGRAM[which]
+    assert where in refused(changed(program, path, change)).details["where"].removeprefix(str(path))
 
 
 # What is proven of a model stands in its file as data.

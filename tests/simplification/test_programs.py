@@ -172,7 +172,7 @@ def test_what_is_kept_is_what_is_given(two_link, place):
     """Another program, as right but of more operations, in the place of the shortest."""
     exact(two_link)
     (path,) = place.iterdir()
-    other = written(ExactForm(two_link).recursion.program)
+    other = written(ExactForm(two_link).recursion)
     keep(path.name.split(".")[0], other)
     assert written(exact(two_link)) == other
 

@@ -25,7 +25,6 @@ from gd_analyze.simplification.element import Part, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import rank_terms
 from made_models import by_elements, model_of, of_shares
@@ -82,23 +81,20 @@ def test_a_long_trajectory_is_held_at_every_state(puma, rng):
 
 
 @pytest.mark.slow
-def test_of_terms_too_many_to_weigh_the_next_step_is_the_recursion(rng):
+def test_of_terms_too_many_to_weigh_the_next_step_is_a_program(rng):
     exact = ExactDynamics(ExactForm(generic_chain(6)), States(*rng.normal(size=(3, 40, 6))))
     with pytest.raises(TooManyTermsError, match="too many of the 11150 terms") as caught:
         simplify_exact(exact, Budget.parse("0.1%"), SearchOptions(TERM))
-    assert "--level recursive" in caught.value.details["next"]
+    assert "--level fast" in caught.value.details["next"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("operations", [0, 9])
-def test_of_so_many_operations_it_is_the_smallest_budget(two_link, swing, operations):
+def test_of_so_many_operations_it_is_the_smallest_budget(two_link, swing):
     exact = ExactDynamics.of(two_link, swing)
-    # D of level term keeps its diagonal, so it has operations.
-    for level in (TERM, RECURSIVE) if operations else (RECURSIVE,):
-        model = simplify_exact(exact, "1%", SearchOptions(level, operations=operations, effort=0.1))
-        assert model.operations.total <= operations
-        tighter = simplify_exact(exact, model.accuracy.asked.scaled(0.7), SearchOptions(level, effort=0.1))
-        assert tighter.operations.total > operations
+    model = simplify_exact(exact, "1%", SearchOptions(TERM, operations=9, effort=0.1))
+    assert model.operations.total <= 9
+    tighter = simplify_exact(exact, model.accuracy.asked.scaled(0.7), SearchOptions(TERM, effort=0.1))
+    assert tighter.operations.total > 9
 
 
 @examples(15)

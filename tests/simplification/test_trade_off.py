@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from changed_programs import fast_model, skip_searches
 from few_tries import few_tries
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path
@@ -16,7 +17,6 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.recursive import RECURSIVE
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import FACTORS, KINDS, curves, trade_off
 from made_models import of_shares
@@ -64,16 +64,29 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
         assert model.operations == model.program.count
     for smaller, larger in itertools.pairwise(path):
         assert (smaller.accuracy.allowed < larger.accuracy.allowed).all()
-        if given.level is not RECURSIVE:
-            assert larger.terms.keys() <= smaller.terms.keys()
+        assert larger.terms.keys() <= smaller.terms.keys()
     (own,) = (model for model in path if (model.accuracy.allowed == given.accuracy.allowed).all())
     assert own.terms == given.terms
     assert own.program is given.program
-    if given.level is not RECURSIVE:
-        assert len(path) == 21
-        # Ten times the budget, and a tenth of it, to the rounding of powers.
-        for model, factor in ((path[0], 0.1), (path[-1], 10.0)):
-            np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)
+    assert len(path) == 21
+    # Ten times the budget, and a tenth of it, to the rounding of powers.
+    for model, factor in ((path[0], 0.1), (path[-1], 10.0)):
+        np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)
+
+
+def test_a_program_stands_alone(swinging):
+    model = fast_model(swinging, "50%")
+    assert budget_path(swinging, Budget.parse("50%"), model) == (model,)
+
+
+def test_an_arm_of_too_many_terms_has_points_of_level_fast(swinging, monkeypatch):
+    skip_searches(monkeypatch)
+    monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
+    points = trade_off(swinging, "20%", factors=(0.5, 1.0, 3.0))
+    assert [(point.level.name, point.refit) for point in points] == [("fast", False)] * 3
+    assert points[-1].operations.total < swinging.form.operations.total
+    for point in points:
+        assert point.error_share <= 0.2 * point.factor * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(("level", "refit"), KINDS)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from changed_programs import fast_model
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
 from gd_analyze.motions.trajectory import Trajectory
@@ -94,9 +95,9 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
 
 
 def test_a_model_without_inertia_has_no_feedback():
-    """Along a motion in which the wrist hardly moves, a recursion drops its inertia; fixed gains help."""
+    """Along a motion in which the wrist hardly moves, a program drops its inertia; fixed gains help."""
     settings = gd.ControlSettings(rates=(200.0,), speeds=(1.0,))
-    model = gd.simplify("puma560", "large-slew", "1%", level="recursive", at_set_points=True, effort=0.1)
+    model = fast_model(gd.ExactDynamics.of("puma560", "large-slew"), "1%")
     study = gd.control(model, "large-slew", settings)
     assert study.feedback.share < 0.1
     # The wrist, and none of the joints that swing.
