@@ -218,6 +218,16 @@ def test_after_states_are_added_and_less_is_allowed_it_holds_again():
     assert search.cost(search.repaired()) == search.cost(start)
 
 
+@pytest.mark.xdist_group("numba")
+def test_the_exact_program_stays_for_when_nothing_else_holds():
+    case = Case(600, 0.11)
+    search = compiled_search(case, 600, unchecked=500)
+    # Tries that save nothing pass, so that programs of equal cost are looked at.
+    search.run(case.layout.programs[0], 6000, 4)
+    search.tighten(np.full(2, 1e-5))
+    assert np.abs(search.errors(search.repaired())).max() <= 1.0
+
+
 SCRIPT = """
 import json
 import sys

@@ -91,7 +91,8 @@ class ProgramSearch:
         self._remembered = np.empty(0, dtype=np.int64)
         self._errors = np.zeros(pool.targets.shape)
         # Programs on the way that held, by cost.
-        self.ladder: dict[float, Nodes] = {self.cost(nodes): nodes for nodes in layout.programs}
+        # Of equal cost the first stays: that is the exact program, which holds wherever others fail.
+        self.ladder: dict[float, Nodes] = {self.cost(each): each for each in reversed(layout.programs)}
 
     def _memory_of(self, few: int) -> kernels.Memory:
         room, outputs, sizes = self._room, self._outputs, self.sizes
@@ -137,7 +138,7 @@ class ProgramSearch:
             gathered=kernels.Sample(
                 whole(room, few), whole(outputs, few), whole(outputs, few), whole(outputs, few)
             ),
-            column=whole(min(sizes.active, len(self.pool))),
+            column=whole(sizes.active),
             block=whole(room, _BLOCK),
             block_errors=whole(outputs, _BLOCK),
             watch_errors=whole(1, 1),
@@ -247,7 +248,7 @@ class ProgramSearch:
                     cost = self.cost(current)
                     if cost <= least:
                         best, least = copied(current), cost
-                        self.ladder[cost] = best
+                        self.ladder.setdefault(cost, best)
                 else:
                     current = copied(best)
                     self.errors(current)
