@@ -489,7 +489,6 @@ class Memory(NamedTuple):
     column: Any  # (active states,)
     block: Any  # (nodes, states of a block)
     block_errors: Any  # (outputs, states of a block)
-    watch_errors: Any  # (outputs, watched states)
 
 
 @_inner

@@ -141,7 +141,6 @@ class ProgramSearch:
             column=whole(sizes.active),
             block=whole(room, _BLOCK),
             block_errors=whole(outputs, _BLOCK),
-            watch_errors=whole(1, 1),
         )
 
     def cost(self, nodes: Nodes) -> float:
