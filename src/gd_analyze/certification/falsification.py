@@ -25,6 +25,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 # Random states per round, and at a time; most of them added per joint: those that exceed the budget or, for
 # programs, reach this share of it.
 TRIED, AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
+_JOINING_PROGRAMS = 150
 # Steps of an ascent in a small box.
 _STEPS = 3
 # Random positions of a box, and at a time; the worst of these per joint from which the error ascends. From 4
@@ -161,19 +162,20 @@ def worst_in_box(
     """Largest error of every joint that a search finds in a box, (n,), and states beyond, (3, M, n).
 
     Positions are drawn, and ascend from the worst of them; velocities and accelerations
-    are the worst at each.
+    are the worst at each. Programs are told of more states, as theirs are not terms that a few determine.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
+    least, joining = (_NEARLY, _JOINING_PROGRAMS) if model.level.is_program else (1.0, _JOINING)
     largest, beyond = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(POSITIONS // _TOGETHER):
-        if (largest > 1.0).any():
+        if least == 1.0 and (largest > 1.0).any():
             break  # the first ones have found enough
         q = rng.uniform(box.lower, box.upper, (_TOGETHER, n)).T
         for i, values in enumerate(errors.factors(q)):
-            top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:_JOINING]]
+            top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:joining]]
             highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, :_STARTS])
             states = errors.worst(np.hstack([highest, top]), i)
             found = np.abs(errors.at(states))
             largest = np.maximum(largest, found.max(axis=1))
-            beyond.append(states[:, found[i] > 1.0])
+            beyond.append(states[:, found[i] > least])
     return largest * allowed, np.concatenate(beyond, axis=1)

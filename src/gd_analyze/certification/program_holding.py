@@ -31,19 +31,21 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, with_gamma
 
 @dataclass(frozen=True)
 class _RegionSettings:
-    """Numbers of states of a search over a region, and how close to the budget it goes."""
+    """Numbers of states and searches over a region, and how close to the budget they go."""
 
     pool: int
-    limit: float  # of allowed errors at the pool: elsewhere errors are somewhat larger
-    rounds: int = 12  # most of testing and repairing
-    fresh: int = 0  # further random states of the last test
+    fresh: int  # searches from the exact program
+    searches: int  # in all
+    most: int = 16  # in all, if none before holds
+    limit: float = 0.99  # of allowed errors at the pool: elsewhere errors are somewhat larger
+    untried: int = 0  # further random states of the last test
 
 
-_NEAR = _RegionSettings(pool=100_000, limit=0.99)
-_WITHIN = _RegionSettings(pool=300_000, limit=0.96, fresh=400_000)
-# A bound this much above the budget, or an error, shrinks what a joint is allowed in the next round by as
-# much, and a little more.
-_MARGIN = 0.995
+_NEAR = _RegionSettings(pool=100_000, fresh=3, searches=4)
+_WITHIN = _RegionSettings(pool=300_000, fresh=3, searches=5, untried=400_000)
+# A joint's share of its budget in the next search meets the budget by this margin, if errors and bounds then
+# exceed those at the pool by as much as now.
+_MARGIN, _LEAST_SHARE = 0.995, 0.5
 
 
 def program_held(
@@ -59,39 +61,42 @@ def program_held(
     progress: Callable[[int], None] | None,
     stage: Callable[[str], object],
 ) -> Held:
-    """Search a program at many states of a region, test it everywhere, and repair it until it holds.
+    """The cheapest of several programs, each searched at many states of a region and tested everywhere.
 
     Near a motion the budget is proven where the proof closes. In a box no state drawn, and none that an
-    ascent reaches, exceeds it; it is proven if `certified`.
+    ascent reaches, exceeds it; it is proven if `certified`. Each test adds its worst states to those of the
+    next search, and sets each joint's share of its budget: programs that exceed it are not repaired, as the
+    search never leaves what holds.
     """
-    along = isinstance(region, Tube)
-    settings = _NEAR if along else _WITHIN
+    settings = _NEAR if isinstance(region, Tube) else _WITHIN
     drawn, counts = _pool(region, settings.pool)
     pool = exact.joined_by(drawn, counts)
-    search = FastSearch(
-        pool, allowed, how, FastSettings(limit=settings.limit), progress=progress, stage=stage
-    )
-    program = search.program()
-    share, everything = np.ones(len(allowed)), exactly(exact, FAST, allowed, stated)
-    for turn in range(settings.rounds):
+    lengths = FastSettings(fresh=settings.fresh, limit=settings.limit)
+    search = FastSearch(pool, allowed, how, lengths, progress=progress, stage=stage)
+    share, best = np.ones(len(allowed)), None
+    last = settings.searches - 1
+    for turn in range(settings.most):
+        program = search.program(turn)
         model = replace(search.model(program, stated, exact), provenance=dict(provenance))
         stage("testing the program")
         held, states = _tested(model, exact, allowed, region, turn, settings, certified, effort)
         assert held.found is not None
-        if (held.found <= allowed).all() or not model.saves:
-            near = exact.joined_by(drawn[:, :_SHOWN], counts[:_SHOWN])
-            return held._replace(
-                model=proven(held.model, held.certificate), near=near, stopped=search.stopped
-            )
-        # A larger error is repaired at its states; a bound beyond all errors known, by allowing less.
-        beyond = held.found > allowed
-        tighter = np.where(beyond, _MARGIN * allowed / np.where(beyond, held.found, allowed), 1.0)
-        share = tighter if not held.tried or turn >= settings.rounds // 2 else np.where(beyond, _MARGIN, 1.0)
+        if (held.found <= allowed).all() and search.is_best():
+            # One more search at least, which may be allowed more.
+            last = max(last, turn + 1) if best is None else last
+            best = held
+        if best is not None and (search.stopped or turn >= last):
+            break
+        # More is allowed again only after a program held.
+        most = 1.0 if best is not None else share
+        share = np.clip(_MARGIN * share * allowed / np.maximum(held.found, 1e-300), _LEAST_SHARE, most)
         q, qd, qdd = states
-        worst = exact.at(States(q, qd, qdd, weights=region.counts_at(states)))
-        program = search.repaired(worst, share, turn + 100)
-    model = replace(with_gamma(exact, everything), provenance=dict(provenance))
-    return Held(model, near=exact, stopped=search.stopped)
+        search.learn(exact.at(States(q, qd, qdd, weights=region.counts_at(states))), share)
+    if best is None:
+        model = replace(with_gamma(exact, exactly(exact, FAST, allowed, stated)), provenance=dict(provenance))
+        return Held(model, near=exact, stopped=search.stopped)
+    near = exact.joined_by(drawn[:, :_SHOWN], counts[:_SHOWN])
+    return best._replace(model=proven(best.model, best.certificate), near=near, stopped=search.stopped)
 
 
 # States of the region that are shown with a model, beside those given.
@@ -131,7 +136,7 @@ def _tested(
     if isinstance(region, Box):
         found, states = worst_in_box(model, exact, region, allowed, turn + 1)
         if (found <= allowed).all():
-            fresh, _ = _pool(region, settings.fresh, turn + 1)
+            fresh, _ = _pool(region, settings.untried, turn + 1)
             found = np.maximum(found, largest_at(model, exact, fresh))
         if not certified or (found > allowed).any():
             return Held(model, None, POSITIONS, found, where, tried_are="positions"), states

@@ -90,9 +90,6 @@ class ProgramSearch:
         self._memory = self._memory_of(min(sizes.few, len(pool)))
         self._remembered = np.empty(0, dtype=np.int64)
         self._errors = np.zeros(pool.targets.shape)
-        # Programs on the way that held, by cost.
-        # Of equal cost the first stays: that is the exact program, which holds wherever others fail.
-        self.ladder: dict[float, Nodes] = {self.cost(each): each for each in reversed(layout.programs)}
 
     def _memory_of(self, few: int) -> kernels.Memory:
         room, outputs, sizes = self._room, self._outputs, self.sizes
@@ -214,16 +211,24 @@ class ProgramSearch:
         return bool(np.abs(self.errors(nodes)).max() <= limit)
 
     def run(
-        self, start: Nodes, tries: int, seed: int, progress: Callable[[float], bool] = lambda _: True
+        self,
+        start: Nodes,
+        tries: int,
+        seed: int,
+        progress: Callable[[float, Nodes], bool] = lambda _, __: True,
     ) -> Nodes:
-        """Search from a program that holds; returns the cheapest program found that holds at the whole pool.
+        """Search from a program; returns the cheapest found that holds at the whole pool.
 
-        `progress` is called with the least cost after every batch; the search ends when it is false.
+        A start that does not hold, even with other numbers, is replaced by the exact program.
+        `progress` is called with the least cost and its program after every batch; the search ends when it
+        is false.
         """
         random = np.random.default_rng(seed)
-        current, best = copied(start), copied(start)
-        least = self.cost(best)
-        self.errors(best)
+        current = copied(start)
+        if not self._settled(current):
+            current = copied(self.layout.programs[0])
+            self.errors(current)
+        best, least = copied(current), self.cost(current)
         self._choose(best)
         done = checked = 0
         while done < tries:
@@ -244,27 +249,15 @@ class ProgramSearch:
             if self.cost(current) < least or done - checked >= self.sizes.unchecked:
                 checked = done
                 if self._settled(current):
-                    cost = self.cost(current)
-                    if cost <= least:
-                        best, least = copied(current), cost
-                        self.ladder.setdefault(cost, best)
+                    if self.cost(current) <= least:
+                        best, least = copied(current), self.cost(current)
                 else:
                     current = copied(best)
                     self.errors(current)
                 self._choose(current)
-            if not progress(least):
+            if not progress(least, best):
                 break
         return best
-
-    def repaired(self) -> Nodes:
-        """The cheapest program on the way whose numbers can be adjusted so that it holds at the pool."""
-        for _, nodes in sorted(self.ladder.items(), key=lambda item: item[0]):
-            trial = copied(nodes)
-            if self._settled(trial):
-                break
-        self.ladder = {cost: each for cost, each in self.ladder.items() if cost >= self.cost(trial)}
-        self.ladder[self.cost(trial)] = trial
-        return trial
 
     def add(self, inputs: Mapping[str, FloatArray], targets: FloatArray, scale: FloatArray) -> None:
         """Add states to the pool; a search remembers them."""
@@ -274,6 +267,6 @@ class ProgramSearch:
         added = np.arange(count, len(self.pool))
         self._remembered = np.concatenate([self._remembered, added])[-self.sizes.remembered :]
 
-    def tighten(self, share: FloatArray) -> None:
-        """Shrink allowed errors to a share, shape (outputs,)."""
+    def allow(self, share: FloatArray) -> None:
+        """Scale allowed errors by a factor per output, shape (outputs,)."""
         self.pool.scale /= share[:, None]

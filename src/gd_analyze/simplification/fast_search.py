@@ -1,10 +1,14 @@
-"""Search for a fast program of an arm's torque: several short searches, and the best of them continued."""
+"""Search for a fast program of an arm's torque: several searches, each begun from the exact program or the best.
+
+After each search states may be added, and errors allowed there may be changed.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,15 +21,18 @@ from gd_analyze.simplification.fast import FAST, require_numba
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer, with_gamma
 
+if TYPE_CHECKING:
+    from gd_analyze.program_search.layout import Nodes
+
 
 @dataclass(frozen=True)
 class FastSettings:
-    """Lengths of a search, and how close to the budget it goes."""
+    """Lengths of the searches, and how close to the budget they go."""
 
-    seeds: int = 3  # short searches from the start, of which the best is continued
-    short: int = 100_000  # tries of each
-    long: int = 100_000  # tries of the continued search
-    again: int = 20_000  # tries after states were added
+    fresh: int = 3  # searches from the exact program, of which the best is continued
+    searches: int = 4  # in all
+    tries: int = 100_000  # of each
+    hasty: int = 20_000  # tries of a search after the time is over
     limit: float = 0.995  # of allowed errors, at the states of the search
 
 
@@ -53,13 +60,15 @@ class FastSearch:
         from gd_analyze.program_search.layout import Layout
 
         self.exact, self.allowed, self.how, self.settings = exact, allowed, how, settings
-        self.stopped = ""  # why a search ended before all its tries: "after 20 s", "on request"
+        self.stopped = ""  # why the searches ended early: "after 20 s", "on request"
         self._progress = progress
-        self._layout = Layout.of([exact.form.program, *starts], how.sine_price)
+        self._layout = Layout.of([exact.form.program], how.sine_price)
         pool = search.Pool(self._layout, *self._known(exact))
         self._search = search.ProgramSearch(self._layout, pool, Settings(limit=settings.limit))
-        self._least = min(self._search.ladder)
-        self._search.run(self._search.ladder[self._least], 1, 0)  # compiles
+        self._share = np.ones(len(allowed))
+        self._best = self._layout.programs[0]
+        self._least = self._search.cost(self._best)
+        self._search.run(self._best, 1, 0)  # compiles
         self._begin = time.monotonic()
         stage(f"searching at level {FAST}")
 
@@ -71,45 +80,46 @@ class FastSearch:
             scale = scale * exact.states.weights.T
         return inputs, exact.form.program.run(inputs), scale
 
-    def _goes_on(self, least: float) -> bool:
+    def program(self, turn: int) -> Program:
+        """The shortest program of one search that holds at all states so far."""
+        begins = turn < self.settings.fresh
+        start = self._layout.programs[0] if begins else self._best
+        usual = self.settings.hasty if self.stopped else self.settings.tries
+        tries = max(round(usual * self.how.effort), 1)
+        self._found = start
+        try:
+            self._found = self._search.run(start, tries, turn, self._goes_on)
+        except KeyboardInterrupt:
+            if self.stopped:
+                raise
+            self.stopped = "on request"
+        return self._layout.program(self._found)
+
+    def _goes_on(self, least: float, program: Nodes) -> bool:
+        self._found = program
         if self._progress is not None and least < self._least:
             self._progress(round(self._least - least))
-        self._least = min(self._least, least)
-        if self.how.within is not None and time.monotonic() - self._begin > self.how.within:
-            self.stopped = f"after {self.how.within:g} s"
-        return not self.stopped
+            self._least = least
+        seconds = self.how.within
+        if not self.stopped and seconds is not None and time.monotonic() - self._begin > seconds:
+            self.stopped = f"after {seconds:g} s"
+            return False
+        return True
 
-    def program(self) -> Program:
-        """Search from the cheapest start; a program that holds at all states."""
-        search, settings = self._search, self.settings
-        start = best = search.ladder[min(search.ladder)]
-        try:
-            for seed in range(settings.seeds):
-                found = search.run(start, self._tries(settings.short), seed, self._goes_on)
-                best = min(best, found, key=search.cost)
-            if not self.stopped:
-                best = search.run(best, self._tries(settings.long), settings.seeds, self._goes_on)
-        except KeyboardInterrupt:
-            self.stopped = "on request"
-            best = search.ladder[min(search.ladder)]
-        return self._layout.program(best)
+    def is_best(self) -> bool:
+        """Whether the last program is the cheapest of those asked about; later searches continue from that."""
+        is_best = self._search.cost(self._found) <= self._search.cost(self._best)
+        if is_best:
+            self._best = self._found
+        return is_best
 
-    def repaired(self, further: ExactDynamics, share: FloatArray, seed: int) -> Program:
-        """Add states, allow a share of the errors, and search on from the cheapest that then holds."""
-        search = self._search
+    def learn(self, further: ExactDynamics, share: FloatArray) -> None:
+        """Add states, and allow a share of the budget, shape (n,), at all."""
         if len(further.states):
-            search.add(*self._known(further))
-        search.tighten(share)
-        best = search.repaired()
-        try:
-            if not self.stopped:
-                best = search.run(best, self._tries(self.settings.again), seed, self._goes_on)
-        except KeyboardInterrupt:
-            self.stopped = "on request"
-        return self._layout.program(best)
-
-    def _tries(self, usual: int) -> int:
-        return max(round(usual * self.how.effort), 1)
+            inputs, torque, scale = self._known(further)
+            self._search.add(inputs, torque, scale / self._share[:, None])
+        self._search.allow(share / self._share)
+        self._share = share
 
     def model(self, program: Program, stated: str, exact: ExactDynamics) -> SimplifiedModel:
         """A program as a model, with its errors at some states, or the exact one if it saves nothing."""
@@ -130,4 +140,11 @@ def fast_model(
 ) -> SimplifiedModel:
     """The shortest program found that keeps its budget at given states."""
     search = FastSearch(exact, allowed, how, progress=progress, stage=stage)
-    return search.model(search.program(), stated, exact)
+    best = exact.form.program
+    for turn in range(search.settings.searches):
+        program = search.program(turn)
+        if search.is_best():
+            best = program
+        if search.stopped:
+            break
+    return search.model(best, stated, exact)
