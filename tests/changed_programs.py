@@ -18,7 +18,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.fast import FAST
-from gd_analyze.simplification.fast_search import FastSearch
+from gd_analyze.simplification.fast_search import FastSearch, FastSettings
 from gd_analyze.simplification.model import SimplifiedModel
 from made_models import promising_nothing
 
@@ -102,17 +102,20 @@ class WithoutSearch(FastSearch):
     """Stands in for a search where only what comes of it matters: summands are dropped, without Numba."""
 
     def __init__(self, exact: ExactDynamics, allowed: FloatArray, *_: Any, **__: Any) -> None:
-        self.exact, self.allowed, self.stopped = exact, allowed, ""
+        self.exact, self.given, self.allowed, self.stopped = exact, allowed, allowed, ""
+        self.settings = FastSettings(searches=1)
 
-    def program(self) -> Program:
+    def program(self, turn: int) -> Program:
         return summands_dropped(self.exact, self.allowed)
 
-    def repaired(self, further: ExactDynamics, share: FloatArray, seed: int) -> Program:
+    def is_best(self) -> bool:
+        return True
+
+    def learn(self, further: ExactDynamics, share: FloatArray) -> None:
         q, qd, qdd = further.states.arrays
         if len(q):
             self.exact = self.exact.joined_by(np.stack([q, qd, qdd]), further.states.weights)
-        self.allowed = self.allowed * share
-        return self.program()
+        self.allowed = self.given * share
 
 
 def skip_searches(patch: pytest.MonkeyPatch) -> None:
@@ -129,7 +132,7 @@ def skip_proofs(patch: pytest.MonkeyPatch) -> None:
 def fast_model(exact: ExactDynamics, budget: str, program: Program | None = None) -> SimplifiedModel:
     """A program, by default that of dropped summands, stated as a search states what it found."""
     search = WithoutSearch(exact, exact.allowed(budget))
-    return search.model(search.program() if program is None else program, budget, exact)
+    return search.model(search.program(0) if program is None else program, budget, exact)
 
 
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:

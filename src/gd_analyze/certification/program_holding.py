@@ -34,15 +34,16 @@ class _RegionSettings:
     """Numbers of states and searches over a region, and how close to the budget they go."""
 
     pool: int
-    fresh: int  # searches from the exact program
+    scouts: int  # short searches at first, for what their tests tell
+    fresh: int  # searches from the exact program, scouts included
     searches: int  # in all
     most: int = 16  # in all, if none before holds
     limit: float = 0.99  # of allowed errors at the pool: elsewhere errors are somewhat larger
     untried: int = 0  # further random states of the last test
 
 
-_NEAR = _RegionSettings(pool=100_000, fresh=3, searches=4)
-_WITHIN = _RegionSettings(pool=300_000, fresh=3, searches=5, untried=400_000)
+_NEAR = _RegionSettings(pool=100_000, scouts=0, fresh=3, searches=4)
+_WITHIN = _RegionSettings(pool=300_000, scouts=2, fresh=4, searches=5, untried=400_000)
 # A joint's share of its budget in the next search meets the budget by this margin, if errors and bounds then
 # exceed those at the pool by as much as now.
 _MARGIN, _LEAST_SHARE = 0.995, 0.5
@@ -71,7 +72,7 @@ def program_held(
     settings = _NEAR if isinstance(region, Tube) else _WITHIN
     drawn, counts = _pool(region, settings.pool)
     pool = exact.joined_by(drawn, counts)
-    lengths = FastSettings(fresh=settings.fresh, limit=settings.limit)
+    lengths = FastSettings(fresh=settings.fresh, scouts=settings.scouts, limit=settings.limit)
     search = FastSearch(pool, allowed, how, lengths, progress=progress, stage=stage)
     share, best = np.ones(len(allowed)), None
     last = settings.searches - 1
@@ -87,9 +88,10 @@ def program_held(
             best = held
         if best is not None and (search.stopped or turn >= last):
             break
-        # More is allowed again only after a program held.
+        # More is allowed again only after a program held, and then half as much more as it left.
         most = 1.0 if best is not None else share
-        share = np.clip(_MARGIN * share * allowed / np.maximum(held.found, 1e-300), _LEAST_SHARE, most)
+        room = _MARGIN * allowed / np.maximum(held.found, 1e-300)
+        share = np.clip(share * np.minimum(room, np.sqrt(room)), _LEAST_SHARE, most)
         q, qd, qdd = states
         search.learn(exact.at(States(q, qd, qdd, weights=region.counts_at(states))), share)
     if best is None:

@@ -31,8 +31,8 @@ _ARGUMENTS: dict[str, int] = {"input": 1} | {
 # Bytes that vector instructions load at once; loads across such a boundary take twice as long.
 _ALIGNED = 64
 
-# Nanoseconds of a multiplication or addition and of a sine or cosine in exported C, gcc -O2, fitted to the five
-# arms and ten programs of analysis/exported_c.md, whose times it meets within 22 %.
+# Nanoseconds of a multiplication or addition and of a sine or cosine in exported C, gcc -O2, fitted to the
+# ten programs of analysis/exported_c.md, whose times it meets within 22 %.
 _OPERATION, _SINE = 0.19, 3.4
 
 

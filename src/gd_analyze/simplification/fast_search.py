@@ -1,6 +1,6 @@
-"""Search for a fast program of an arm's torque: several searches, each begun from the exact program or the best.
+"""Search for a fast program of an arm's torque: several searches, begun from the exact program or the best.
 
-After each search states may be added, and errors allowed there may be changed.
+After each search states may be added, and allowed errors may be changed.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 class FastSettings:
     """Lengths of the searches, and how close to the budget they go."""
 
-    fresh: int = 3  # searches from the exact program, of which the best is continued
+    scouts: int = 0  # short searches at first
+    fresh: int = 3  # searches from the exact program, of which the best is continued; scouts included
     searches: int = 4  # in all
     tries: int = 100_000  # of each
-    hasty: int = 20_000  # tries of a search after the time is over
+    few: int = 20_000  # tries of a scout, and of a search after the time is over
     limit: float = 0.995  # of allowed errors, at the states of the search
 
 
@@ -84,19 +85,20 @@ class FastSearch:
         """The shortest program of one search that holds at all states so far."""
         begins = turn < self.settings.fresh
         start = self._layout.programs[0] if begins else self._best
-        usual = self.settings.hasty if self.stopped else self.settings.tries
+        is_short = bool(self.stopped) or turn < self.settings.scouts
+        usual = self.settings.few if is_short else self.settings.tries
         tries = max(round(usual * self.how.effort), 1)
-        self._found = start
+        self._last = start
         try:
-            self._found = self._search.run(start, tries, turn, self._goes_on)
+            self._last = self._search.run(start, tries, turn, self._goes_on)
         except KeyboardInterrupt:
             if self.stopped:
                 raise
             self.stopped = "on request"
-        return self._layout.program(self._found)
+        return self._layout.program(self._last)
 
     def _goes_on(self, least: float, program: Nodes) -> bool:
-        self._found = program
+        self._last = program
         if self._progress is not None and least < self._least:
             self._progress(round(self._least - least))
             self._least = least
@@ -107,10 +109,10 @@ class FastSearch:
         return True
 
     def is_best(self) -> bool:
-        """Whether the last program is the cheapest of those asked about; later searches continue from that."""
-        is_best = self._search.cost(self._found) <= self._search.cost(self._best)
+        """Whether the last program is the cheapest so far; later searches continue from that one."""
+        is_best = self._search.cost(self._last) <= self._search.cost(self._best)
         if is_best:
-            self._best = self._found
+            self._best = self._last
         return is_best
 
     def learn(self, further: ExactDynamics, share: FloatArray) -> None:
