@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pinocchio as pin
 import pytest
 
@@ -116,3 +117,22 @@ def test_probabilities_of_verdicts_against_a_loop_of_decompositions(benchmark) -
         f"\n{samples} arms: {benchmark.extra_info['seconds_of_processor_time']:.2f} s of processor time, "
         f"{benchmark.extra_info['times_faster']:.0f} times faster than a loop of decompositions"
     )
+
+
+def test_a_table_of_many_columns_against_pandas(benchmark, tmp_path) -> None:
+    """32 000 columns, of which two are the joints': each column is looked at once."""
+    path, names = tmp_path / "wide.csv", [f"sensor_{k}" for k in range(32_000)]
+    table = pd.DataFrame(np.zeros((40, len(names))), columns=names)
+    table.insert(0, "q2", np.linspace(0.0, 0.1, 40))
+    table.insert(0, "q1", np.linspace(0.0, 0.2, 40))
+    table.insert(0, "time", np.linspace(0.0, 1.0, 40))
+    table.to_csv(path, index=False)
+    arm = gd.load_arm("two_link")
+
+    def ours() -> object:
+        return gd.read_trajectory(path, arm)
+
+    ratios = sorted(seconds(ours) / seconds(lambda: pd.read_csv(path)) for _ in range(ROUNDS))
+    benchmark.extra_info["times_slower_than_pandas"] = ratios[len(ratios) // 2]
+    benchmark.pedantic(ours, rounds=1)
+    print(f"\n32 000 columns: {ratios[len(ratios) // 2]:.1f} times the processor time of pandas.read_csv")

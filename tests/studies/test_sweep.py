@@ -13,6 +13,8 @@ from gd_analyze.dynamics import many_arms
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.figures.figure import Cells, Words
+from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.payload import with_payload
@@ -284,3 +286,15 @@ def test_a_payload_and_a_placed_arm_can_be_swept(pick_and_place, puma):
     ours = gd.sweep(placed, pick_and_place, "link2.frame_xyz.x=0.3..0.5:3", operations="none")
     theirs = gd.sweep(puma, pick_and_place, "joint2.a=0.3..0.5:3", operations="none")
     np.testing.assert_allclose(ours.peak_torque.values, theirs.peak_torque.values, rtol=1e-12)
+
+
+def test_a_map_that_hardly_varies_is_hardly_shaded_and_has_a_bar_of_its_shades(two_link, swing):
+    grid = gd.sweep(two_link, swing, ["link2.mass=1..1.002:3", "link1.mass=1..1.002:3"], operations="none")
+    panel = next(panel for *_, panel in maps_figure(grid).places if panel.key == "peak torque 1")
+    shades, bar = (item.opacity for item in panel.items if isinstance(item, Cells))
+    # The torque varies by 0.3 % of itself at most, a thirtieth of the least range of shades.
+    assert np.ptp(shades) <= 0.1
+    assert (bar.min(), bar.max()) == (pytest.approx(0.1), pytest.approx(1.0))
+    low, high = (float(item.text) for item in panel.items if isinstance(item, Words))
+    assert low == pytest.approx(float(grid.peak_torque[..., 0].min()), rel=1e-3)
+    assert high == pytest.approx(1.1 * low, rel=1e-2)
