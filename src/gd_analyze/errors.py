@@ -1,8 +1,8 @@
-"""One exception tree; every message says what, where, expected, found and what to do next."""
+"""One exception tree; every message says in at most three lines what, where, expected and what to do next."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,7 +30,7 @@ class Location:
 
 
 class GdAnalyzeError(Exception):
-    """Something the user can fix.
+    """Something the user can fix, told in one to three lines.
 
     Names and values of files and commands may be passed as given: control characters are escaped and long
     texts are cut here.
@@ -62,7 +62,14 @@ class GdAnalyzeError(Exception):
             for label, value in zip(_LONGEST, (None, where, expected, found, next_step), strict=True)
             if value is not None
         }
-        super().__init__("\n".join([self.what, *(f"  {x}: {text}" for x, text in self.details.items())]))
+        super().__init__("\n".join(self._lines()))
+
+    def _lines(self) -> Iterator[str]:
+        """One to three lines: place and what was found there; what was expected; what to do next."""
+        place, found = (self.details.get(label, "") for label in ("where", "found"))
+        is_new = place and f" {place} " not in f" {self.what} "
+        yield (f"{place}: " if is_new else "") + self.what + (f"; found: {found}" if found else "")
+        yield from (f"  {label}: {self.details[label]}" for label in ("expected", "next") if label in self.details)
 
 
 def _line(label: str, value: Location | str | Sequence[str]) -> str:

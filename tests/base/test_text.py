@@ -88,12 +88,22 @@ def test_values_that_python_does_not_write():
     assert [in_python(value)[:4] for value in (10**5000, deep, "0.1")] == ["int,", "list", "'0.1"]
 
 
+def test_a_message_is_at_most_three_lines_with_the_place_first():
+    whole = GdAnalyzeError("it is wrong", where="a.csv", expected="a number", found="b", next_step="mend it")
+    assert str(whole).split("\n") == [
+        "a.csv: it is wrong; found: b",
+        "  expected: a number",
+        "  next: mend it",
+    ]
+    assert str(GdAnalyzeError("--from has three values", where="--from")) == "--from has three values"
+
+
 @pytest.mark.parametrize("part", ["what", "where", "expected", "found", "next_step"])
 def test_no_part_of_a_message_acts_or_runs_on(part):
     evil = "\x1b[2J\nerror: all is well\u202e" + "x" * 100_000
     error = GdAnalyzeError(**{"what": "it is wrong", part: evil})
     lines = str(error).split("\n")
-    assert len(lines) == (1 if part == "what" else 2)
+    assert len(lines) == (2 if part in ("expected", "next_step") else 1)
     assert all(line.isprintable() and len(line) <= 1100 for line in lines)
     assert re.search(r"\\x1b\[2J\\nerror", str(error))
     with pytest.warns(GdAnalyzeWarning) as caught:

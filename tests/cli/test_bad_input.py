@@ -105,17 +105,17 @@ WORDS: dict[str, tuple[str, ...]] = {
     "puma560 pick-and-plaze": ("'pick-and-place'",),
     "puma506 x.csv": ("'puma560'",),
     "nowhere.toml x.csv": ("nowhere.toml",),
-    "evaluate nowhere.json x.csv": ("where: nowhere.json",),
+    "evaluate nowhere.json x.csv": ("error: nowhere.json",),
     "report none.h5": ("none.h5",),
     "report m.json": ("m.json",),
-    "two_link /dev/zero": ("where: /dev/zero",),
-    "evaluate /dev/zero x.csv": ("where: /dev/zero",),
+    "two_link /dev/zero": ("error: /dev/zero",),
+    "evaluate /dev/zero x.csv": ("error: /dev/zero",),
     "compare two_link .": ("directory",),
     ". x.csv": ("folder",),
     "two_link empty": ("empty",),
     "two_link moves": ("moves/b.csv",),
     "x.csv two_link": (".csv",),
-    "evaluate x.csv x.csv": ("where: x.csv", "JSON"),
+    "evaluate x.csv x.csv": ("error: x.csv", "JSON"),
     "two_link arm.urdf": ("arm.urdf", "XML"),
     **{f"{words} {'x' * 300}": ("xxx",) for words in ("two_link", "evaluate", "equations two_link -o")},
     # What does not fit the arm
@@ -160,23 +160,23 @@ WORDS: dict[str, tuple[str, ...]] = {
     "columns two_link x.csv --rate 0": ("'--rate'",),
     "equations two_link --min-share 2": ("'2' is not a share of 0 to 1",),
     "equations two_link --digits 0": ("1<=x<=17",),
-    PLAN.replace("0,0", "0,0,0"): ("where: --from", "expected: 2"),
-    PLAN.replace("60,-45", "60,x"): ("where: --to, value 2", "found: 'x'"),
-    PLAN.replace("60,-45", "60,700"): ("where: --to", "700 deg"),
+    PLAN.replace("0,0", "0,0,0"): ("error: --from", "expected: 2"),
+    PLAN.replace("60,-45", "60,x"): ("error: --to, value 2", "found: 'x'"),
+    PLAN.replace("60,-45", "60,700"): ("error: --to", "700 deg"),
     PLAN.replace("duration 2", "duration nan"): ("--duration", "'nan'"),
     PLAN.replace("duration 2", "duration 1e-300"): ("duration", "1e-06 s"),
     PLAN.replace("duration 2", "duration 0.1"): ("--allow-violations",),
     PLAN + " --profile quintc": ("--profile", "quintic"),
-    PLAN + " --via 1,1": ("where: --via",),
+    PLAN + " --via 1,1": ("error: --via",),
     f"{CONTROL} --loop-rate fast": ("entry 1, 'fast', is not a number above 0, or continuous",),
     f"{CONTROL} --loop-rate 10": ("too slow for its bandwidth",),
     f"{CONTROL} --speeds 1,-1": ("entry 2, '-1'",),
     f"{CONTROL} --speeds 0.01 --loop-rate 100000": ("too many steps",),
     f"{CONTROL} --damping 0.01": ("damping",),
     f"{CONTROL} --within 1parsec": ("--within, entry 1",),
-    f"{CONTROL} --within 1mm": ("where: --within", "every joint turns"),
-    "simplify two_link two-link-swing --budget|tracking 1 kg": ("where: --budget, entry 1",),
-    "simplify two_link two-link-swing --budget|tracking 1mm": ("where: --budget", "every joint turns"),
+    f"{CONTROL} --within 1mm": ("error: --within", "every joint turns"),
+    "simplify two_link two-link-swing --budget|tracking 1 kg": ("error: --budget, entry 1",),
+    "simplify two_link two-link-swing --budget|tracking 1mm": ("error: --budget", "every joint turns"),
     "simplify two_link two-link-swing --budget|tracking 1e99deg": ("up to 1e+12",),
     "columns two_link x.csv --map torque=tau": ("torque of which joint?",),
     "sweep m.json x.csv --vary speed=1..2": ("a .json file, as models are",),
@@ -211,8 +211,8 @@ WORDS: dict[str, tuple[str, ...]] = {
     "export two_link --to c,latex --what decomposition": ("latex", "gd-analyze equations"),
     # Outputs
     "two_link x.csv --out x.csv/results": ("x.csv is not a folder",),
-    "two_link x.csv --out /proc/results": ("where: /proc/results",),
-    PLAN.replace("made.csv", "x.csv/made.csv"): ("where: x.csv/made.csv",),
+    "two_link x.csv --out /proc/results": ("error: /proc/results",),
+    PLAN.replace("made.csv", "x.csv/made.csv"): ("error: x.csv/made.csv",),
     "evaluate m.json x.csv --junit x.csv/j.xml": ("--junit",),
     "export two_link --to c --out x.csv/below": ("x.csv",),
 }
@@ -224,7 +224,7 @@ FILES: dict[str, str | bytes] = {
     "moves/b.csv": "time,q1\n0,1\n",
 }
 CASES = [
-    *(("two_link x.csv", {"x.csv": text}, ("where: x.csv", *says)) for text, says in MOTIONS.values()),
+    *(("two_link x.csv", {"x.csv": text}, ("error: x.csv", *says)) for text, says in MOTIONS.values()),
     *(
         ("own.toml x.csv", {"own.toml": text, "x.csv": MOTION}, ("own.toml", *says))
         for text, says in ARMS.values()
@@ -243,6 +243,8 @@ NAMES = [*MOTIONS, *ARMS, *(f"model {text[:9]}" for text in MODELS), *(8 * ["mas
 def assert_is_a_message(err: str) -> None:
     assert "this is a bug" not in err
     assert "Traceback" not in err
+    # Place and fact, what was expected, what to do; warnings may precede them.
+    assert len(err[err.find("error: ") :].splitlines()) <= 3
     assert not re.search(r"\bNone\b|<class|object at 0x", err)
     assert all(line.isprintable() and len(line) < 1100 for line in err.splitlines())
 

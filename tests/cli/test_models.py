@@ -445,7 +445,7 @@ def test_an_exported_model_states_its_bound(run, model, here):
     for bound, proven in zip(stated, certified, strict=True):
         assert proven <= bound <= proven * (1 + 1e-5)
     refused = run("export model.json --to c,python --no-bound")
-    assert (refused.code, "where: two_link.h, two_link.c" in refused.err) == (2, True)
+    assert (refused.code, "error: two_link.h, two_link.c: " in refused.err) == (2, True)
     assert not (here / "two_link.py").exists()
     assert run("export model.json --to c --no-bound --overwrite").err == ""
     assert "error_bound" not in (here / "two_link.h").read_text()

@@ -78,7 +78,7 @@ def test_debug_adds_the_traceback(run):
 @pytest.mark.parametrize(
     ("failure", "says"),
     [
-        ("ZeroDivisionError('oh')", ("ZeroDivisionError: oh\n  where: ", "this is a bug in gd-analyze")),
+        ("ZeroDivisionError('oh')", (": ZeroDivisionError: oh\n  next: ", "this is a bug in gd-analyze")),
         ("MemoryError('7 TiB')", ("out of memory", "7 TiB", "--no-christoffel")),
     ],
 )

@@ -47,7 +47,7 @@ def slow(path: Path) -> None:
 BROKEN = {
     "KeyError": raising(KeyError("mass")),
     "AssertionError": raising(AssertionError("not finite")),
-    "message without the file": raising(UnkemptError("wrong", "where: somewhere")),
+    "message without the file": raising(UnkemptError("somewhere: wrong")),
     "message of many lines": raising(UnkemptError(NAME, *["wrong"] * 9)),
     "wide message": raising(UnkemptError(NAME, "x" * 1100)),
     "message with a letter that is not seen": raising(UnkemptError(NAME, "\x1b[31mred")),

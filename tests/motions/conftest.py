@@ -59,7 +59,7 @@ def refused(log: Callable[..., Path], read: Callable[..., Logged]) -> Callable[.
         with pytest.raises(TrajectoryError) as caught:
             read(content, arm, name, **asked)
         assert says in str(caught.value)
-        assert name in str(caught.value) or "where: " in str(caught.value)
+        assert name in str(caught.value) or "where" in caught.value.details
         for words, is_complete in remedies(caught.value.details.get("next", "")):
             advised: TrajectoryError | None = None
             try:

@@ -161,7 +161,7 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "a name twice": (TWICE, UR[:2], {}, "line 1, column 4"),
     "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map 'q:shoulder_pan_joint=COLUMN'"),
     "no such family": (log_of("actual_q_0 target_q_0"), ["hip"], {"family": "planned"}, "--family"),
-    "no such column": (log_of("Position1"), ["hip"], {"map": ["time=Postion1"]}, "where: --map; "),
+    "no such column": (log_of("Position1"), ["hip"], {"map": ["time=Postion1"]}, "--map; "),
     "a column for two joints": (
         log_of("a b"),
         UR[:2],
@@ -175,7 +175,7 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "no such role": (log_of("q1"), ["hip"], {"map": ["speed:hip=q1"]}, "qd:JOINT"),
     "some joints only": (log_of("q1 q2 a"), UR[:2], {"map": ["qd:1=a"]}, "--map 'qd:shoulder_lift_joint="),
     "degrees of a joint that slides": (log_of("q1_deg q2"), ["slide", "turn"], {}, "line 1, column 2"),
-    "names given to a header": (log_of("q1"), ["hip"], {"columns": "time,q7"}, "where: --columns"),
+    "names given to a header": (log_of("q1"), ["hip"], {"columns": "time,q7"}, "--columns"),
     "a long line": ("time,q_0\n0,1\n1,2,3\n2\n", ["hip"], {}, "line 3, column 3"),
     "a short line of blanks": ("time q_0\n0 1\n1\n", ["hip"], {}, "line 3, column 2"),
     "names that change": ("1,2,,a,b,1,2\n1,3,,a,b,1,2\n1,4,,b,a,1,2\n", ["a", "b"], {}, "line 3, column 4"),
