@@ -12,7 +12,11 @@ import pytest
 from program import PROGRAM
 
 import gd_analyze as gd
+from gd_analyze.cli import terminal
 from gd_analyze.cli.entry import main
+
+# On a slow machine work takes longer than what is silent; stages are told only where a test asks for them.
+NEVER = 1e6
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ Run = Callable[..., Result]
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(terminal, "SHORT", NEVER)
     return tmp_path
 
 
@@ -66,10 +71,11 @@ def run(here: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture
 def process(here: Path) -> Run:
-    """Run the program in a process of its own."""
+    """Run the program in a process of its own; no stages are told before `silent` seconds."""
 
-    def call(line: str, *words: object, before: str = "", **more: Any) -> Result:
-        command = [sys.executable, "-c", f"{before}\n{PROGRAM}", *line.split(), *map(str, words)]
+    def call(line: str, *words: object, before: str = "", silent: float = NEVER, **more: Any) -> Result:
+        begin = f"from gd_analyze.cli import terminal\nterminal.SHORT = {silent}\n{before}\n{PROGRAM}"
+        command = [sys.executable, "-c", begin, *line.split(), *map(str, words)]
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | more
         done = subprocess.run(command, text=True, check=False, timeout=120, **streams)
         return Result(done.returncode, done.stdout, done.stderr)

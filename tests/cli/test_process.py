@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -184,27 +185,69 @@ def test_a_name_that_is_no_text_is_refused(here):
     assert done.stderr.startswith(b"error: a word of the command")
 
 
-@POSIX
-@pytest.mark.parametrize("quiet", ["", "--quiet"])
-def test_progress_on_a_terminal_only_and_not_when_quiet(process, motion, quiet, monkeypatch):
+@pytest.fixture
+def on_terminal(process, monkeypatch):
+    """Run the program with standard error on a terminal, and return what is shown there, too."""
     import pty  # which Windows has not
 
     monkeypatch.setenv("TERM", "xterm-256color")
-    terminal, far_end = pty.openpty()
-    done = process(f"two_link gentle.csv --format json --json {quiet}", stderr=far_end)
-    os.close(far_end)
-    shown = b""
-    try:
-        while chunk := os.read(terminal, 65536):
-            shown += chunk
-    except OSError:  # Linux: the far end is closed
-        pass
-    os.close(terminal)
+
+    def call(words: str):
+        terminal, far_end = pty.openpty()
+        done = process(words, stderr=far_end)
+        os.close(far_end)
+        shown = b""
+        try:
+            while chunk := os.read(terminal, 65536):
+                shown += chunk
+        except OSError:  # Linux: the far end is closed
+            pass
+        os.close(terminal)
+        return done, shown.decode()
+
+    return call
+
+
+@POSIX
+@pytest.mark.parametrize("quiet", ["", "--quiet"])
+def test_progress_on_a_terminal_and_not_when_quiet(on_terminal, motion, quiet):
+    done, shown = on_terminal(f"two_link gentle.csv --format json --json {quiet}")
     assert done.code == 0
     assert done.json
-    assert (b"reading" in shown) == (not quiet)
+    assert ("reading" in shown) == (not quiet)
     # The first answer stands above the progress while models are searched.
-    assert (b"Verdicts at 1%" in shown) == (not quiet)
+    assert ("Verdicts at 1%" in shown) == (not quiet)
+
+
+@pytest.mark.parametrize("quiet", ["", "--quiet"])
+def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion, quiet):
+    done = process(f"two_link gentle.csv --format json {quiet}", silent=0)
+    told = [line.split(", after ")[0] for line in done.err.splitlines()]
+    assert done.code == 0
+    assert told[:2] == ([] if quiet else ["reading", "decomposing"])
+    assert told[-1:] == ([] if quiet else ["writing json"])
+    assert "\x1b" not in done.err
+    assert process("two_link gentle.csv --format json --overwrite").err == ""
+
+
+def test_a_stage_that_goes_on_is_told_without_a_new_one(process):
+    slow = "import time\nfrom gd_analyze.cli.given import GivenRobot\nload = GivenRobot.load\n"
+    slow += "GivenRobot.load = lambda *a, **k: time.sleep(1.5) or load(*a, **k)"
+    told = process("simplify two_link two-link-swing", before=slow, silent=0.5).err
+    assert told.startswith("reading, after ")
+
+
+@POSIX
+def test_errors_are_wrapped_on_a_terminal_only(on_terminal, process):
+    words = f"columns two_link {'a' * 40}.csv"
+    done, shown = on_terminal(words)
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown)
+    plain = plain[plain.rindex("error: ") :]
+    assert done.code == 2
+    assert max(map(len, plain.splitlines())) <= 80
+    piped = process(words).err
+    assert len(plain.splitlines()) > len(piped.splitlines())
+    assert plain.split() == piped.split()
 
 
 VERBS = ["report", "arms", "columns", "identify", "plan", "figures", "simplify", "rank", "trade-off"]

@@ -79,6 +79,24 @@ def test_long_cells_wrap():
     assert lines[-1].split() == ["3", "3.5"]
 
 
+def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
+    names = ["/joint_states/shoulder_lift_joint/position", "/joint_states/elbow_joint/velocity"]
+    said = ["no unit stated, and none in its name", "by name"]
+    columns = (Column("column", "column", names, "", "text"), Column("reason", "reason", said, "", "text"))
+    lines = text_of(Result("Table", parts=(Table("t", "", columns),)), 50).splitlines()
+    assert max(map(len, lines)) <= 50
+    shown = "".join(line.split("  ")[0] for line in lines[lines.index("") + 3 :])
+    assert shown == "".join(names)
+
+
+def test_a_sum_in_brackets_longer_than_a_line_wraps():
+    inner = " - ".join(f"0.{k}23 C2 S{k}" for k in range(9))
+    formula = f"h1 = -({inner}) qd1 qd2 + (C2 + S3) qd1 qd3"
+    shown = text_of(Result("Model", parts=(Equations("equations", "Equations", (formula,)),)))
+    assert max(map(len, shown.splitlines())) <= 80
+    assert formula in " ".join(shown.split())
+
+
 def test_as_json(result):
     document = result.document()
     assert document["joints"][0] == {

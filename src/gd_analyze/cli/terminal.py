@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 # Columns where the terminal's own number is unknown.
 WIDTH = 80
+# Without a terminal: seconds of work before the first stage is told, and between two lines on the same stage.
+SHORT, AGAIN = 5.0, 60.0
 
 
 def lines(text: str) -> None:
@@ -29,15 +33,16 @@ def lines(text: str) -> None:
 
 
 def tell(kind: str, text: str) -> None:
-    """Print an error or a warning to standard error; on a terminal a warning is wrapped between words."""
+    """Print an error or a warning to standard error; on a terminal its lines are wrapped between words."""
     named = "red" if kind == "error" else "yellow"
-    text = "\n".join(map(visible, text.split("\n")))
-    if kind == "warning" and sys.stderr.isatty():
+    said = [visible(line) for line in f"{kind}: {text}".split("\n")]
+    if sys.stderr.isatty():
         from gd_analyze.report.terminal import wrapped
 
-        text = f"warning: {' '.join(text.split())}"
-        text = "\n".join(wrapped(text, _terminal_width(), "  ")).removeprefix("warning: ")
-    click.echo(f"{click.style(kind, fg=named, bold=True)}: {text}", err=True, color=colour())
+        indent = "    " if len(said) > 1 else "  "
+        said = [piece for line in said for piece in wrapped(line, _terminal_width(), indent)]
+    styled = click.style(kind, fg=named, bold=True)
+    click.echo(styled + "\n".join(said).removeprefix(kind), err=True, color=colour())
 
 
 @contextmanager
@@ -62,14 +67,44 @@ def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
                 tell("warning", text)
 
 
-class Stages:
-    """Says on standard error what is going on; silent without a progress display."""
+class StageLines:
+    """Tells the stages of long work in plain lines on standard error; short work stays silent."""
 
-    def __init__(self, display: Any = None) -> None:
+    def __init__(self) -> None:
+        self._begin = time.monotonic()
+        self._label, self._told, self._told_at = "", "", 0.0
+        self._lock = threading.Lock()
+        # For the stage that goes on by then.
+        self._timer = threading.Timer(SHORT, self.tell)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def tell(self, label: str | None = None) -> None:
+        """Print the stage, a new one if there is a label, unless it is too early or was just told."""
+        with self._lock:
+            self._label = self._label if label is None else label
+            seconds = time.monotonic() - self._begin
+            is_new = self._label != self._told or seconds - self._told_at >= AGAIN
+            if seconds >= SHORT and is_new:
+                self._told, self._told_at = self._label, seconds
+                click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
+
+    def end(self) -> None:
+        """Tell nothing any more."""
+        self._timer.cancel()
+
+
+class Stages:
+    """Says on standard error what is going on: on a progress display, in lines, or not at all."""
+
+    def __init__(self, display: Any = None, lines: StageLines | None = None) -> None:
         self._shown = None if display is None else (display, display.add_task(""))
+        self._lines = lines
 
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
+        if self._lines:
+            self._lines.tell(label)
         if self._shown:
             display, task = self._shown
             display.reset(task, description=visible(label), total=total)
@@ -94,9 +129,16 @@ class Stages:
 
 @contextmanager
 def stages(quiet: bool) -> Iterator[Stages]:
-    """Show the stages of the work on standard error while it lasts, if that is a terminal."""
-    if quiet or not sys.stderr.isatty():
+    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines."""
+    if quiet:
         yield Stages()
+        return
+    if not sys.stderr.isatty():
+        told = StageLines()
+        try:
+            yield Stages(lines=told)
+        finally:
+            told.end()
         return
     from rich import progress
     from rich.console import Console, RenderableType
