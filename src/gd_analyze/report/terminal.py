@@ -136,28 +136,42 @@ def _unit_of_all(table: Table) -> str:
 
 
 def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) -> list[_Block]:
-    """Wrap the widest text column if that leaves it enough room."""
-    room, widest = max(
-        (is_text * max(map(_length, cells)), k)
-        for k, (is_text, (_, cells)) in enumerate(zip(are_text, blocks, strict=True))
-    )
-    if room - excess < _LEAST_NAME:
-        return blocks
-    pieces = [wrapped(cell, room - excess) or [""] for cell in blocks[widest][1]]
-    out = []
-    for k, (heading, cells) in enumerate(blocks):
-        rows = zip(cells, pieces, strict=True)
-        out.append(
-            (
-                heading,
-                [
-                    line
-                    for cell, own in rows
-                    for line in (own if k == widest else [cell, *[""] * (len(own) - 1)])
-                ],
-            )
+    """Wrap text columns, the widest first, each down to a least width, until the excess is gone."""
+    widths = [
+        is_text * max(map(_length, cells)) for is_text, (_, cells) in zip(are_text, blocks, strict=True)
+    ]
+    pieces = [[[cell] for cell in cells] for _, cells in blocks]
+    for k in sorted(range(len(blocks)), key=lambda k: -widths[k]):
+        heading, cells = blocks[k]
+        room = max(_LEAST_NAME, _width(heading, []), widths[k] - excess)
+        if excess > 0 and room < widths[k]:
+            pieces[k] = [_broken(cell, room) for cell in cells]
+            excess -= widths[k] - room
+    deep = [max(map(len, row)) for row in zip(*pieces, strict=True)]
+    return [
+        (
+            heading,
+            [
+                line
+                for cell, most in zip(column, deep, strict=True)
+                for line in cell + [""] * (most - len(cell))
+            ],
         )
-    return out
+        for (heading, _), column in zip(blocks, pieces, strict=True)
+    ]
+
+
+def _broken(cell: str, room: int) -> list[str]:
+    """Wrap a cell between words, and a longer word behind its signs such as / and _."""
+    lines = []
+    for line in wrapped(cell, room) or [""]:
+        while len(line) > room:
+            ends = (line.rfind(sign, 1, room) + 1 for sign in "/._-")
+            end = next((end for end in ends if end), room)
+            lines.append(line[:end])
+            line = line[end:]
+        lines.append(line)
+    return lines
 
 
 def _formulas(formulas: Sequence[str], width: int) -> list[str]:
@@ -182,10 +196,21 @@ def _formula(line: str, width: int) -> list[str]:
     indent = len(left) + 3
     lines = [f"{left} ="]
     for summand in re.split(r" (?=[+-] )(?![^(]*\))", right):
-        if len(lines[-1]) + 1 + len(summand) <= width or lines[-1].endswith("="):
+        if len(lines[-1]) + 1 + len(summand) <= width:
             lines[-1] += f" {summand}"
+            continue
+        # A sum in brackets that takes more than a line is wrapped, too, a little further in.
+        is_long = indent + len(summand) > width
+        first, *inner = re.split(r" (?=[+-] )", summand) if is_long else [summand]
+        if lines[-1].endswith("="):
+            lines[-1] += f" {first}"
         else:
-            lines.append(" " * indent + summand)
+            lines.append(" " * indent + first)
+        for piece in inner:
+            if len(lines[-1]) + 1 + len(piece) <= width:
+                lines[-1] += f" {piece}"
+            else:
+                lines.append(" " * (indent + 4) + piece)
     return lines
 
 
