@@ -69,7 +69,9 @@ class GdAnalyzeError(Exception):
         place, found = (self.details.get(label, "") for label in ("where", "found"))
         is_new = place and f" {place} " not in f" {self.what} "
         yield (f"{place}: " if is_new else "") + self.what + (f"; found: {found}" if found else "")
-        yield from (f"  {label}: {self.details[label]}" for label in ("expected", "next") if label in self.details)
+        yield from (
+            f"  {label}: {self.details[label]}" for label in ("expected", "next") if label in self.details
+        )
 
 
 def _line(label: str, value: Location | str | Sequence[str]) -> str:

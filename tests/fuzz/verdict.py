@@ -17,7 +17,7 @@ from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 SECONDS = 5.0
 # Cases are a few kilobytes. What HDF5 and its readers keep for themselves is far below this.
 MEGABYTES = 1024
-# Place and fact, what is expected and what to do; the longest advise how to rename all columns of a robot's log.
+# Place and fact, what is expected, what to do; the longest advise how to rename all columns of a log.
 MOST_LINES, WIDEST = 3, 1010
 
 # Pages of memory that this process has; only Linux tells, and only there memory is bounded.
