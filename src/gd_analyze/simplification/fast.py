@@ -53,6 +53,5 @@ def require_numba() -> None:
         raise UsageError(
             "level fast needs Numba, which is not installed",
             where="level",
-            expected="the package numba",
             next_step="run `pip install numba`, or take the default level term",
         )
