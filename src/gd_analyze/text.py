@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import unicodedata
 from decimal import ROUND_CEILING, Decimal
 from functools import lru_cache
 from itertools import takewhile
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Sequence
+    from collections.abc import Container, Iterable, Mapping, Sequence
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -162,6 +163,28 @@ def in_python(value: object) -> str:
         return repr(value)
     except (ValueError, RecursionError):
         return f"{type(value).__name__}, too large to be shown"
+
+
+def json_fault(error: Exception) -> str:
+    """Say what stands where JSON cannot be read, of what `json.loads` raises."""
+    if isinstance(error, RecursionError):
+        return "brackets nested too deep"
+    if not isinstance(error, json.JSONDecodeError):
+        return "a number of thousands of digits"
+    rest = error.doc[error.pos :].strip()
+    if not rest or error.msg.startswith("Unterminated"):
+        return "the end of the file within a value: it is cut off"
+    return in_python(rest.splitlines()[0][:30])
+
+
+def field_fault(fault: Mapping[str, Any]) -> tuple[str, str]:
+    """Say what was expected in a field, and what was found, of what pydantic notes of it."""
+    if fault["type"] == "missing":
+        return f"a field {fault['loc'][-1]}", "none"
+    if fault["type"] == "extra_forbidden":
+        return "no field of this name", in_python(fault.get("input"))
+    said = str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+    return said, in_python(fault.get("input"))
 
 
 def shortened(text: str, most: int) -> str:

@@ -95,7 +95,11 @@ ARMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "a long value": (toml_with(joint='d = "' + "x" * 100_000 + '"'), ("joints[1].d", "characters")),
 }
 # Content of model.json.
-MODELS = ["[" * 100_000, "{}"]
+MODELS: list[tuple[str, tuple[str, ...]]] = [
+    ("[" * 100_000, ("nested too deep",)),
+    ("{}", ("other JSON",)),
+    ('{"format": "gd-ana', ("line 1, column 12", "it is cut off", "write the model again")),
+]
 
 CONTROL = "control m.json two-link-swing"
 # Words of the command, those behind "|" as one, and what the message must name.
@@ -117,6 +121,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "x.csv two_link": (".csv",),
     "evaluate x.csv x.csv": ("error: x.csv", "JSON"),
     "two_link arm.urdf": ("arm.urdf", "XML"),
+    "arms cut.urdf": ("error: cut.urdf, line ", "within <robot> of line ", "copy or export it again"),
     **{f"{words} {'x' * 300}": ("xxx",) for words in ("two_link", "evaluate", "equations two_link -o")},
     # What does not fit the arm
     "puma560 x.csv": ("line 1", "q1, q2"),
@@ -223,13 +228,14 @@ FILES: dict[str, str | bytes] = {
     "moves/a.csv": MOTION,
     "moves/b.csv": "time,q1\n0,1\n",
 }
+    "cut.urdf": two_joints(*fingers()).replace("</robot>", ""),
 CASES = [
     *(("two_link x.csv", {"x.csv": text}, ("error: x.csv", *says)) for text, says in MOTIONS.values()),
     *(
         ("own.toml x.csv", {"own.toml": text, "x.csv": MOTION}, ("own.toml", *says))
         for text, says in ARMS.values()
     ),
-    *(("evaluate model.json", {"model.json": text}, ("model.json",)) for text in MODELS),
+    *(("evaluate model.json", {"model.json": text}, ("model.json", *says)) for text, says in MODELS),
     *(
         (f"{verb} own.toml x.csv".strip(), {"own.toml": text, "x.csv": MOTION}, ("own.toml, line 11", says))
         for verb in ("", "simplify", "rank", "compare")
@@ -237,7 +243,7 @@ CASES = [
     ),
     *((words, FILES, says) for words, says in WORDS.items()),
 ]
-NAMES = [*MOTIONS, *ARMS, *(f"model {text[:9]}" for text in MODELS), *(8 * ["mass matrix"]), *WORDS]
+NAMES = [*MOTIONS, *ARMS, *(f"model {text[:9]}" for text, _ in MODELS), *(8 * ["mass matrix"]), *WORDS]
 
 
 def assert_is_a_message(err: str) -> None:

@@ -58,7 +58,7 @@ CONTENT = "time,a,b\n0,180,2\n1,90,2\n"
 CASES: dict[str, tuple[str, str]] = {
     "no TOML": (GOOD.replace("= true", "= = true"), "line 2, column"),
     "another format": (GOOD.replace("mapping 1", "mapping 9"), "line 1"),
-    "unknown key": (GOOD.replace("measured", "measurd"), "a key measured"),
+    "unknown key": (GOOD.replace("measured", "measurd"), "a field measured"),
     "unknown joint": (GOOD.replace("hip", "hipp"), "line 10"),
     "unit of time": (GOOD.replace('"s"', '"h"'), "line 6"),
     "unknown column": (GOOD.replace('"a"', '"A"'), "ours.toml, line 8"),

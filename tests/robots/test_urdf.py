@@ -123,7 +123,10 @@ def limited(limit: str) -> str:
 @pytest.mark.parametrize(
     ("text", "line", "fact"),
     [
-        ("<robot name='r'>\n<link name='a'>\n</robot>", 3, "mismatched tag"),
+        ("<robot name='r'>\n<link name='a'>\n</robot>", 3, "another element within <link> of line 2"),
+        ("<robot name='r'>\n<link name='a'/>\n", 3, "the robot's file is cut off"),
+        ("<robot name='r'>\n<link na", 2, "its end within <robot> of line 1"),
+        ("", 1, "its end before any element"),
         ("<sdf version='1.9'/>", 1, "SDF has tools"),
         ("<robot name='r'/>", None, "No link elements"),
         (urdf(BASE), None, "only fixed joints"),

@@ -145,6 +145,18 @@ def test_foreign(path, content):
     assert "JSON" not in error.what or "line 1, column" in error.details["where"]
 
 
+def test_what_is_cut_off_or_lacks_a_field_is_named(shipped, path):
+    save_model(shipped, path)
+    whole = path.read_text()
+    path.write_text(whole[: len(whole) // 2])
+    assert "line " in refused(path).details["where"]
+    error = refused(changed(shipped, path, lambda document: document.pop("provenance")))
+    assert error.details["expected"] == "a field provenance"
+    error = refused(changed(shipped, path, lambda document: document["errors"][1].pop("rms_error")))
+    assert error.details["where"].endswith("errors.1.rms_error")
+    assert error.details["expected"] == "a field rms_error"
+
+
 def test_missing_file_folder_and_a_file_too_large(tmp_path, monkeypatch):
     assert refused(tmp_path / "none.json").what == "cannot read the model file"
     assert refused(tmp_path).what == "cannot read the model file"

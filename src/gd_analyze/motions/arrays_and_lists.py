@@ -23,7 +23,7 @@ from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable
 from gd_analyze.motions.text import EMPTY, TextTable
-from gd_analyze.text import in_python, number_in
+from gd_analyze.text import in_python, json_fault, number_in
 
 _LARGEST = 1_000_000_000
 # Python's objects take ten times as much memory as their text.
@@ -156,7 +156,7 @@ def read_json(path: Path, data: bytes | None) -> ArrayTable:
         whole = json.loads("\n".join(lines))
     except (ValueError, RecursionError) as error:
         place = Location(path, getattr(error, "lineno", None), getattr(error, "colno", None))
-        raise _not_json(place, str(error)) from None
+        raise _not_json(place, json_fault(error)) from None
     if isinstance(whole, Mapping):
         with _reading(path, "JSON", "lists of numbers, of equal length"):
             return _of_arrays(path, whole)
@@ -167,7 +167,7 @@ def _parsed(path: Path, number: int, line: str) -> Row | TrajectoryError:
     try:
         return _checked(path, number, json.loads(line))[1]
     except (ValueError, RecursionError) as error:
-        return _not_json(Location(path, number), str(error))
+        return _not_json(Location(path, number), json_fault(error))
 
 
 def _checked(path: Path, number: int, row: object) -> tuple[int, Row | TrajectoryError]:

@@ -19,7 +19,7 @@ from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import TableLines
-from gd_analyze.text import LARGEST, in_python
+from gd_analyze.text import LARGEST, field_fault
 
 _FORMAT: Literal["gd-analyze log mapping 1"] = "gd-analyze log mapping 1"
 _LARGEST_FILE = 1_000_000
@@ -94,9 +94,7 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         raise _misfit(where, re.sub(r" \(at .*\)$", "", str(error)), "TOML") from None
     except ValidationError as error:
         first = error.errors()[0]
-        found, expected = in_python(first["input"]), first["msg"].removeprefix("Input should be ")
-        if first["type"] == "missing":
-            found, expected = "nothing", f"a key {first['loc'][-1]}"
+        expected, found = field_fault(first)
         raise _misfit(lines.locate(tuple(first["loc"])), found, expected) from None
     except (ValueError, RecursionError):
         raise _misfit(Location(path), "numbers or tables too large for a mapping", "a few columns") from None

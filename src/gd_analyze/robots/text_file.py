@@ -25,6 +25,14 @@ from gd_analyze.text import number_in
 UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
 # The largest description among 90 public robots has 0.5 MB.
 LARGEST_XML = 10_000_000
+# Faults of XML that a file has which was copied in part, and that of an end without its beginning.
+_ENDS_EARLY, _OTHER_END = (
+    {
+        expat.errors.codes[error]
+        for error in (expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN)
+    },
+    expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH],
+)
 # The texts that are read are numbers.
 _LONGEST_TEXT = 100
 # A chain of 40 bodies is nested 40 deep in MJCF.
@@ -191,8 +199,15 @@ def read_xml(path: Path) -> Node:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         where, found = Location(path, error.lineno, error.offset + 1), expat.ErrorString(error.code)
-        what = "the robot's file is not valid XML"
-        raise ArmError(what, where=where, found=found, next_step="fix the syntax there") from None
+        what, way, within = "the robot's file is not valid XML", "fix the syntax there", ""
+        if open_nodes:
+            within = f"<{open_nodes[-1].tag}> of line {open_nodes[-1].where.line}"
+        if error.code in _ENDS_EARLY:
+            found = f"its end within {within}" if within else "its end before any element"
+            what, way = "the robot's file is cut off", "copy or export it again, whole"
+        elif error.code == _OTHER_END:
+            found = f"the end of another element within {within}"
+        raise ArmError(what, where=where, found=found, next_step=way) from None
     except (LookupError, ValueError) as error:  # an encoding that Python does not know
         raise ArmError("the robot's file is not text", where=Location(path), found=str(error)) from None
     return roots[0]

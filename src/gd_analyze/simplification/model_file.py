@@ -40,7 +40,7 @@ from gd_analyze.simplification.model_claims import (
     require_states_named,
     require_terms_computed,
 )
-from gd_analyze.text import in_python
+from gd_analyze.text import field_fault, in_python, json_fault
 
 FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[5] = 5
@@ -335,8 +335,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
     except ValidationError as error:
         first = error.errors()[0]
         where = f"{path}: {'.'.join(str(key) for key in first['loc'])}"
-        found = in_python(first.get("input"))
-        raise refused("the model file is damaged", where, first["msg"], found) from None
+        raise refused("the model file is damaged", where, *field_fault(first)) from None
     except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
         what = "the model file is damaged: its arm or its terms cannot be rebuilt"
         found = (str(error) or type(error).__name__).splitlines()[0]
@@ -372,13 +371,15 @@ def _read(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         found = "a file that is not text"
     except json.JSONDecodeError as error:
-        what = "the model file is damaged: it is not valid JSON"
-        where = Location(path, error.lineno, error.colno)
-        raise ModelError(what, where=where, found=error.msg, next_step=WRITE_AGAIN) from None
-    except ValueError:
-        found = "a number of thousands of digits"
-    except RecursionError:
-        found = "brackets nested too deep"
+        found = json_fault(error)
+        if error.pos > 0:
+            what, where = (
+                "the model file is damaged: it is not JSON",
+                Location(path, error.lineno, error.colno),
+            )
+            raise ModelError(what, where=where, found=found, next_step=WRITE_AGAIN) from None
+    except (ValueError, RecursionError) as error:
+        found = json_fault(error)
     what, expected = "this is not a gd-analyze model", "a JSON file that gd-analyze wrote, e.g. model.json"
     next_step = "name the model.json of a results folder"
     raise ModelError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
