@@ -176,13 +176,19 @@ def require_writable(path: Path, option: str = "--out") -> None:
     existing = path.parent
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
-    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+    found = "" if existing.is_dir() else f"{existing} is not a folder"
+    if not found:
+        try:  # permissions do not tell of read-only disks, or of what the system alone may write
+            Path(tempfile.mkdtemp(prefix=_own_prefix(), dir=existing)).rmdir()
+        except OSError:
+            found = f"{existing} is not writable"
+    if found:
         raise OutputError(
             "cannot write the results there",
             where=Location(path),
             expected="a folder that exists or can be made",
-            found=f"{existing} is {'not writable' if existing.is_dir() else 'not a folder'}",
-            next_step=f"choose another place with {option}",
+            found=found,
+            next_step=f"choose another folder with {option}",
         )
 
 
@@ -318,7 +324,7 @@ def _named(what: str, where: Path) -> Iterator[None]:
             what,
             where=Location(where),
             found=error.strerror or str(error),
-            next_step="choose a file in a folder you may write to"
+            next_step="choose another folder, one you may write to"
             if bad_place
             else "free space on the disk, or choose another place",
         ) from None

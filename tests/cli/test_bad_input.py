@@ -216,7 +216,11 @@ WORDS: dict[str, tuple[str, ...]] = {
     "export two_link --to c,latex --what decomposition": ("latex", "gd-analyze equations"),
     # Outputs
     "two_link x.csv --out x.csv/results": ("x.csv is not a folder",),
-    "two_link x.csv --out /proc/results": ("error: /proc/results",),
+    "two_link x.csv --out /proc/results": (
+        "error: /proc/results/analysis.h5",
+        "/proc is not writable",
+        "another folder",
+    ),
     PLAN.replace("made.csv", "x.csv/made.csv"): ("error: x.csv/made.csv",),
     "evaluate m.json x.csv --junit x.csv/j.xml": ("--junit",),
     "export two_link --to c --out x.csv/below": ("x.csv",),
@@ -224,11 +228,11 @@ WORDS: dict[str, tuple[str, ...]] = {
 FILES: dict[str, str | bytes] = {
     "x.csv": MOTION,
     "arm.urdf": '<?xml version="1.0"?>\n<robot/>\n',
+    "cut.urdf": two_joints(*fingers()).replace("</robot>", ""),
     "robot.urdf": two_joints(*fingers()),
     "moves/a.csv": MOTION,
     "moves/b.csv": "time,q1\n0,1\n",
 }
-    "cut.urdf": two_joints(*fingers()).replace("</robot>", ""),
 CASES = [
     *(("two_link x.csv", {"x.csv": text}, ("error: x.csv", *says)) for text, says in MOTIONS.values()),
     *(
