@@ -23,8 +23,8 @@ CASES: dict[str, tuple[str, gd.Trajectory, list[tuple[str, ...]]]] = {
         "two_link",
         motion([[0, 0], [np.deg2rad(190), 0], [0, np.deg2rad(-152)]]),
         [
-            ("joint 1 (shoulder)", "3.316 rad (190 deg)", "(10 deg) above", "set point 2 (0.1 s)"),
-            ("joint 2 (elbow)", "-2.653 rad (-152 deg)", "(2 deg) below", "set point 3 (0.2 s)"),
+            ("joint 1 (shoulder)", "3.316 rad (190 deg)", "(10 deg) above", "set point 2 (0.1 s)")
+            + ("joint 2 (elbow)", "-2.653 rad (-152 deg)", "(2 deg) below", "set point 3 (0.2 s)"),
         ],
     ),
     "velocities and accelerations": (
@@ -32,8 +32,7 @@ CASES: dict[str, tuple[str, gd.Trajectory, list[tuple[str, ...]]]] = {
         motion([[0, 0], [0, 0]], qd=FAST, qdd=5 * FAST),
         [
             ("joint 1 (shoulder)", "3.3 rad/s, 0.3 rad/s (10 %)"),
-            ("joint 1", "16.5 rad/s^2"),
-            ("joint 2", "20 rad/s^2, 5 rad/s^2 (33 %)"),
+            ("joint 1", "16.5 rad/s^2", "joint 2", "20 rad/s^2, 5 rad/s^2 (33 %)"),
         ],
     ),
     "at a limit": ("two_link", motion([[np.pi, np.deg2rad(-150)]], qd=np.array([[3.0, -4.0]])), []),

@@ -179,8 +179,9 @@ def test_limits_that_are_unknown(tmp_path):
     with pytest.warns(GdAnalyzeWarning) as caught:
         arm = gd.load_arm(path)
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
-    for line, doubt in zip((7, 8), arm.doubts, strict=True):
-        assert f"robot.urdf, line {line}, " in doubt
+    (doubt,) = arm.doubts
+    assert "robot.urdf: " in doubt
+    assert "one (line 7), two (line 8)" in doubt
     assert [(j.lower, j.upper) for j in arm.joints] == [(None, None)] * 4
     assert [j.velocity_limit for j in arm.joints] == [None, None, None, 2.0]
     assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None, None]

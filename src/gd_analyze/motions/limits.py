@@ -16,6 +16,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
+from gd_analyze.text import percent
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -61,10 +62,8 @@ class Violation:
             return f"{label}: position {value}, {excess} {side} limit {limit}"
         digits = 4 if self.excess > 1e-3 * self.limit else 10
         value, excess = (f"{x:.{digits}g} {self.unit}" for x in (self.value, self.excess))
-        share = self.excess / self.limit
-        percent = f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"
-        limit = f"{self.limit:g} {self.unit}"
-        return f"{label}: {self.quantity} {value}, {excess} ({percent}) above the limit {limit}"
+        share, limit = percent(self.excess / self.limit), f"{self.limit:g} {self.unit}"
+        return f"{label}: {self.quantity} {value}, {excess} ({share}) above the limit {limit}"
 
 
 @dataclass(frozen=True)
@@ -174,16 +173,18 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         step = f"name the columns q{suspects[0] + 1}_deg and so on, or give --degrees"
         found.append(f"{reached}, which looks like degrees; if they are, {step}")
     smooth = trajectory.recording is not None and trajectory.recording.measured
-    for violation in limit_report(arm, trajectory).violations:
-        set_point = int(np.searchsorted(trajectory.time, violation.time)) + 1
-        message = f"{violation}, at set point {set_point} ({violation.time:.4g} s)"
-        derived = {"velocity": "qd", "acceleration": "qdd"}.get(violation.quantity)
+    violations = [one for one in limit_report(arm, trajectory).violations if one.joint - 1 not in suspects]
+    for quantity in dict.fromkeys(one.quantity for one in violations):
+        alike = [one for one in violations if one.quantity == quantity]
+        points = np.searchsorted(trajectory.time, [one.time for one in alike]) + 1
+        places = zip(alike, points, strict=True)
+        message = "; ".join(f"{one}, at set point {point} ({one.time:.4g} s)" for one, point in places)
+        derived = {"velocity": "qd", "acceleration": "qdd"}.get(quantity)
         if smooth and derived:
             message += "; from smoothed readings: a lower --cutoff smooths more"
         elif derived in trajectory.derived:
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
-        if violation.joint - 1 not in suspects:
-            found.append(message)
+        found.append(message)
     # Velocities derived from positions and instants that would be usual in another unit of time.
     span = high - low
     moving = span > _MOVES

@@ -76,6 +76,7 @@ class Notes:
     mimics: dict[str, Mimic] = field(default_factory=dict)  # by the following joint
     loops: list[tuple[str, str, Location]] = field(default_factory=list)  # two links held together
     assumptions: list[str] = field(default_factory=list)
+    rangeless: dict[str, Location] = field(default_factory=dict)  # joints that should have a range
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
 
