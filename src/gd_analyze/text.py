@@ -19,13 +19,17 @@ if TYPE_CHECKING:
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def number(value: float) -> str:
-    """Format to three significant digits: 41, 12300, 2.10e-14."""
+# The largest share that is written as percent: ten thousand.
+_MOST_PERCENT = 100
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Format to three significant digits, or another number of them: 41, 12300, 2.10e-14."""
     if value == 0.0:
         return "0"
     if abs(value) < 1e-3 or abs(value) >= 1e5:
-        return f"{value:.2e}"
-    return f"{float(f'{value:.3g}'):g}"
+        return f"{value:.{digits - 1}e}"
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def figures(value: float) -> str:
@@ -87,9 +91,11 @@ def with_error(value: float, error: float, digits: int = 2) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a share as percent with two significant digits."""
+    """Format a share as percent with two significant digits; a huge one has no digits of interest."""
     if not math.isfinite(share):
         return "∞"
+    if abs(share) > _MOST_PERCENT:
+        return f"more than {_MOST_PERCENT} times" if share > 0 else f"less than -{_MOST_PERCENT} times"
     value = 100 * share
     if value == 0.0:
         return "0 %"

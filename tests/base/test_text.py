@@ -19,6 +19,7 @@ from gd_analyze.text import (
     amount,
     figures,
     in_python,
+    number,
     number_in,
     percent,
     pretty,
@@ -36,6 +37,8 @@ def test_three_digits_and_a_unit_with_a_prefix() -> None:
     assert [figures(x) for x in (0.0, 41.0, 0.0012, 2.1e-14, np.inf)] == digits
     shares = ["0 %", "< 0.01 %", "1.2 %", "115 %", "∞"]
     assert [percent(x) for x in (0.0, 1e-6, 0.01234, 1.1502, np.inf)] == shares
+    assert [percent(x) for x in (803.9, -803.9)] == ["more than 100 times", "less than -100 times"]
+    assert [number(x, 2) for x in (240.4, 2.44, 12_345.0)] == ["240", "2.4", "12000"]
     assert amount(6.56e-5, "N m") == "65.6 µN m"
     assert amount(12_300.0, "N") == "12.3 kN"
     assert amount(4e-5, "kg m^2") == "40 mg m^2"
@@ -53,6 +56,9 @@ def test_an_e_in_a_hash_is_no_exponent() -> None:
 @examples(100)
 def test_a_bound_is_never_shown_smaller_than_it_is(bound) -> None:
     assert bound <= rounded_up(bound) <= 1.01 * bound
+    if bound > 100.0:
+        assert percent(share_up(bound)) == "more than 100 times"
+        return
     shown = float(percent(share_up(bound)).removesuffix(" %").removeprefix("< ")) / 100
     # Nine digits: the text is a decimal number, and a double beside it.
     assert bound <= shown * (1 + 1e-9)

@@ -16,7 +16,7 @@ from gd_analyze.motions.pool import taken_apart
 from gd_analyze.motions.spool import release
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST, named_joints
+from gd_analyze.text import LARGEST, named_joints, number
 
 Indices = NDArray[np.intp]
 
@@ -335,7 +335,7 @@ class _Path:
                 times = self.differences[self.unsure] / self.margins[kinds, joints]
             most = int(times.argmax())
             quantity = ("position", "velocity", "acceleration")[kinds[most]]
-            by = f"{float(f'{times[most]:.2g}'):g} times its margin"
+            by = f"{number(times[most], 2)} times its margin"
             by = by if np.isfinite(times[most]) else "its margin being zero"
             begin, end = self.motion.time[self.edges[intervals[most] : intervals[most] + 2]]
             numbers = [int(joint) + 1 for joint in np.unique(joints)]

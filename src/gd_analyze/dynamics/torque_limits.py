@@ -12,6 +12,7 @@ from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
 from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import number
 
 # Number of poses in which the arm holds its own weight.
 _POSES = 500
@@ -28,7 +29,7 @@ def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | No
         return
     limit, unit = float(limits[joint]), arm.joints[joint].effort_unit
     reached = f"{joint_label(joint + 1, arm.joints[joint].name)} needs {factors[joint] * limit:.4g} {unit}"
-    text = f"{reached}, {factors[joint]:.3g} times its limit of {limit:g} {unit}"
+    text = f"{reached}, {number(factors[joint])} times its limit of {limit:g} {unit}"
     text += f"; {_likeliest_cause(arm, states, joint, limit, factors[joint])}"
     warnings.warn(text, TorqueLimitWarning, stacklevel=3)
 
@@ -53,9 +54,9 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
     if turning > MANY_TURNS:
         return f"positions reach {turning:.4g} rad: are they degrees, encoder counts or motor angles?"
     if at_rest > 1.0:
-        return f"at rest {at_rest:.3g} times: check masses, gravity, payload and the limit"
+        return f"at rest {number(at_rest)} times: check masses, gravity, payload and the limit"
     if speed > 2.0:
-        return f"velocities reach {speed:.3g} times their limits: check the units of time and angle"
+        return f"velocities reach {number(speed)} times their limits: check the units of time and angle"
     if factor > 2.0:
         most = np.abs(qdd).max()
         return f"accelerations reach {most:.4g} per s^2: check the unit of time, and noise (--measured)"

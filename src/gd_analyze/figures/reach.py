@@ -18,6 +18,7 @@ from gd_analyze.figures.figure import (
     joint_label,
 )
 from gd_analyze.figures.run import Run
+from gd_analyze.text import number
 
 
 def reach_figure(run: Run) -> Figure:
@@ -45,7 +46,7 @@ def reach_figure(run: Run) -> Figure:
         shown = np.isfinite(ratios[label])
         if shown.any():
             told = ratios[label][shown]
-            tips = tuple(f"{label}: {ratio:.3g} times the allowed error" for ratio in told)
+            tips = tuple(f"{label}: {number(ratio)} times the allowed error" for ratio in told)
             at = np.clip(told, low, high), -np.arange(1.0, n + 1)[shown]
             items.append(Curve(*at, colour, 0.0, marker=marker, size=5.0, tips=tips))
             key = f"{_SIGNS[marker]} {label}"

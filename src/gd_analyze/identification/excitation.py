@@ -28,7 +28,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.text import LARGEST
+from gd_analyze.text import LARGEST, number
 
 # Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
 # readings, leave an error of ten times a parameter's plausible size.
@@ -160,12 +160,12 @@ def exciting_motion(
             "the duration is too short for a motion that tells links, drives and friction apart",
             where="duration",
             expected=f"equations of a condition number up to {_USELESS:g}",
-            found=f"{condition:.2g} in {duration:g} s",
+            found=f"{number(condition, 2)} in {duration:g} s",
             next_step="plan a longer motion: 10 s to 30 s are usual",
         )
     origin = (
         f"planned: exciting, {duration:g} s, {family.harmonics} harmonics, seed {seed}, "
-        f"condition number {condition:.3g}"
+        f"condition number {number(condition)}"
     )
     time = np.linspace(0.0, duration, count)
     q, qd, qdd = (each.T for each in family.motion(series, time))
@@ -244,7 +244,7 @@ class _Search:
         raise UsageError(
             "no exciting motion was found that keeps the end effector in its box",
             where="--within",
-            found=f"{far:.2g} m outside",
+            found=f"{number(far, 2)} m outside",
             next_step="take a larger box, or another seed",
         )
 

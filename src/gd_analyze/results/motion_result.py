@@ -101,7 +101,7 @@ def _verdict_text(row: Row) -> str:
         return f"{verdict} by a factor {factor:{'.0f' if factor > 99.5 else '.2g'}}"
     if verdict.startswith("follows") and row["noise"] and (left := row["rms_beside_friction"]):
         times = left / row["noise"]
-        share = f"{times:.2g}" if times < _BEYOND else f"over {_BEYOND}"
+        share = number(times, 2) if times < _BEYOND else f"over {_BEYOND}"
         if times > _NOISE:
             much = "in part" if times > _MUCH else "roughly"
             verdict = verdict.replace("follows", f"follows {much}")

@@ -29,7 +29,7 @@ from gd_analyze.studies.control_bounds import CertifiedTracking
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, FIXED_GAINS, SIMPLIFIED, Controller
 from gd_analyze.studies.control_loop import TrackedLoop
 from gd_analyze.studies.study_files import inputs_stated
-from gd_analyze.text import number, rounded_up
+from gd_analyze.text import number, percent, rounded_up
 
 # Colour and dashes of each controller, so that grey print tells them apart as well.
 _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
@@ -192,7 +192,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
         if share and loop.lost_at is None and loop.controller in (EXACT, SIMPLIFIED):
             saturated[loop.speed] = max(share, saturated.get(loop.speed, 0.0))
     if saturated:
-        text = ", ".join(f"{100 * share:.2g} % at {speed:g}×" for speed, share in saturated.items())
+        text = ", ".join(f"{percent(share)} at {speed:g}×" for speed, share in saturated.items())
         yield Fact("", "Longest time at the torque limit", text, shown="text")
     limit = study.fastest_within_limits
     if fastest > limit * (1 + 1e-9):

@@ -170,7 +170,7 @@ if (data.budgets) {
   const { budgets } = data, slider = element("budget-slider"), rows = [...element("joint-errors").tBodies[0].rows];
   const terms = all("[data-kept]"), stops = all("[data-stop]"), asked = budgets.asked;
   let timer = 0, saying = 0;
-  const percent = (share) => (share === 0 ? "0 %" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
+  const percent = (share) => (share === 0 ? "0 %" : share > 100 ? "more than 100 times" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
 
   // Signs of what comes first are shown only where negative, and brackets stand around more than one.
   const inside = (group) => [...group.children].filter((child) => child.matches(".term, .bracket"));
