@@ -227,9 +227,9 @@ def test_bad_arguments_are_refused(two_link, puma, swing):
     for wrong in (gd.Box.of(two_link), gd.Tube.along(two_link, swing)):
         with pytest.raises(UsageError, match="does not fit the arm"):
             gd.certify(model, wrong)
-    with pytest.raises(UsageError, match=r"^effort: "):
+    with pytest.raises(UsageError, match="effort"):
         gd.certify(model, effort=0)
-    with pytest.raises(UsageError, match=r"^region: "):
+    with pytest.raises(UsageError, match="region"):
         gd.certify(model, 7)
 
 

@@ -195,7 +195,7 @@ def test_what_does_not_fit_is_refused(two_link, swing):
     model = subject("two_link energy").model
     tube = gd.certify(model, gd.Tube.along(two_link, swing))
     for other in (subject("stanford energy").certificate, tube):
-        with pytest.raises(UsageError, match=r"^certificate: "):
+        with pytest.raises(UsageError, match="certificate"):
             ExportInput.of_model(model, None, other)
     with pytest.raises(UsageError, match=r"next: .*gd-analyze equations"):
         gd.export_decomposition("two_link", "latex")
