@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -122,3 +123,14 @@ class GdAnalyzeWarning(UserWarning):
 
 class TorqueLimitWarning(GdAnalyzeWarning):
     """A motion takes more torque than the arm's drives give; it is shown before all others."""
+
+
+def warnings_said(caught: Iterable[warnings.WarningMessage], before: Iterable[str] = ()) -> list[str]:
+    """Texts of recorded warnings after those given before, torque limits first; others' are passed on."""
+    said = [*before]
+    for item in caught:
+        if issubclass(item.category, GdAnalyzeWarning):
+            said.insert(0 if item.category is TorqueLimitWarning else len(said), str(item.message))
+        else:  # of another library
+            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    return said

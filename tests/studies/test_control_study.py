@@ -109,6 +109,23 @@ def test_a_model_without_inertia_has_no_feedback():
     assert fixed < simplified
 
 
+def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_study):
+    """A hundred times too fast: the drives cannot follow, the model's D is as good as before."""
+    slow = puma_study.motion
+    motion = Trajectory.from_arrays(slow.time / 100.0, slow.q, 100.0 * slow.qd, 1e4 * slow.qdd, name="fast")
+    settings = gd.ControlSettings(rates=(500.0,), speeds=(1.0,))
+    study = gd.control(puma_study.model, motion, settings, warned=("odd",))
+    assert study.feedback.is_enough
+    needed = np.abs(torque_of(study.arm, gd.states_of(motion), drives=True)).max(axis=0)
+    # Between the set points, 4 ms apart, the torque is a few percent larger.
+    np.testing.assert_allclose(study.needed, needed, rtol=0.1)
+    assert "times its limit" in study.warnings[0]
+    facts = {fact.label: fact.value for fact in control_result(study).facts}
+    said = facts["Tracking error from model error, to first order"]
+    assert "torque limit" in said
+    assert "model" not in said
+
+
 def test_fixed_gains_of_a_slow_loop(swing_model, swing):
     """Half above the rate named they still track, and a third below it they do not."""
     settings = gd.ControlSettings(rates=(1000.0,), speeds=(1.0,))

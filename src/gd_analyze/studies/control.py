@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, warnings_said
 from gd_analyze.motions.limits import check_against_arm, require_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -47,6 +48,8 @@ class ControlStudy:
         Mean of D's diagonal along the motion, kg m^2 (kg), shape (n,): M of controllers without D.
     limits
         Torque limits applied, N m (N), infinite where there are none, shape (n,).
+    needed
+        Largest torque that the motion needs at the usual speed, N m (N), shape (n,).
     loops
         Result of each loop.
     expected
@@ -75,6 +78,7 @@ class ControlStudy:
     settings: ControlSettings
     diagonal: FloatArray
     limits: FloatArray
+    needed: FloatArray
     loops: tuple[TrackedLoop, ...]
     expected: Mapping[tuple[Controller, float], FloatArray]
     certified: Mapping[float, CertifiedTracking]
@@ -208,6 +212,7 @@ def control(
         settings=settings,
         diagonal=world.diagonal,
         limits=world.limits,
+        needed=bounds.needed_torque(world, settings.usual_speed),
         loops=tracked,
         expected={(c, s): bounds.expected(world, c, s) for c in CONTROLLERS for s in settings.speeds},
         certified={} if proven is None else {settings.usual_speed: proven},
@@ -217,7 +222,7 @@ def control(
         ),
         fixed_excess=bounds.fixed_excess(world),
         at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
-        warnings=tuple(dict.fromkeys([*warned, *(str(item.message) for item in caught)])),
+        warnings=tuple(dict.fromkeys(warnings_said(caught, warned))),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),
     )
 
@@ -233,12 +238,13 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
         where, hint = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
         what, wanted = f"{where} describes no friction", "drives with their friction"
         raise ArmError(what, where=where, expected=wanted, next_step=hint)
-    ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
+    along = ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
     reference, exact = Reference.of(motion), model.form.program
     limits = np.full(arm.n_joints, np.inf)
     if settings.limits is not None and arm.drives:
         stated = [np.inf if drive.torque_limit is None else drive.torque_limit for drive in arm.drives]
         limits = settings.limits * np.array(stated)
+        warn_of_torque_limits(arm, along.states, along.torque)
     return World(
         plant=model.form if arm is model.arm else ExactForm(arm, model.drives),
         exact=exact,

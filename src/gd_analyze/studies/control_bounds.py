@@ -95,8 +95,7 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
     """Largest tracking error from the torque a controller lacks, rad (m), (n,); infinite if D is singular."""
     q, qd, qdd = world.reference.sampled(speed)
     bank = Bank([controller] * q.shape[1], world)
-    needed = _torque(world.plant.program, q, qd, qdd) + world.resistance(qd.T).T
-    missing = needed - bank.torque(q, qd, (q, qd, qdd))
+    missing = _needed(world, q, qd, qdd) - bank.torque(q, qd, (q, qd, qdd))
     if controller.multiplies:
         inertia = _inertia(world.simplified if controller == SIMPLIFIED else world.exact, q)
     else:
@@ -106,6 +105,11 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
     except np.linalg.LinAlgError:
         return np.full(len(q), np.inf)
     return np.asarray(np.abs(unexpected).max(axis=0) * world.gains.error_per_acceleration)
+
+
+def needed_torque(world: World, speed: float) -> FloatArray:
+    """Largest torque that the motion needs, N m (N), (n,)."""
+    return np.asarray(np.abs(_needed(world, *world.reference.sampled(speed))).max(axis=1))
 
 
 def torque_for(
@@ -167,6 +171,11 @@ def certified(
             return CertifiedTracking(along.max(axis=0), needed[0])
         margins = _WIDER * np.maximum(needed, margins)
     return None
+
+
+def _needed(world: World, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+    """Torque of the arm that moves, with its friction, (n, K)."""
+    return np.asarray(_torque(world.plant.program, q, qd, qdd) + world.resistance(qd.T).T)
 
 
 def _inertia(program: Program, q: FloatArray) -> FloatArray:

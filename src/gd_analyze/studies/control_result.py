@@ -43,7 +43,7 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
     laws.PD_ALONE: ("series-5", (4.0, 1.6)),
 }
-# Expected errors beyond this, rad (m), come from a nearly singular D; errors below this share of the largest
+# Expected errors beyond this, rad (m), are not of first order; errors below this share of the largest
 # are cut off in the figure.
 _FARTHEST, _DECADES = 1.0, 5
 
@@ -174,9 +174,8 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
         text = f"at most {_worst_text(study, found.error, bound=True)}"
         yield Fact("", f"{label}, bound, D sampled", text, shown="text")
     elif judged != FIXED_GAINS or max(settings.rates) not in study.too_slow_for_fixed_gains:
-        text = "unbounded: the model's D is nearly singular"
-        if (first_order < _FARTHEST).all():
-            text = f"at most {_worst_text(study, first_order)}"
+        is_small = (first_order < _FARTHEST).all()
+        text = f"at most {_worst_text(study, first_order)}" if is_small else _why_unbounded(study, judged)
         yield Fact("", f"{label}, to first order", text, shown="text")
     if not study.feedback.is_enough:
         note = f"of joints {', '.join(map(str, study.feedback.joints))}"
@@ -197,6 +196,17 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     limit = study.fastest_within_limits
     if fastest > limit * (1 + 1e-9):
         yield Fact("", "Speed within the arm's limits", limit, text=f"{math.floor(1e3 * limit) / 1e3:g}×")
+
+
+def _why_unbounded(study: ControlStudy, controller: Controller) -> str:
+    """Why the first order says nothing: the model's D is of no use, or the motion needs too much torque."""
+    if controller == SIMPLIFIED and not study.feedback.is_enough:
+        return "unbounded: the model's D leaves too little feedback"
+    shares = study.needed / study.limits
+    joint = int(shares.argmax())
+    if shares[joint] > 1.0:
+        return f"unbounded: joint {joint + 1} needs {number(shares[joint])} times its torque limit"
+    return "unbounded: the model's torque error is too large for the bandwidth"
 
 
 def _certified(study: ControlStudy, controller: Controller) -> CertifiedTracking | None:

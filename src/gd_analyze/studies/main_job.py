@@ -28,7 +28,7 @@ from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryError, UsageError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError, warnings_said
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
@@ -375,12 +375,7 @@ def find(
         if many:
             text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
-    said = [*warned]
-    for item in caught:
-        if issubclass(item.category, GdAnalyzeWarning):
-            said.insert(0 if item.category is TorqueLimitWarning else len(said), str(item.message))
-        else:  # warnings of other libraries are passed on
-            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
+    said = warnings_said(caught, warned)
     stage("trying other budgets")
     model, near = held.model, held.near or exact
     # With a limit on operations, and at level element, the model keeps another budget.
