@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -40,6 +41,9 @@ _WORDS = re.compile(
     rf"(?:\s+at\s+(?P<bandwidth>{UNSIGNED})\s*rad/s)?(?:\s+damping\s+(?P<damping>{UNSIGNED}))?\s*",
     re.IGNORECASE,
 )
+# What follows the error, where it is not understood; "at the end effector" is of the error.
+_LOOP = re.compile(r"\b(?:at(?!\s+(?:the\s+)?(?:end|tip)\b)|damping\b).*", re.IGNORECASE)
+_NOT_RAD = re.compile(rf"at\s+({UNSIGNED})\s*(hz|damping\b|$)", re.IGNORECASE)
 _LENGTH = re.compile(rf"({UNSIGNED})\s*(mm|m)")
 # Loop rate, Hz, and least number of periods per radian of the bandwidth.
 _RATE, _PERIODS = 500.0, 25.0
@@ -84,6 +88,9 @@ class TrackingBudget:
         if not re.match(r"\s*tracking\b", text, re.IGNORECASE):
             return None
         match = _WORDS.fullmatch(text)
+        loop = _LOOP.search(match["error"]) if match else None
+        if loop is not None:
+            raise _loop_not_understood(loop[0].strip())
         length = _LENGTH.fullmatch(match["error"].strip()) if match and match["tip"] else None
         if match is None or (match["tip"] and not (length and float(length[1]) > 0.0)):
             raise UsageError(
@@ -139,6 +146,21 @@ class TrackingBudget:
             return f"{number(1e3 * share * self.tip)} mm"
         joints = self.settings.tolerance
         return Tolerance(share * joints.revolute, share * joints.prismatic).in_words(arm)
+
+
+def _loop_not_understood(words: str) -> UsageError:
+    """Error for the words after the tracking error, with the bandwidth in rad/s where it is a number or Hz."""
+    bare = _NOT_RAD.match(words)
+    rate = 0.0 if bare is None else float(bare[1]) * (math.tau if bare[2].lower() == "hz" else 1.0)
+    return UsageError(
+        "the loop of the budget is not understood" if bare is None else "the bandwidth needs its unit, rad/s",
+        where="--budget",
+        expected='"at 20 rad/s", then "damping 1", or one of these',
+        found=repr(words),
+        next_step='write the bandwidth first: "at 20 rad/s damping 1"'
+        if bare is None
+        else f'write "at {rate:.4g} rad/s"',
+    )
 
 
 class Tracked(NamedTuple):
