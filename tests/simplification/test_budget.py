@@ -63,6 +63,7 @@ def test_what_is_refused(text):
     with pytest.raises(UsageError, match="budget is not understood") as caught:
         Budget.parse(text)
     assert caught.value.details["where"] == f"--budget, entry {text.count(',') + 1}"
+    assert "next" in caught.value.details
 
 
 @pytest.mark.parametrize("text", ["norm", "1% norm", "1% of the norm at 95% of states", "1% NORM, 2%"])

@@ -30,6 +30,7 @@ _TO_STATE = {
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
+_FOR_EXAMPLE = 'give amounts of 0 or more, for example 1%, 0.5 (N m) or "1% or 10% friction"'
 _FOR_TRACKING = "`gd-analyze simplify` takes a tracking error, along one motion"
 
 
@@ -189,7 +190,9 @@ class Budget:
         """One entry per joint; a UsageError if there are neither one nor as many as joints."""
         if len(self.entries) not in (1, count):
             what, found = "the budget has the wrong number of entries", str(len(self.entries))
-            raise UsageError(what, where=self.option, expected=f"1 or {count}", found=found)
+            step = f"give one entry for all joints, or {count} separated by commas, one per joint"
+            expected = f"1 or {count}"
+            raise UsageError(what, where=self.option, expected=expected, found=found, next_step=step)
         return self.entries * count if len(self.entries) == 1 else self.entries
 
     def allowed(self, by: ReferenceTorques) -> FloatArray:
@@ -218,7 +221,7 @@ class Budget:
 
 
 def _not_understood(text: str, where: str, next_step: str | None = None) -> UsageError:
-    """Error for a budget or an entry, with the likely word if one is misspelt."""
+    """Error for a budget or an entry, with the likely word if one is misspelt, or else examples."""
     words = (word for word in re.findall(r"[a-z]{3,}", text.lower()) if word not in _WHOLES)
     likely = [match for word in words for match in get_close_matches(word, _WHOLES, n=1)]
     return UsageError(
@@ -229,5 +232,5 @@ def _not_understood(text: str, where: str, next_step: str | None = None) -> Usag
         found=repr(text.strip()),
         next_step=_FOR_TRACKING
         if text.strip().lower().startswith("tracking")
-        else next_step or (f"did you mean {likely[0]}?" if likely else None),
+        else next_step or (f"did you mean {likely[0]}?" if likely else _FOR_EXAMPLE),
     )
