@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pinocchio
 
 # Suffixes of logs and set points, which no robot file has, and of robot files in XML.
-_OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
+OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
 _OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
 
 
@@ -158,7 +158,7 @@ def _path_of(name_or_path: object) -> Path:
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is not a file
         suffix, is_folder = path.suffix.lower(), bool(given) and path.is_dir()
-        others = "models" if suffix == ".json" else "logs and set points" * (suffix in _OF_LOGS)
+        others = "models" if suffix == ".json" else "logs and set points" * (suffix in OF_LOGS)
         if path.is_file() and not others:
             return path
         if is_folder or path.is_file():

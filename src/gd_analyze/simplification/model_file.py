@@ -16,7 +16,9 @@ from pydantic import Field, TypeAdapter, ValidationError
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
+from gd_analyze.motions.read import shipped_trajectories
 from gd_analyze.operations.program import OperationCount, read_back, written
+from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import (
@@ -46,6 +48,7 @@ FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[5] = 5
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
+_MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
 
 
 class _JointError(Checked):
@@ -366,12 +369,20 @@ def _read(path: Path) -> dict[str, Any]:
         elif isinstance(raw, dict) and raw.get("format") == FORMAT:
             return raw
     except OSError as error:
+        if (other := _other_input(path)) is not None:
+            raise other from None
         what, next_step = "cannot read the model file", "check the path and your read permission"
+        if path.is_dir():
+            next_step = "name the model.json in that folder"
+        elif not path.exists():
+            next_step = "check the path; `gd-analyze simplify ROBOT -o model.json` makes a model"
         raise ModelError(what, where=Location(path), found=error.strerror, next_step=next_step) from None
     except UnicodeDecodeError:
         found = "a file that is not text"
     except json.JSONDecodeError as error:
         found = json_fault(error)
+        if (other := _other_input(path)) is not None:
+            raise other from None
         if error.pos > 0:
             what, where = (
                 "the model file is damaged: it is not JSON",
@@ -380,9 +391,23 @@ def _read(path: Path) -> dict[str, Any]:
             raise ModelError(what, where=where, found=found, next_step=WRITE_AGAIN) from None
     except (ValueError, RecursionError) as error:
         found = json_fault(error)
-    what, expected = "this is not a gd-analyze model", "a JSON file that gd-analyze wrote, e.g. model.json"
-    next_step = "name the model.json of a results folder"
-    raise ModelError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
+    what, next_step = "this is not a gd-analyze model", "name the model.json of a results folder"
+    raise _other_input(path) or ModelError(
+        what, where=Location(path), expected=_MODEL, found=found, next_step=next_step
+    )
+
+
+def _other_input(path: Path) -> ModelError | None:
+    """Error for an arm or a motion in the place of a model; None if its name tells neither."""
+    given, suffix = str(path), path.suffix.lower()
+    if given in builtin_arms() or suffix == ".toml" or (path.is_file() and is_xml(path)):
+        found, step = "an arm", f"make a model of it with `gd-analyze simplify {given} -o model.json`"
+    elif given in shipped_trajectories() or suffix in OF_LOGS:
+        found, step = "a motion", f"name the model; `gd-analyze simplify ROBOT {given} -o model.json` makes one"
+    else:
+        return None
+    what = f"this is {found}, not a model"
+    return ModelError(what, where=Location(path), expected=_MODEL, next_step=step)
 
 
 def _digest(document: dict[str, Any]) -> str:
