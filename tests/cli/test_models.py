@@ -47,6 +47,18 @@ def test_a_model_written_is_a_model_evaluated(run, here, level):
     assert all(row["largest_error"] <= row["allowed_error"] for row in found["joints"])
 
 
+def test_a_model_replaces_a_model_and_nothing_else(run, here):
+    words = f"{TWO} --level element -o m.json"
+    (here / "m.json").touch()
+    assert run(words).out.endswith("wrote m.json\n")
+    assert run(words).out.endswith("wrote m.json, which replaces a model\n")
+    (here / "m.json").write_text("my notes")
+    refused = run(words)
+    assert refused.code == 2
+    assert "where: m.json" in refused.err
+    assert (here / "m.json").read_text() == "my notes"
+
+
 def test_the_exact_equations_of_two_rods(run):
     words = f"{TWO} --budget 0% --level energy --json"
     found = run(words).json

@@ -45,8 +45,13 @@ class Output:
         """Note warnings that a study kept."""
         self.warnings[:] = dict.fromkeys([*texts, *self.warnings])
 
-    def give(self, result: Result, *files: Path | None, folder: Path | None = None) -> None:
-        """Print a result the way that was asked for, and which files hold it; those of a folder in a line."""
+    def give(
+        self, result: Result, *files: Path | None, folder: Path | None = None, replaced: str = ""
+    ) -> None:
+        """Print a result the way that was asked for, and which files hold it; those of a folder in a line.
+
+        `replaced` says in words what stood in their place.
+        """
         written = [path for path in files if path is not None]
         if self.as_json:
             ends = {"warnings": self.warnings, "files": list(map(str, written))}
@@ -64,7 +69,7 @@ class Output:
                 click.echo("\n".join(wrapped(f"wrote {where}: {names}", width(), "  ")))
                 return
             for path in written:
-                click.echo(visible(f"wrote {path}"))
+                click.echo(visible(f"wrote {path}" + f", which replaces {replaced}" * bool(replaced)))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

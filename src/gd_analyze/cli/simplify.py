@@ -128,10 +128,12 @@ def simplify(
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import SearchOptions
+        from gd_analyze.simplification.model_file import replaces_model
         from gd_analyze.simplification.simplify import simplify_exact
         from gd_analyze.simplification.verdicts import model_by_verdicts
         from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
+        replaces = out is not None and replaces_model(out)
         how = SearchOptions(
             gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price, within=within
         )
@@ -168,7 +170,7 @@ def simplify(
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held.model, out)
-    output.give(result, out)
+    output.give(result, out, replaced="a model" if replaces else "")
 
 
 @click.command(short_help="Rank every term of D, h and c by its torque.")

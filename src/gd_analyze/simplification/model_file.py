@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,7 +15,7 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeError, Location, ModelError
+from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.read import shipped_trajectories
 from gd_analyze.operations.program import OperationCount, read_back, written
@@ -48,6 +49,7 @@ FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[5] = 5
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
+_BEGIN = 200  # bytes that hold the format's name
 _MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
 
 
@@ -299,6 +301,27 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
         If the file cannot be written.
     """
     write_text(path, model_text(model))
+
+
+def replaces_model(path: Path) -> bool:
+    """Whether a model would be replaced by one that is written there.
+
+    Raises
+    ------
+    OutputError
+        If the file there is neither a model nor empty.
+    """
+    if not path.is_file() or not path.stat().st_size:
+        return False
+    with suppress(OSError), path.open("rb") as file:
+        if FORMAT.encode() in file.read(_BEGIN):
+            return True
+    raise OutputError(
+        "the model would replace a file that is not a model",
+        where=Location(path),
+        expected="a new name, or a model that gd-analyze wrote",
+        next_step="choose another name with --out, or remove the file",
+    )
 
 
 def model_text(model: SimplifiedModel) -> str:
