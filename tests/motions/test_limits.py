@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 import numpy as np
 import pytest
 
 import gd_analyze as gd
 from gd_analyze.motions.limits import check_against_arm
+from gd_analyze.motions.reading import Reading
+from gd_analyze.motions.trajectory import trajectory_csv
 
 
 def motion(q: list[list[float]], **others: object) -> gd.Trajectory:
@@ -66,6 +71,28 @@ def test_warnings(case, slider, warned):
 
 def table(header: str, rows: list[str]) -> str:
     return "\n".join([header, *rows])
+
+
+def test_the_remedy_for_degrees_reads_the_motion(puma, tmp_path, warned):
+    """Where only q is in degrees, --degrees would spoil qd; where all are, it is the one that works."""
+    sound = gd.read_trajectory("pick-and-place", puma)
+    header = trajectory_csv(sound).splitlines()[0]
+    for factor, advised in ((1.0, "without --degrees"), (math.degrees(1.0), "give --degrees")):
+        q, others = np.degrees(sound.q), factor * np.hstack([sound.qd, sound.qdd])
+        rows = np.column_stack([sound.time, q, others])
+        cells = [",".join(map(repr, row)) for row in rows.tolist()]
+        path = tmp_path / "m.csv"
+        path.write_text("\n".join([header, *cells]))
+        with warned() as texts:
+            gd.read_trajectory(path, puma)
+        assert advised in next(text for text in texts if "looks like degrees" in text)
+        if factor == 1.0:
+            path.write_text("\n".join([re.sub(r"\bq(\d)", r"q\1_deg", header), *cells]))
+        with warned() as texts:
+            read = gd.read_trajectory(path, puma, Reading(degrees=factor != 1.0))
+        assert texts == []
+        # Degrees and back: two roundings.
+        np.testing.assert_allclose(read.qdd, sound.qdd, rtol=1e-15, atol=1e-15)
 
 
 CREEPING = [f"{k},{0.5 * np.sin(0.02 * k)},{0.3 * np.cos(0.02 * k)}" for k in range(300)]

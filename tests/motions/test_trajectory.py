@@ -118,8 +118,8 @@ def swing(time: np.ndarray) -> list[np.ndarray]:
 
 SQ, SQD, SQDD = swing(T)
 SLIPS: dict[str, tuple[dict[str, object], str]] = {
-    "time in ms": ({"time": T * 1e3}, "qd of joints 1 and 2 is 1000 times"),
-    "time in us": ({"time": T * 1e6}, "microseconds"),
+    "time in ms": ({"time": T * 1e3}, "give --time-unit ms"),
+    "time in us": ({"time": T * 1e6}, "give --time-unit us"),
     "velocities in degrees": ({"qd": np.degrees(SQD), "qdd": np.degrees(SQDD)}, "qd1_deg"),
     "angles in degrees": ({"q": np.degrees(SQ)}, "q1_deg"),
     "no velocities": ({"qd": 0 * SQD}, "qd of joints 1 and 2 is 0 throughout"),

@@ -13,7 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.motions.velocities import contradictions
+from gd_analyze.motions.velocities import are_degrees, contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 from gd_analyze.text import percent
@@ -170,8 +170,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
         largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
-        step = f"name the columns q{suspects[0] + 1}_deg and so on, or give --degrees"
-        found.append(f"{reached}, which looks like degrees; if they are, {step}")
+        found.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory, suspects[0] + 1)}")
     smooth = trajectory.recording is not None and trajectory.recording.measured
     violations = [one for one in limit_report(arm, trajectory).violations if one.joint - 1 not in suspects]
     for quantity in dict.fromkeys(one.quantity for one in violations):
@@ -205,6 +204,16 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in found:
         warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
+
+
+def _in_degrees(trajectory: Trajectory, joint: int) -> str:
+    """How to read positions in degrees; --degrees applies to velocities and accelerations as well."""
+    named = f"name the columns q{joint}_deg and so on"
+    if "qd" in trajectory.derived:
+        return f"if they are, {named}, or give --degrees"
+    if are_degrees(trajectory.time, trajectory.q, trajectory.qd, trajectory.gaps):
+        return f"qd, in radians, says that they are: {named}, without --degrees"
+    return f"if they are, and qd too, give --degrees; if q alone is, {named}"
 
 
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:

@@ -44,13 +44,13 @@ _TIME = "times the derivative of {x}, as if time, which is read as seconds, were
 _MEANING = {
     0.0: "0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived",
     None: "not the derivative of {x}: check the units, and the order of the columns",
-    1e3: f"1000 {_TIME} milliseconds",
-    1e6: f"1e6 {_TIME} microseconds",
-    1e9: f"1e9 {_TIME} nanoseconds",
+    1e3: f"1000 {_TIME} milliseconds: if so, give --time-unit ms",
+    1e6: f"1e6 {_TIME} microseconds: if so, give --time-unit us",
+    1e9: f"1e9 {_TIME} nanoseconds: if so, give --time-unit ns",
     _DEGREES: "57.3 times the derivative of {x}, as if {v} were in degrees and {x} in radians: "
     "columns in degrees are named {v}1_deg and so on",
     1 / _DEGREES: "the derivative of {x} divided by 57.3, as if {x} were in degrees and {v} in radians: "
-    "columns in degrees are named {x}1_deg and so on",
+    "name the columns {x}1_deg and so on; --degrees would change {v} as well",
     -1.0: "the derivative of {x} with the other sign",
 }
 
@@ -171,6 +171,14 @@ def contradictions(
                 for factor, joints in joints_of.items()
             ]
     return []
+
+
+def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> bool:
+    """Whether given velocities, in radians, show that positions are in degrees."""
+    if len(time) < FEWEST_COMPARED:
+        return False
+    (time, q, qd, _), gaps = _some((time, q, qd, None), gaps)
+    return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
 
 
 def _contradicted(
