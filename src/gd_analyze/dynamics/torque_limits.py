@@ -56,8 +56,9 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
     if at_rest > 1.0:
         return f"at rest {number(at_rest)} times: check masses, gravity, payload and the limit"
     if speed > 2.0:
-        return f"velocities reach {number(speed)} times their limits: check the units of time and angle"
+        excess = number(speed)
+        return f"velocities reach {excess} times their limits: check the units of time (--time-unit) and angle"
     if factor > 2.0:
         most = np.abs(qdd).max()
-        return f"accelerations reach {most:.4g} per s^2: check the unit of time, and noise (--measured)"
+        return f"accelerations reach {most:.4g} per s^2: check the unit of time (--time-unit), and noise (--measured)"
     return "the motion is too fast, the load too heavy or the limit too low"
