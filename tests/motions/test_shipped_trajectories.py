@@ -10,6 +10,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.cli.entry import main
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.read import shipped_trajectories
 from gd_analyze.motions.trajectory import recorded_command
 
@@ -37,3 +38,12 @@ def test_the_pick_and_place_lifts_carries_and_turns_a_part(puma, pick_and_place)
     # The comments of the file: at the ends the hand points down within 8 degrees, in between it rises.
     assert (approach[[0, -1]] < -np.cos(np.deg2rad(8))).all()
     assert height.max() - max(height[0], height[-1]) > 0.15
+
+
+@pytest.mark.parametrize("name", ["pick-and-place", "large-slew"])
+def test_angles_are_not_read_as_metres(name):
+    """The Stanford arm slides where the PUMA, for which the motion was planned, turns."""
+    with pytest.raises(TrajectoryError, match="joint 3") as caught:
+        gd.read_trajectory(name, "stanford")
+    assert "rad" in caught.value.details["found"]
+    assert "puma560" in caught.value.details["next"]

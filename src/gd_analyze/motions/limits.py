@@ -183,6 +183,9 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
             message += "; from smoothed readings: a lower --cutoff smooths more"
         elif derived in trajectory.derived:
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
+        sliding = next((one for one in alike if quantity == "position" and one.unit == "m"), None)
+        if sliding is not None:
+            message += f"; in another unit than m, name the column q{sliding.joint}_mm or _cm"
         found.append(message)
     # Velocities derived from positions and instants that would be usual in another unit of time.
     span = high - low

@@ -40,7 +40,7 @@ from gd_analyze.motions.table import Columns, LogTable, ParquetTable, Progress, 
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.text import in_python, visible
 
 _LFS = b"version https://git-lfs"
@@ -185,8 +185,9 @@ def read_log(
         reading = replace(reading, columns=tuple(mapping.names), rate=rate, topic=topic)
     table = _opened(path, reading, data, progress, arm.n_joints)
     if isinstance(table, TextTable):
-        command = recorded_command(table.first_lines[:20])
-        origin += f"; made by: {command}" if command else ""
+        if command := recorded_command(table.first_lines[:20]):
+            _require_kinds(command, arm, name, path)
+            origin += f"; made by: {command}"
     if mapping is not None:
         choice = choice_by(mapping, lines, table, arm)
         if reading.measured is not None:
@@ -206,6 +207,20 @@ def read_log(
     for remark in choice.remarks:
         warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
     return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
+
+
+def _require_kinds(command: str, arm: RobotArm, name: str, path: Path) -> None:
+    """Refuse a motion planned for a built-in arm that turns where this one slides, or slides where it turns."""
+    planned = next((word for word in command.split() if word in builtin_arms()), arm.name)
+    joints = () if planned == arm.name else load_arm(planned).joints
+    if len(joints) != arm.n_joints:
+        return  # another error says so
+    for number, (its, own) in enumerate(zip(joints, arm.joints, strict=True), start=1):
+        if its.kind != own.kind:
+            what = f"trajectory {name} is not for arm {arm.name}: joint {number} ({own.name}) is {own.kind}"
+            expected, found = f"q{number} in {own.unit}", f"q{number} in {its.unit}, planned for {planned}"
+            step = f"choose arm {planned}, or plan a motion with `gd-analyze plan`"
+            raise refusal(what, Location(path), expected, found, step)
 
 
 def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> str | None:
