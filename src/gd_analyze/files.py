@@ -61,11 +61,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
     """Yield temporary paths, put in the places of `paths` one after another when the block ends well.
 
-    All are of one folder, which is made where there is none. Whatever stood there stays until then, and stays
-    for good if the block raises or the process is killed. All content is on the disk before the first file is
-    replaced, so no file is ever half written. A process killed between two replacements leaves files of both
-    sets, which `warn_of_others` notices. An `OutputError` says that the place is unsuitable, a `StorageError`
-    that the machine failed.
+    All are of one folder, which is made where there is none, and removed again if nothing comes into it.
+    Whatever stood there stays until then, and stays for good if the block raises or the process is killed.
+    All content is on the disk before the first file is replaced, so no file is ever half written. A process
+    killed between two replacements leaves files of both sets, which `warn_of_others` notices. An
+    `OutputError` says that the place is unsuitable, a `StorageError` that the machine failed.
     """
     if not paths:
         yield ()
@@ -74,6 +74,7 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
     temporaries = tuple(folder / f"{_own_prefix()}{path.name}" for path in paths)
     for path in paths:
         _require_no_obstacle(path)
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         with _named("cannot write there", where):
             folder.mkdir(parents=True, exist_ok=True)
@@ -91,6 +92,9 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         for temporary in temporaries:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
+        for place in made:
+            with suppress(OSError):  # which a folder with files raises
+                place.rmdir()
 
 
 @contextmanager

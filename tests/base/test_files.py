@@ -80,6 +80,10 @@ def test_one_that_fails_leaves_the_whole_set(tmp_path, end, raised):
     assert type(caught.value) is raised
     assert [path.read_text() for path in paths] == ["old"] * 2
     assert names_in(tmp_path) == ["one", "two"]
+    paths = [tmp_path / "made" / "too" / name for name in ("one", "two")]
+    with pytest.raises(raised):
+        half_write()
+    assert names_in(tmp_path) == ["one", "two"]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL, which only POSIX has")
