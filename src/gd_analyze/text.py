@@ -132,6 +132,11 @@ def thousands(count: int) -> str:
 
 
 @lru_cache(maxsize=4096, typed=True)  # a report asks ten thousand times for a few hundred
+def counted(count: int, noun: str) -> str:
+    """Write a number of things: "1 set point", "31 set points"."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def pretty(text: str) -> str:
     """Raise the exponents of a unit or of numbers: kg m^2 to kg m², 2.1e-14 to 2.1 × 10⁻¹⁴."""
     text = re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda m: m[1].translate(_SUPERSCRIPTS), text)

@@ -152,3 +152,13 @@ def test_a_plan_that_the_drives_cannot_follow(run):
     line = "plan puma560 --from 0,0,0,0,0,0 --to 90,-90,0,0,0,0 --duration 0.3 --allow-violations"
     assert "joint 1 (waist) needs 459.3 N m, 4.71 times its limit of 97.6 N m" in run(line).err
     assert "times its limit" not in run(line.replace("0.3", "4")).err
+
+
+def test_one_set_point_is_no_motion(run, here):
+    """What it can tell is told: the model is of that state, not of a motion."""
+    (here / "one.csv").write_text("time,q1,q2,qd1,qd2,qdd1,qdd2\n0,0.3,0.2,1,1,2,2\n")
+    found = run("two_link one.csv --format json")
+    assert found.code == 0
+    assert "1 set point" in found.out
+    assert "1 set points" not in found.out
+    assert "trajectory one is one set point" in found.err

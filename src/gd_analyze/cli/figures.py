@@ -13,6 +13,7 @@ from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import NameList
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import replacing_together
+from gd_analyze.text import counted
 
 FORMATS = NameList(("svg", "pdf", "png", "csv"), "format")
 EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "coriolis"), "effect")
@@ -86,6 +87,6 @@ def figures(
         with replacing_together([*made]) as temporaries:
             for temporary, content in zip(temporaries, made.values(), strict=True):
                 temporary.write_bytes(content)
-    shown = f"{motion.name}, {motion.n_set_points} set points"
+    shown = f"{motion.name}, {counted(motion.n_set_points, 'set point')}"
     facts = Fact("arm", "Arm", arm.title or arm.name), Fact("trajectory", "Trajectory", shown)
     output.give(Result(title="Figures of elements by effect", facts=facts), *made)

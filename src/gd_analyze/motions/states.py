@@ -18,7 +18,7 @@ from gd_analyze.motions.trajectory import Motion, Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.text import in_python
+from gd_analyze.text import counted, in_python
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,7 +117,7 @@ def in_words(described: Mapping[str, str | int]) -> str:
         of = described["trajectory"]
         if "motions" in described:
             of = motion.in_words(str(described["motions"]).split(", "))
-        return f"{described['set_points']} set points of {of}"
+        return f"{counted(int(described['set_points']), 'set point')} of {of}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 
 

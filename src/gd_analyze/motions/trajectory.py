@@ -20,7 +20,7 @@ from gd_analyze.motions.logged import Logged, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.spool import blocks, gathered, is_mapped
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST, html_of, number
+from gd_analyze.text import LARGEST, counted, html_of, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -222,7 +222,7 @@ class Trajectory:
         return cls(time, q, qd, qdd, logged.name, logged.origin, how, gaps, recording)
 
     def __repr__(self) -> str:
-        size = f"{self.n_joints} joints, {self.n_set_points} set points"
+        size = f"{counted(self.n_joints, 'joint')}, {counted(self.n_set_points, 'set point')}"
         return f"Trajectory({self.name!r}, {size}, {self.time[0]:g} to {self.time[-1]:g} s)"
 
     def _repr_html_(self) -> str:

@@ -47,7 +47,7 @@ from gd_analyze.results.rows import (
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import amount, joined, named_joints, number, percent, thousands
+from gd_analyze.text import amount, counted, joined, named_joints, number, percent, thousands
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -157,7 +157,7 @@ def subtitle(findings: Findings) -> str:
     drives = drives_text(findings.arm, findings.model.drives)
     motions = findings.trajectory.motions
     along = in_words([motion.name for motion in motions]) if motions else findings.trajectory.name
-    where = f"along {along}, {findings.trajectory.n_stated} set points"
+    where = f"along {along}, {counted(findings.trajectory.n_stated, 'set point')}"
     return f"{where}, {drives}" if drives else where
 
 

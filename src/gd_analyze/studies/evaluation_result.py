@@ -22,7 +22,7 @@ from gd_analyze.robots.parts import Link
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.model_torque import losses, model_torque, payload_effect
 from gd_analyze.studies.evaluation import BesideMeasured, EvaluatedMotion, Evaluation
-from gd_analyze.text import joint_name, number, visible
+from gd_analyze.text import counted, joint_name, number, visible
 
 # Smallest loss shown to people, as a share of peak torque.
 _WORTH_A_LINE = 1e-4
@@ -171,7 +171,7 @@ class _Motion:
             parts.append(self.exits())
         if one.measured is not None:
             parts += self.measured(one.measured)
-        title = one.name if one.trajectory is None else f"{one.name}, {count} set points"
+        title = one.name if one.trajectory is None else f"{one.name}, {counted(count, 'set point')}"
         return Section("", title, tuple(parts))
 
     def joints(self) -> Table:

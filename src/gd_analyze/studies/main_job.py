@@ -309,6 +309,13 @@ def find(
         warn_of_implausible(arm, stacklevel=2)
         for motion in taken_apart(trajectory):
             check_against_arm(motion, arm)
+        if trajectory.n_stated == 1:
+            warnings.warn(
+                f"trajectory {trajectory.name} is one set point: verdicts, ranking and model are of this "
+                "state and its surroundings; what other states need, or anything over time, takes a motion",
+                GdAnalyzeWarning,
+                stacklevel=2,
+            )
         kept: dict[str, Any] = {"by_link": how.by_link, "terms": how.terms, "drives": how.drives}
         kept["christoffel"] = (
             trajectory.n_set_points <= MOST_KEPT if how.christoffel is None else how.christoffel
