@@ -60,5 +60,6 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
         return f"velocities reach {excess} times their limits: check the units of time (--time-unit) and angle"
     if factor > 2.0:
         most = np.abs(qdd).max()
-        return f"accelerations reach {most:.4g} per s^2: check the unit of time (--time-unit), and noise (--measured)"
+        reached = f"accelerations reach {most:.4g} per s^2"
+        return f"{reached}: check the unit of time (--time-unit), and noise (--measured)"
     return "the motion is too fast, the load too heavy or the limit too low"

@@ -184,10 +184,9 @@ def read_log(
         rate, topic = reading.rate or mapping.rate, reading.topic or mapping.topic
         reading = replace(reading, columns=tuple(mapping.names), rate=rate, topic=topic)
     table = _opened(path, reading, data, progress, arm.n_joints)
-    if isinstance(table, TextTable):
-        if command := recorded_command(table.first_lines[:20]):
-            _require_kinds(command, arm, name, path)
-            origin += f"; made by: {command}"
+    if isinstance(table, TextTable) and (command := recorded_command(table.first_lines[:20])):
+        _require_kinds(command, arm, name, path)
+        origin += f"; made by: {command}"
     if mapping is not None:
         choice = choice_by(mapping, lines, table, arm)
         if reading.measured is not None:
@@ -210,7 +209,7 @@ def read_log(
 
 
 def _require_kinds(command: str, arm: RobotArm, name: str, path: Path) -> None:
-    """Refuse a motion planned for a built-in arm that turns where this one slides, or slides where it turns."""
+    """Refuse a motion planned for a built-in arm that turns where this one slides, or the other way round."""
     planned = next((word for word in command.split() if word in builtin_arms()), arm.name)
     joints = () if planned == arm.name else load_arm(planned).joints
     if len(joints) != arm.n_joints:

@@ -426,7 +426,10 @@ def _other_input(path: Path) -> ModelError | None:
     if given in builtin_arms() or suffix == ".toml" or (path.is_file() and is_xml(path)):
         found, step = "an arm", f"make a model of it with `gd-analyze simplify {given} -o model.json`"
     elif given in shipped_trajectories() or suffix in OF_LOGS:
-        found, step = "a motion", f"name the model; `gd-analyze simplify ROBOT {given} -o model.json` makes one"
+        found, step = (
+            "a motion",
+            f"name the model; `gd-analyze simplify ROBOT {given} -o model.json` makes one",
+        )
     else:
         return None
     what = f"this is {found}, not a model"

@@ -149,7 +149,7 @@ class TrackingBudget:
 
 
 def _loop_not_understood(words: str) -> UsageError:
-    """Error for the words after the tracking error, with the bandwidth in rad/s where it is a number or Hz."""
+    """Error for the words after the tracking error, in rad/s where they state a bandwidth."""
     bare = _NOT_RAD.match(words)
     rate = 0.0 if bare is None else float(bare[1]) * (math.tau if bare[2].lower() == "hz" else 1.0)
     return UsageError(
