@@ -141,8 +141,9 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
-        monkeypatch.setattr("gd_analyze.studies.budget_stops.READABLE", 1)
-        monkeypatch.setattr("gd_analyze.studies.main_job.READABLE", 1)
+        # At 20 % seven terms exceed the budget alone, at 50 % two.
+        for module in ("studies.budget_stops", "studies.main_job", "results.run_result"):
+            monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
     findings = find(two_link, swing)
     assert is_unreadable(findings)
     assert "No readable model keeps" in findings._repr_html_()
@@ -155,7 +156,11 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         assert "--level fast" in said
         assert "too many to read" in said or "too many terms to read" in said
         # A larger error helps where terms can be chosen at all.
-        assert ("`--budget`" in terminal) == (why != "too many in all")
+        assert ("`--budget 50%`" in terminal) == (why != "too many in all")
+    if why != "too many in all":  # and the one named works
+        wider = find(two_link, swing, Settings(budget="50%"))
+        assert not is_unreadable(wider)
+        assert len(wider.model.terms) <= 5
     assert "these are the dominant parts" in words
     assert prepare_pdf(findings)().startswith(b"%PDF-")
 

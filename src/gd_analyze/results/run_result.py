@@ -120,6 +120,8 @@ def _stop_words(row: Row) -> str:
     """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17, torque in 35; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
+        if _is_wider(row):
+            return f"{beyond} terms exceed it alone: not searched"
         return (
             f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
         )
@@ -127,6 +129,11 @@ def _stop_words(row: Row) -> str:
         return f"{row['terms']} terms: too many to read"
     costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"
     return f"{row['terms']} terms; {costs}; {used_words(row)}"
+
+
+def _is_wider(row: Row) -> bool:
+    """Whether the budget is one of a larger error, likely to have a readable model, and was not searched."""
+    return bool(row["terms"] < 0 and 0 <= row["terms_beyond"] <= READABLE / 2)
 
 
 def used_words(row: Row) -> str:
@@ -191,11 +198,10 @@ def is_unreadable(findings: Findings) -> bool:
 def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
-    wider = ", `--budget` with a larger error finds a readable model"
+    likely = next((row["budget"] for row in stops if _is_wider(row)), "")
+    wider = f", `--budget {likely}` is likely to have a readable model" * bool(likely)
     if readable:
         wider = f', `--budget "{readable}"` has a readable model'
-    elif stops[0]["terms_beyond"] < 0:  # no budget helps an arm whose terms cannot be counted
-        wider = ""
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
         f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "

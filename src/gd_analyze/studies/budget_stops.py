@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 # Budgets beside 1 % of peak torque, and what an arm must state of every joint for each.
 _NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
+# Budgets of larger errors, and the share of a readable model's terms that may exceed one alone: a model keeps
+# about as many terms as exceed its budget, seldom twice as many.
+_WIDER, _LIKELY = ("2%", "5%", "10%", "20%", "50%"), 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,17 @@ def stop_at(
         return Stop(budget, None if beyond > most else search(budget), beyond)
     except TooManyTermsError:
         return Stop(budget, None, beyond)
+
+
+def wider_stop(exact: ExactDynamics, level: CandidateLevel, asked: Budget) -> Stop | None:
+    """The smallest larger budget that is likely to have a readable model; it is not searched."""
+    least = exact.under(asked).allowed(asked)
+    for budget in map(Budget.parse, _WIDER):
+        own = exact.under(budget)
+        allowed = own.allowed(budget)
+        if (allowed >= least).all() and (beyond := terms_beyond(own, level, allowed)) <= _LIKELY * READABLE:
+            return Stop(budget, None, beyond)
+    return None
 
 
 def chosen(stops: Sequence[Stop]) -> Stop | None:

@@ -58,7 +58,7 @@ from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
-from gd_analyze.studies.budget_stops import Stop, chosen, named_budgets, stop_at, stops_table
+from gd_analyze.studies.budget_stops import Stop, chosen, named_budgets, stop_at, stops_table, wider_stop
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
 
@@ -480,6 +480,8 @@ def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) 
         search = partial(search_at, exact, shortest=is_own)
         stops.append(stop_at(exact, TERM, budget, search, math.inf if is_asked else READABLE))
     readable = chosen(stops)
+    if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
+        stops.append(wider)
     return stops, how.asked if how.budget is not None or readable is None else readable.budget
 
 
