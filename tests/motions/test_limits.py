@@ -28,8 +28,10 @@ CASES: dict[str, tuple[str, gd.Trajectory, list[tuple[str, ...]]]] = {
         "two_link",
         motion([[0, 0], [np.deg2rad(190), 0], [0, np.deg2rad(-152)]]),
         [
-            ("joint 1 (shoulder)", "3.316 rad (190 deg)", "(10 deg) above", "set point 2 (0.1 s)")
-            + ("joint 2 (elbow)", "-2.653 rad (-152 deg)", "(2 deg) below", "set point 3 (0.2 s)"),
+            (
+                *("joint 1 (shoulder)", "3.316 rad (190 deg)", "(10 deg) above", "set point 2 (0.1 s)"),
+                *("joint 2 (elbow)", "-2.653 rad (-152 deg)", "(2 deg) below", "set point 3 (0.2 s)"),
+            ),
         ],
     ),
     "velocities and accelerations": (
