@@ -57,7 +57,9 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
         return f"at rest {number(at_rest)} times: check masses, gravity, payload and the limit"
     if speed > 2.0:
         excess = number(speed)
-        return f"velocities reach {excess} times their limits: check the units of time (--time-unit) and angle"
+        return (
+            f"velocities reach {excess} times their limits: check the units of time (--time-unit) and angle"
+        )
     if factor > 2.0:
         most = np.abs(qdd).max()
         reached = f"accelerations reach {most:.4g} per s^2"
