@@ -215,6 +215,8 @@ class _Rounds:
                 provenance=self.provenance,
                 stage=self.stage,
             )
+            if len(model.terms) > how.most_terms:
+                return Held(with_gamma(self.exact, model), near=known)
             trial, states = self._over_region(model, allowed, turn, tighten=not how.write)
             if self.progress is not None:
                 self.progress(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from gd_analyze.errors import UsageError
@@ -38,6 +39,7 @@ class SearchOptions:
     effort: float = 1.0  # number of attempts, relative to the usual
     # Successive selections on the way to a model, which a search continues and extends.
     way: list[Terms] | None = None
+    most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     within: float | None = None  # level fast: seconds after which the search ends with the best that holds
     dearer: bool = False  # return the result even if it takes more operations than the exact torque

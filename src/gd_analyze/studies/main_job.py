@@ -344,9 +344,11 @@ def find(
         usual = SearchOptions(level, how.refit, how.operations)
         at_set_points = how.at_set_points or how.operations is not None
 
-        def search_at(exact: ExactDynamics, budget: Budget, *, shortest: bool = True) -> Held:
+        def search_at(
+            exact: ExactDynamics, budget: Budget, *, shortest: bool = True, most_terms: float = math.inf
+        ) -> Held:
             options: dict[str, Any] = {"provenance": source, "stage": stage}
-            search = replace(usual, write=shortest)
+            search = replace(usual, write=shortest, most_terms=most_terms)
             if at_set_points or not is_known:
                 return Held(simplify_exact(exact, budget, search, progress=stage.advance, **options))
             return simplify_held(exact, budget, tube, search, effort=_EFFORTS[1], **options)
@@ -477,8 +479,9 @@ def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) 
         is_own = is_asked or (
             how.budget is None and not any(stop.is_readable and stop.saves for stop in stops)
         )
-        search = partial(search_at, exact, shortest=is_own)
-        stops.append(stop_at(exact, TERM, budget, search, math.inf if is_asked else READABLE))
+        most_terms = math.inf if is_asked else READABLE
+        search = partial(search_at, exact, shortest=is_own, most_terms=most_terms)
+        stops.append(stop_at(exact, TERM, budget, search, most_terms))
     readable = chosen(stops)
     if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
         stops.append(wider)
