@@ -6,7 +6,7 @@ import difflib
 import math
 import re
 import warnings
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -25,7 +25,7 @@ from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.dynamics.measured_torque import compared, require_torques
-from gd_analyze.dynamics.pinocchio_check import cross_check
+from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError, warnings_said
@@ -294,172 +294,299 @@ def find(
         If inputs do not fit together, friction is to be fitted without measured torques, or a result
         disagrees with Pinocchio.
     """
-    arm, how = arm_of(arm), settings or Settings()
-    if how.uncertainty is not None:
-        arm = with_uncertainty(arm, how.uncertainty)
-    trajectory = trajectory_of(trajectory, arm)
-    if how.fit_friction:
-        require_torques(trajectory)
-    none = np.zeros(arm.n_joints)
-    how.asked.allowed(ReferenceTorques(arm, none, none))  # a budget that does not fit fails before computing
-    stage, source = progress or _Silent(), source_of(arm, trajectory, how, command)
-    stage("decomposing", trajectory.n_set_points)
+    job = _job(arm, trajectory, settings or Settings(), command, progress or _Silent())
+    job.stage("decomposing", job.trajectory.n_set_points)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
-        warn_of_implausible(arm, stacklevel=2)
-        for motion in taken_apart(trajectory):
-            check_against_arm(motion, arm)
-        if trajectory.n_stated == 1:
-            warnings.warn(
-                f"trajectory {trajectory.name} is one set point: verdicts, ranking and model are of this "
-                "state and its surroundings; what other states need, or anything over time, takes a motion",
-                GdAnalyzeWarning,
-                stacklevel=2,
+        _warn_of_inputs(job)
+        evaluation = _evaluated(job)
+        search = _searched(job, evaluation)
+        if evaluation.too_many_terms:
+            text = (
+                f"{job.arm.name} has {evaluation.too_many_terms}: elements are ranked, single terms are not"
             )
-        kept: dict[str, Any] = {"by_link": how.by_link, "terms": how.terms, "drives": how.drives}
-        kept["christoffel"] = (
-            trajectory.n_set_points <= MOST_KEPT if how.christoffel is None else how.christoffel
-        )
-        long = None
-        if trajectory.n_set_points > MOST_KEPT and not trajectory.motions and trajectory.recording is None:
-            long = LongMotion.of(arm, trajectory, how.drives, stage.advance)
-            dataset = decompose(arm, trajectory.at(long.searched), drives=how.drives, christoffel=False)
-        else:
-            dataset = decompose_on_demand(arm, trajectory, **kept, progress=stage.advance)
-        stage("checking and ranking")
-        dataset.attrs |= source
-        residuals = cross_check(arm, dataset)
-        exact = ExactDynamics.of(arm, dataset)
-        warn_without_torque(exact)
-        warn_of_torque_limits(arm, exact.states, exact.torque)
-        measured_torque = None
-        if trajectory.recording is not None and trajectory.recording.torque is not None:
-            beside, fit = compared(arm, trajectory, np.asarray(dataset.torque.values)), how.fit_friction
-            measured_torque = motion_tables.measured_torque_table(beside, trajectory, fit_friction=fit)
-            if not is_described(measured_torque):
-                warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
-        level = level_named(how.level)
-        many = too_many_terms(exact.form)
-        tube, is_known = _tube_along(arm, trajectory, Margin.of(how.margin))
-        usual = SearchOptions(level, how.refit, how.operations)
-        at_set_points = how.at_set_points or how.operations is not None
-
-        def search_at(
-            exact: ExactDynamics, budget: Budget, *, shortest: bool = True, most_terms: float = math.inf
-        ) -> Held:
-            options: dict[str, Any] = {"provenance": source, "stage": stage}
-            search = replace(usual, write=shortest, most_terms=most_terms)
-            if at_set_points or not is_known:
-                return Held(simplify_exact(exact, budget, search, progress=stage.advance, **options))
-            return simplify_held(exact, budget, tube, search, effort=_EFFORTS[1], **options)
-
-        first = exact.under(how.asked)
-        stage.ranked(rank(dataset, threshold=how.dominance, budget=first.allowed(how.asked)), str(how.asked))
-        stops, asked = _stops(exact, how, search_at)
-        exact = exact.under(asked)
-        by_budget = {str(stop.budget): stop.held for stop in stops}
-        own_stop = next((stop for stop in stops if stop.budget == asked), None)
-        # Without a model that can be read, the exact torque stands for it; one asked for may be long.
-        is_exact = own_stop is not None and not (
-            own_stop.is_readable or (how.budget is not None and own_stop.saves)
-        )
-
-        def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
-            elements = with_gamma(exact, model_by_verdicts(exact, how.verdicts, how.dominance))
-            elements = replace(elements, provenance=source)
-            if level is ELEMENT:
-                return elements, Held(elements)
-            if is_exact:
-                everything = exactly(exact, FAST, exact.allowed(asked), str(asked))
-                return elements, Held(replace(with_gamma(exact, everything), provenance=source))
-            # The first call searches no second time.
-            return elements, by_budget.pop(str(asked), None) or search_at(exact, asked)
-
-        if long is None:
-            elements, held = models_at(exact)
-        else:
-            exact, elements, held, worst = long.settled(exact, models_at)
-        extremes = None if long is None else long.extremes
-        dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(asked), extremes=extremes)
-        if many:
-            text = f"{arm.name} has {many}: elements are ranked, single terms are not"
             warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
-    said = warnings_said(caught, warned)
-    stage("trying other budgets")
-    model, near = held.model, held.near or exact
-    # With a limit on operations, and at level element, the model keeps another budget.
-    path = (model,) if is_exact else budget_path(near, model.accuracy.asked, measured(near, model))
-    path = tuple(measured(exact, each) for each in path) if long is None else long.path(exact, path)
-    # The exact torque stands alone: its path has no terms that others share.
-    other_stops = [stop for stop in stops if stop.is_readable and stop is not own_stop and not is_exact]
-    others = [stop.held.model for stop in other_stops if stop.held is not None]
-    path, places = joined_path(path, [measured(exact, other) for other in others])
-    own = next(place for place, each in enumerate(path) if each.accuracy.budget == model.accuracy.budget)
-    ranking = TermRanking()
-    if not many:
-        ranking = rank_terms(
-            exact, also=[each.terms for each in path if each.level is TERM and not each.is_exact]
+    messages = warnings_said(caught, warned)
+    job.stage("trying other budgets")
+    budgets = _other_budgets(job, evaluation, search)
+    job.stage("bounding errors")
+    search = _bounded(job, evaluation, search)
+    trajectory, dataset = job.trajectory, evaluation.dataset
+    if evaluation.long is not None:
+        trajectory = trajectory.at(np.union1d(evaluation.long.shown, search.worst))
+        dataset = decompose(job.arm, trajectory, **job.stored)
+        dataset.attrs |= job.source
+    evaluation = replace(evaluation, dataset=dataset)
+    return Findings(
+        arm=job.arm,
+        trajectory=trajectory,
+        tables=_tables(replace(job, trajectory=trajectory), evaluation, search, budgets),
+        model=search.held.model,
+        element_model=search.held.model if level_named(job.how.level) is ELEMENT else search.elements,
+        ranked_terms={ranked.term: ranked.weight for ranked in budgets.ranking.terms},
+        warnings=tuple(dict.fromkeys(messages)),
+        provenance=job.source,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What is asked: an arm, a motion and settings."""
+
+    arm: RobotArm
+    trajectory: Trajectory
+    how: Settings
+    source: dict[str, str]  # origin of the results
+    stage: Progress
+    tube: Tube
+    has_tube: bool  # whether states near the motion are known
+
+    @property
+    def stored(self) -> dict[str, Any]:
+        """Options of a decomposition that is stored."""
+        christoffel = self.how.christoffel
+        if christoffel is None:
+            christoffel = self.trajectory.n_set_points <= MOST_KEPT
+        how = self.how
+        return {"by_link": how.by_link, "terms": how.terms, "drives": how.drives, "christoffel": christoffel}
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluation:
+    """The exact dynamics at the set points, checked."""
+
+    dataset: xr.Dataset
+    exact: ExactDynamics
+    residuals: tuple[Residual, ...]
+    measured_torque: xr.Dataset | None
+    too_many_terms: str  # why single terms are not ranked; "" if they are
+    long: LongMotion | None  # a motion of more set points than are kept
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The run's model, and those of the named budgets."""
+
+    exact: ExactDynamics  # under the run's budget
+    budget: Budget
+    stops: list[Stop]
+    own_stop: Stop | None  # that of the run's budget
+    is_exact: bool  # whether the exact torque stands for a model that nobody could read
+    held: Held
+    elements: SimplifiedModel  # the model of level element
+    dominance: xr.Dataset
+    worst: np.ndarray  # further set points of a long motion
+
+
+@dataclass(frozen=True, eq=False)
+class _OtherBudgets:
+    """Models from a tenth to ten times the budget, and the ranking of single terms."""
+
+    path: tuple[SimplifiedModel, ...]
+    own: int  # place of the run's model on the path
+    places: dict[int, int]  # place on the path by number of the stop
+    ranking: TermRanking
+
+
+def _job(
+    arm: RobotArm | str | Path, trajectory: GivenMotions, how: Settings, command: str, stage: Progress
+) -> _Job:
+    """Read the inputs, and refuse those that do not fit together."""
+    arm = arm_of(arm)
+    if how.uncertainty is not None:
+        arm = with_uncertainty(arm, how.uncertainty)
+    motion = trajectory_of(trajectory, arm)
+    if how.fit_friction:
+        require_torques(motion)
+    no_torque = np.zeros(arm.n_joints)
+    how.asked.allowed(ReferenceTorques(arm, no_torque, no_torque))  # a budget that does not fit fails first
+    tube, has_tube = _tube_along(arm, motion, Margin.of(how.margin))
+    return _Job(arm, motion, how, source_of(arm, motion, how, command), stage, tube, has_tube)
+
+
+def _warn_of_inputs(job: _Job) -> None:
+    warn_of_implausible(job.arm, stacklevel=2)
+    for motion in taken_apart(job.trajectory):
+        check_against_arm(motion, job.arm)
+    if job.trajectory.n_stated == 1:
+        warnings.warn(
+            f"trajectory {job.trajectory.name} is one set point: verdicts, ranking and model are of this "
+            "state and its surroundings; what other states need, or anything over time, takes a motion",
+            GdAnalyzeWarning,
+            stacklevel=2,
         )
-    stage("bounding errors")
-    efforts = None if is_exact else _efforts(model, bool(many))
-    if is_known and held.certificate is None and efforts is not None:
-        certificate = certify(model, tube, effort=efforts[1], harmonics=exact.form.harmonics)
-        model = proven(model, certificate)
-        held = held._replace(certificate=certificate)
-    elif is_known and held.certificate is None:
+
+
+def _evaluated(job: _Job) -> _Evaluation:
+    """Decompose the dynamics at the set points, and check them against Pinocchio and the log's torques."""
+    arm, motion, how = job.arm, job.trajectory, job.how
+    long = None
+    if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
+        long = LongMotion.of(arm, motion, how.drives, job.stage.advance)
+        dataset = decompose(arm, motion.at(long.searched), drives=how.drives, christoffel=False)
+    else:
+        dataset = decompose_on_demand(arm, motion, **job.stored, progress=job.stage.advance)
+    job.stage("checking and ranking")
+    dataset.attrs |= job.source
+    residuals = cross_check(arm, dataset)
+    exact = ExactDynamics.of(arm, dataset)
+    warn_without_torque(exact)
+    warn_of_torque_limits(arm, exact.states, exact.torque)
+    measured_torque = None
+    if motion.recording is not None and motion.recording.torque is not None:
+        comparison = compared(arm, motion, np.asarray(dataset.torque.values))
+        measured_torque = motion_tables.measured_torque_table(
+            comparison, motion, fit_friction=how.fit_friction
+        )
+        if not is_described(measured_torque):
+            warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
+    return _Evaluation(dataset, exact, residuals, measured_torque, too_many_terms(exact.form), long)
+
+
+def _searched(job: _Job, evaluation: _Evaluation) -> _Search:
+    """Search the models of the named budgets, and take that of the run."""
+    how, stage, dataset = job.how, job.stage, evaluation.dataset
+    level, exact, long = level_named(how.level), evaluation.exact, evaluation.long
+    first = exact.under(how.asked)
+    ranking = rank(dataset, threshold=how.dominance, budget=first.allowed(how.asked))
+    stage.ranked(ranking, str(how.asked))
+    stops, budget = _stops(exact, how, partial(_model_at, job))
+    exact = exact.under(budget)
+    own_stop = next((stop for stop in stops if stop.budget == budget), None)
+    # Without a model that can be read, the exact torque stands for it; one asked for may be long.
+    is_exact = own_stop is not None and not (
+        own_stop.is_readable or (how.budget is not None and own_stop.saves)
+    )
+    searched = [stop.held for stop in stops if stop is own_stop and stop.held is not None]
+
+    def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
+        elements = with_gamma(exact, model_by_verdicts(exact, how.verdicts, how.dominance))
+        elements = replace(elements, provenance=job.source)
+        if level is ELEMENT:
+            return elements, Held(elements)
+        if is_exact:
+            model = with_gamma(exact, exactly(exact, FAST, exact.allowed(budget), str(budget)))
+            return elements, Held(replace(model, provenance=job.source))
+        # The first call searches no second time.
+        return elements, searched.pop() if searched else _model_at(job, exact, budget)
+
+    worst, extremes = np.empty(0, dtype=np.intp), None
+    if long is None:
+        elements, held = models_at(exact)
+    else:
+        exact, elements, held, worst = long.settled(exact, models_at)
+        extremes = long.extremes
+    dominance = rank(dataset, threshold=how.dominance, budget=exact.allowed(budget), extremes=extremes)
+    return _Search(exact, budget, stops, own_stop, is_exact, held, elements, dominance, worst)
+
+
+def _model_at(
+    job: _Job, exact: ExactDynamics, budget: Budget, *, shortest: bool = True, most_terms: float = math.inf
+) -> Held:
+    """Search the model of a budget, near the motion or at its set points."""
+    how, stage = job.how, job.stage
+    options = SearchOptions(
+        level_named(how.level), how.refit, how.operations, write=shortest, most_terms=most_terms
+    )
+    if how.at_set_points or how.operations is not None or not job.has_tube:
+        model = simplify_exact(
+            exact, budget, options, progress=stage.advance, provenance=job.source, stage=stage
+        )
+        return Held(model)
+    return simplify_held(
+        exact, budget, job.tube, options, effort=_EFFORTS[1], provenance=job.source, stage=stage
+    )
+
+
+def _other_budgets(job: _Job, evaluation: _Evaluation, search: _Search) -> _OtherBudgets:
+    """Models of other budgets, those of readable stops among them, and the ranking of single terms."""
+    exact, model, long = search.exact, search.held.model, evaluation.long
+    if search.is_exact:
+        # The exact torque stands alone: its path has no terms that others share.
+        path: Sequence[SimplifiedModel] = (model,)
+    else:
+        near = search.held.near or exact
+        # With a limit on operations, and at level element, the model keeps another budget.
+        path = budget_path(near, model.accuracy.asked, measured(near, model))
+    path = tuple(measured(exact, step) for step in path) if long is None else long.path(exact, path)
+    models = {
+        number: stop.held.model
+        for number, stop in enumerate(search.stops)
+        if stop.is_readable and stop.held is not None and stop is not search.own_stop and not search.is_exact
+    }
+    path, stop_places = joined_path(path, [measured(exact, each) for each in models.values()])
+    own = next(place for place, step in enumerate(path) if step.accuracy.budget == model.accuracy.budget)
+    places = dict(zip(models, stop_places, strict=True))
+    if search.own_stop is not None and not search.is_exact:
+        places[search.stops.index(search.own_stop)] = own
+    ranking = TermRanking()
+    if not evaluation.too_many_terms:
+        selections = [step.terms for step in path if step.level is TERM and not step.is_exact]
+        ranking = rank_terms(exact, also=selections)
+    return _OtherBudgets(path, own, places, ranking)
+
+
+def _bounded(job: _Job, evaluation: _Evaluation, search: _Search) -> _Search:
+    """Prove a bound near the motion where the search did not."""
+    held, model = search.held, search.held.model
+    efforts = _efforts(evaluation, search)
+    if not job.has_tube or held.certificate is not None or efforts is None:
+        return search
+    certificate = certify(model, job.tube, effort=efforts[1], harmonics=search.exact.form.harmonics)
+    model = proven(model, certificate)
+    return replace(search, held=held._replace(model=model, certificate=certificate))
+
+
+def _tables(
+    job: _Job, evaluation: _Evaluation, search: _Search, budgets: _OtherBudgets
+) -> dict[str, xr.Dataset]:
+    """All tables of a run, as `schema.csv` declares them."""
+    arm, trajectory, how = job.arm, job.trajectory, job.how
+    dataset, long, exact = evaluation.dataset, evaluation.long, search.exact
+    held, model, dominance = search.held, search.held.model, search.dominance
+    tube = job.tube
+    if job.has_tube and held.certificate is None:
         tube = replace(tube, note=_why_unproven(model))
-    if long is not None:
-        trajectory = trajectory.at(np.union1d(long.shown, worst))
-        dataset = decompose(arm, trajectory, **kept)
-        dataset.attrs |= source
     # From a long pool, set points are taken evenly; peaks are over all.
-    taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT)) if long is None else dataset
+    over_time = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT)) if long is None else dataset
     tables = {
         "trajectory": motion_tables.trajectory_table(arm, trajectory),
         "decomposition": dataset,
-        "cross_check": run_tables.cross_check_table(residuals, arm),
+        "cross_check": run_tables.cross_check_table(evaluation.residuals, arm),
         "dominance": dominance,
-        "dominance_over_time": dominance_over_time(taken, dominance),
+        "dominance_over_time": dominance_over_time(over_time, dominance),
         "simplified_model": run_tables.model_table(model, dataset),
-        "parts": run_tables.parts_table(elements, exact, dominance),
+        "parts": run_tables.parts_table(search.elements, exact, dominance),
         "by_verdicts": run_tables.verdicts_table(exact, how.dominance),
-        "terms": run_tables.terms_table(ranking, arm, not many),
-        "budgets": run_tables.budgets_table(path, own, ranking),
-        "beyond": _beyond(exact, model, ranking, efforts),
+        "terms": run_tables.terms_table(budgets.ranking, arm, not evaluation.too_many_terms),
+        "budgets": run_tables.budgets_table(budgets.path, budgets.own, budgets.ranking),
+        "beyond": _beyond(exact, model, budgets.ranking, _efforts(evaluation, search)),
         "tube": run_tables.tube_table(model, tube, held, Margin.of(how.margin)),
     }
-    if stops:
-        shown = iter(places)
-        at = [next(shown) if stop in other_stops else -1 for stop in stops]
-        if own_stop is not None and not is_exact:
-            at[stops.index(own_stop)] = own
-        tables["stops"] = stops_table(stops, at, arm)
+    if search.stops:
+        places = [budgets.places.get(number, -1) for number in range(len(search.stops))]
+        tables["stops"] = stops_table(search.stops, places, arm)
     if trajectory.recording is not None and trajectory.recording.measured:
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
-    if measured_torque is not None:
-        tables["measured_torque"] = measured_torque
+    if evaluation.measured_torque is not None:
+        tables["measured_torque"] = evaluation.measured_torque
     if trajectory.motions:
-        allowed = [alone.allowed(asked) for alone in exact.by_motion.values()]
+        allowed = [alone.allowed(search.budget) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)
         tables["motions"] = motion_tables.motions_table(
             arm, trajectory, dominance, ranked, model.accuracy, held.certificate
         )
-    if long is not None and (
-        long.motion.n_set_points <= MOST_STORED if how.every_set_point is None else how.every_set_point
-    ):
-        tables["every_set_point"] = motion_tables.every_set_point_table(arm, long.motion, model, **kept)
+    if long is not None:
+        stores_every = how.every_set_point
+        if stores_every is None:
+            stores_every = long.motion.n_set_points <= MOST_STORED
+        if stores_every:
+            tables["every_set_point"] = motion_tables.every_set_point_table(
+                arm, long.motion, model, **job.stored
+            )
     if arm.spread is not None or any(link.uncertainty is not None for link in arm.links):
         tables["robustness"] = robustness(arm, trajectory, threshold=how.dominance, samples=_SAMPLES)
-    return Findings(
-        arm=arm,
-        trajectory=trajectory,
-        tables=tables,
-        model=model,
-        element_model=model if level is ELEMENT else elements,
-        ranked_terms={ranked.term: ranked.weight for ranked in ranking.terms},
-        warnings=tuple(dict.fromkeys(said)),
-        provenance=source,
-    )
+    return tables
 
 
 def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) -> tuple[list[Stop], Budget]:
@@ -495,10 +622,13 @@ def source_of(arm: RobotArm, trajectory: Trajectory, how: Settings, command: str
     return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
 
 
-def _efforts(model: SimplifiedModel, many: bool) -> _Efforts:
+def _efforts(evaluation: _Evaluation, search: _Search) -> _Efforts:
     """Efforts of the certificates in a box and along a motion; None if the model has too many terms."""
-    if not many:
+    if search.is_exact:
+        return None
+    if not evaluation.too_many_terms:
         return _EFFORTS
+    model = search.held.model
     with suppress(TooLongError):
         if not model.is_exact and usual_effort(model) is not None:
             return _LITTLE
