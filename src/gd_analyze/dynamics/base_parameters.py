@@ -54,7 +54,7 @@ def inertial_parameters(mass: float, first_moment: FloatArray, inertia: FloatArr
 def parameters_of(arm: RobotArm) -> FloatArray:
     """Parameters of every link of an arm, shape (n links, 10)."""
     links = zip(arm.mass, arm.com, arm.inertia_com, strict=True)
-    return np.array([inertial_parameters(m, m * r, own + of_point_mass(m, r)) for m, r, own in links])
+    return np.array([inertial_parameters(m, m * r, inertia + of_point_mass(m, r)) for m, r, inertia in links])
 
 
 def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
@@ -179,7 +179,7 @@ class BaseParameters:
         return iter(self.parameters)
 
     def __getitem__(self, symbol: str) -> BaseParameter:
-        return {one.symbol: one for one in self.parameters}[symbol]
+        return {parameter.symbol: parameter for parameter in self.parameters}[symbol]
 
     def __repr__(self) -> str:
         return f"BaseParameters({self.arm.name!r}, {len(self)} of {len(self.original)})"
@@ -187,8 +187,12 @@ class BaseParameters:
     def _repr_html_(self) -> str:
         """One row each, for a notebook."""
         rows = [
-            [one.symbol, *(f"{x:.3g}" for x in (one.number, one.translation, one.rotation)), one.unit]
-            for one in self.parameters
+            [
+                parameter.symbol,
+                *(f"{x:.3g}" for x in (parameter.number, parameter.translation, parameter.rotation)),
+                parameter.unit,
+            ]
+            for parameter in self.parameters
         ]
         headings = ["symbol", "number", "translation", "rotation", "unit"]
         return html_of(f"Base parameters of {self.arm.title or self.arm.name}", headings, rows, repr(self))
@@ -202,14 +206,16 @@ class BaseParameters:
     @cached_property
     def never_acting(self) -> tuple[tuple[str, int], ...]:
         """Original parameters on which no torque depends."""
-        acting = {(share.kind, share.link) for one in self.parameters for share in one.combination}
-        return tuple(one for one in self.original if one not in acting)
+        acting = {
+            (share.kind, share.link) for parameter in self.parameters for share in parameter.combination
+        }
+        return tuple(parameter for parameter in self.original if parameter not in acting)
 
     @cached_property
     def acting_alone(self) -> tuple[tuple[str, int], ...]:
         """Original parameters that are base parameters by themselves; the others act only in combination."""
-        alone = [one.combination[0] for one in self.parameters if len(one.combination) == 1]
-        shared = [share[1:] for one in self.parameters for share in one.combination]
+        alone = [parameter.combination[0] for parameter in self.parameters if len(parameter.combination) == 1]
+        shared = [share[1:] for parameter in self.parameters for share in parameter.combination]
         return tuple(share[1:] for share in alone if shared.count(share[1:]) == 1)
 
 
@@ -249,13 +255,13 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     arm = arm_of(arm)
     drives = arm.counts_drives(drives)
     rewritten = regrouped(arm)
-    frames, (kept, matrix) = _frames(arm, rewritten), _combined(rewritten, regroupings(rewritten))
+    frames, (link_kinds, matrix) = _frames(arm, rewritten), _combined(rewritten, regroupings(rewritten))
     effects = _by_effect(arm, frames)
     if not drives:
-        matrix, effects = matrix[[KINDS[kind] != "J" for _, kind in kept], :, :10], effects[..., :10]
-        kept = [(link, kind) for link, kind in kept if KINDS[kind] != "J"]
+        matrix, effects = matrix[[KINDS[kind] != "J" for _, kind in link_kinds], :, :10], effects[..., :10]
+        link_kinds = [(link, kind) for link, kind in link_kinds if KINDS[kind] != "J"]
     parameters = []
-    for (link, kind), row in zip(kept, matrix, strict=True):
+    for (link, kind), row in zip(link_kinds, matrix, strict=True):
         # The naming share comes first, then link by link.
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = KINDS[kind]
@@ -264,8 +270,8 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         unit = "kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2"
         translation, rotation, drive = (_added(row * effect) for effect in effects)
         shares = tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order)
-        one = BaseParameter(symbol, link + 1, name, unit, number, translation, rotation, drive, shares)
-        parameters.append(one)
+        parameter = BaseParameter(symbol, link + 1, name, unit, number, translation, rotation, drive, shares)
+        parameters.append(parameter)
     into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
     in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], np.array(into))
     return BaseParameters(arm, drives, tuple(parameters), frames, in_links)
@@ -279,31 +285,34 @@ def _frames(arm: RobotArm, rewritten: RegroupedArm) -> tuple[Placement, ...]:
     for i, link in enumerate(rewritten.links):
         origin = origin + rotation @ link.translation
         rotation = rotation @ link.turned(0.0)
-        own = kinematics.link_rotations[i, :, :, 0].T
-        seen = own @ (origin - kinematics.link_origins[i, :, 0])
-        out.append(Placement(_rounded(own @ rotation), _rounded(seen, arm.reach)))
+        into_link = kinematics.link_rotations[i, :, :, 0].T
+        position = into_link @ (origin - kinematics.link_origins[i, :, 0])
+        out.append(Placement(_rounded(into_link @ rotation), _rounded(position, arm.reach)))
     return tuple(out)
 
 
 def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[tuple[int, int]], FloatArray]:
     """Link and kind of every base parameter, and its share of every link's parameters, (k, n, 11)."""
     n = len(arm.links)
-    kept: list[tuple[int, int]] = []
+    link_kinds: list[tuple[int, int]] = []
     rows: list[FloatArray] = []
     arriving = np.zeros((len(KINDS), n, len(KINDS)))
     for i in reversed(range(n)):
-        own, link = passed[i], arm.links[i]
+        regrouping, link = passed[i], arm.links[i]
         arriving[:, i] += np.eye(len(KINDS))
-        kept = [(i, kind) for kind in own.kept] + kept
-        gone = arriving[list(own.gone)]
-        rows = [arriving[kind] - np.tensordot(own.instead[:, kind], gone, 1) for kind in own.kept] + rows
-        body = np.tensordot(own.instead[:, :10].T, gone, 1)
+        link_kinds = [(i, kind) for kind in regrouping.kept] + link_kinds
+        gone = arriving[list(regrouping.gone)]
+        rows = [
+            arriving[kind] - np.tensordot(regrouping.coefficients[:, kind], gone, 1)
+            for kind in regrouping.kept
+        ] + rows
+        body = np.tensordot(regrouping.coefficients[:, :10].T, gone, 1)
         arriving = np.zeros_like(arriving)
         arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
     matrix = np.array(rows).reshape(-1, n, len(KINDS))
     # Most of them are exactly 0, 1 or -1.
     whole, sizes = np.rint(matrix), np.abs(matrix).max(axis=(1, 2), keepdims=True, initial=0.0)
-    return kept, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
+    return link_kinds, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
 
 
 def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
@@ -313,8 +322,8 @@ def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
         turned = frame.rotation.T
         com = _rounded(turned @ (arm.com[i] - frame.translation), arm.reach + np.abs(arm.com[i]).max())
         mass, inertia = arm.mass[i], turned @ arm.inertia_com[i] @ frame.rotation
-        seen = np.append(com, 1.0)
-        out[0, i, :10] = moments_of(mass * np.outer(seen, seen))
+        homogeneous_com = np.append(com, 1.0)
+        out[0, i, :10] = moments_of(mass * np.outer(homogeneous_com, homogeneous_com))
         out[1, i, :10] = moments_of(np.pad(second_moment(inertia), (0, 1)))
     if arm.drives:
         out[2, :, 10] = arm.drive_inertia

@@ -94,8 +94,8 @@ def decompose(
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
     require_joints(trajectory, arm)
-    kept = {"christoffel": christoffel, "by_link": by_link, "terms": terms}
-    arrays = decompose_states(arm, states_of(trajectory), **kept, drives=drives, progress=progress)
+    parts = {"christoffel": christoffel, "by_link": by_link, "terms": terms}
+    arrays = decompose_states(arm, states_of(trajectory), **parts, drives=drives, progress=progress)
     return labelled(arm, trajectory, arrays)
 
 
@@ -189,10 +189,17 @@ def decompose_states(
     leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
     q, qd, qdd = states.last
     count = q.shape[1]
-    names = [*_LEAN, *["centrifugal", "coriolis"] * shares]
-    names += ["christoffel"] * christoffel + ["drive_torque"] * drives
-    names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"] * by_link
-    names += ["coriolis_centrifugal_terms"] * terms
+    names = [*_LEAN]
+    if shares:
+        names += ["centrifugal", "coriolis"]
+    if christoffel:
+        names.append("christoffel")
+    if drives:
+        names.append("drive_torque")
+    if by_link:
+        names += ["inertia_by_link", "coriolis_centrifugal_by_link", "gravity_loading_by_link"]
+    if terms:
+        names.append("coriolis_centrifugal_terms")
     out = _empty(arm, names, count)
     # glibc returns freed memory to the system beyond a threshold, and every page taken again costs a fault:
     # as much time as the arithmetic. Freeing an untouched block just below 32 MiB raises that threshold for
@@ -255,7 +262,8 @@ def _run(
 
 def torque_program(arm: RobotArm, drives: bool) -> Program:
     """The torque as the sum of its contributions, written as a program."""
-    return _program(arm, (*_LEAN, *["drive_torque"] * drives), ("torque",))
+    names = (*_LEAN, "drive_torque") if drives else _LEAN
+    return _program(arm, names, ("torque",))
 
 
 def torque_of(
@@ -269,7 +277,7 @@ def torque_of(
     require_states_fit(arm, states)
     flat = states.in_a_row
     if len(flat) > MOST_KEPT:
-        names = [*_LEAN, *["drive_torque"] * arm.counts_drives(drives)]
+        names = [*_LEAN, "drive_torque"] if arm.counts_drives(drives) else [*_LEAN]
         rows = _empty(arm, ["torque"], len(flat))
         _run(arm, names, flat.last, rows, progress)
         return np.ascontiguousarray(rows["torque"].T).reshape(states.q.shape)
@@ -325,9 +333,9 @@ def decompose_on_demand(
     if trajectory.n_set_points <= MOST_KEPT:
         return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
     require_joints(trajectory, arm)
-    kept = {kind: getattr(trajectory, kind) for kind in ("q", "qd", "qdd")}
-    kept["torque"] = torque_of(arm, states_of(trajectory), drives=drives, progress=progress)
-    return labelled(arm, trajectory, arrays_on_demand(arm, trajectory, drives, **parts) | kept)
+    in_memory = {kind: getattr(trajectory, kind) for kind in ("q", "qd", "qdd")}
+    in_memory["torque"] = torque_of(arm, states_of(trajectory), drives=drives, progress=progress)
+    return labelled(arm, trajectory, arrays_on_demand(arm, trajectory, drives, **parts) | in_memory)
 
 
 def arrays_on_demand(
@@ -383,19 +391,19 @@ def on_demand(shape: tuple[int, ...], read: Read) -> Any:
 
 
 def _chosen(shape: tuple[int, ...], read: Read, key: tuple[Any, ...]) -> Array:
-    chosen, rest = key[0], key[1:]
+    chosen, axis_keys = key[0], key[1:]
     rows = np.arange(*chosen.indices(shape[0])) if isinstance(chosen, slice) else np.asarray(chosen)
     rows = np.where(rows < 0, rows + shape[0], rows)
-    every = np.atleast_1d(rows)
-    of_a_row = _at(np.empty((1, *shape[1:])), rest).shape[1:]
-    out = np.moveaxis(np.empty((*of_a_row, len(every))), -1, 0)  # the layout of the formulations
-    for chunk in chunks(len(every)):
-        out[chunk] = _at(read(every[chunk]), rest)
+    row_numbers = np.atleast_1d(rows)
+    of_a_row = _at(np.empty((1, *shape[1:])), axis_keys).shape[1:]
+    out = np.moveaxis(np.empty((*of_a_row, len(row_numbers))), -1, 0)  # the layout of the formulations
+    for chunk in chunks(len(row_numbers)):
+        out[chunk] = _at(read(row_numbers[chunk]), axis_keys)
     return out if np.ndim(rows) else out[0]
 
 
-def _at(values: Array, rest: tuple[Any, ...]) -> Array:
+def _at(values: Array, axis_keys: tuple[Any, ...]) -> Array:
     """Index every axis but the first separately, from the last, as some of them vanish."""
-    for axis in range(len(rest), 0, -1):
-        values = values[(*[slice(None)] * axis, rest[axis - 1])]
+    for axis in range(len(axis_keys), 0, -1):
+        values = values[(*[slice(None)] * axis, axis_keys[axis - 1])]
     return values

@@ -154,37 +154,44 @@ def rank(
     torque = dataset.torque.values
     explained = float(dataset.attrs["torque_round_off"])
     peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
-    given = array_of(budget, "budget", UsageError)
-    if given.shape not in ((), (n,)) or not (given >= 0.0).all():
-        wanted, found = f"a share of 0 or more, or {n} torques", str(given.tolist())
-        hint = "budgets in words, such as 1%, are for `simplify` and `analyze`"
-        raise UsageError("this is not a budget", where="budget", expected=wanted, found=found, next_step=hint)
-    allowed = given * peak_torque if given.ndim == 0 else given
+    budget_values = array_of(budget, "budget", UsageError)
+    if budget_values.shape not in ((), (n,)) or not (budget_values >= 0.0).all():
+        raise UsageError(
+            "this is not a budget",
+            where="budget",
+            expected=f"a share of 0 or more, or {n} torques",
+            found=str(budget_values.tolist()),
+            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
+        )
+    allowed = budget_values * peak_torque if budget_values.ndim == 0 else budget_values
     floor = allowed / (n + 2)
-    every = elements(n, christoffel=christoffel)
+    all_elements = elements(n, christoffel=christoffel)
     drive_inertia = np.asarray(dataset.attrs["drive_inertia"])
-    drive = np.array([drive_inertia[element.i] * element.is_diagonal for element in every])
+    drive = np.array([drive_inertia[element.i] * element.is_diagonal for element in all_elements])
     if extremes is None:
-        extremes = Extremes(n, every, drive_inertia)
+        extremes = Extremes(n, all_elements, drive_inertia)
         for chunk in chunks(dataset.sizes["time"]):
             extremes.add({name: x.values for name, x in dataset[extremes.read].isel(time=chunk).items()})
     peaks = extremes.peaks
     # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
     # the quantity's largest element.
-    noise = 64 * np.finfo(float).eps * np.array([extremes.largest[element.quantity] for element in every])
+    largest = np.array([extremes.largest[element.quantity] for element in all_elements])
+    noise = 64 * np.finfo(float).eps * largest
     is_there: Array = peaks[:, :2] > noise[:, None]
     rms = np.sqrt(extremes.squares / extremes.count)
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
     # The links' element is the sum of both parts, or the only one there is.
-    links = np.arange(len(every)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
+    links = np.arange(len(all_elements)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
     exists, has_drive = np.asarray(is_there.any(axis=1)), drive > 0.0
     peak, acts = peaks[links] * exists, extremes.torques[..., 0] >= 0.0
     # Without any torque to give, what elements make is round-off.
     no_torque = 0.0 if peak_torque.any() else round_off
-    made = np.where(acts[..., None] & (extremes.torques > no_torque), extremes.torques, 0.0).swapaxes(1, 2)
-    torques = made[links] * exists[:, None]
-    whole = np.where(has_drive[:, None], np.where(exists[:, None], made[:, 4], made[:, 3]), torques)
-    of_parts = made[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
+    makes_torque = acts[..., None] & (extremes.torques > no_torque)
+    curve_torques = np.where(makes_torque, extremes.torques, 0.0).swapaxes(1, 2)
+    torques = curve_torques[links] * exists[:, None]
+    with_drive = np.where(exists[:, None], curve_torques[:, 4], curve_torques[:, 3])
+    whole = np.where(has_drive[:, None], with_drive, torques)
+    of_parts = curve_torques[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
     shares = ratio(torques, peak_torque)
     joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
     shares, change_without = shares[joint], ratio(part_peak, peak[:, None])
@@ -193,10 +200,10 @@ def rank(
     is_small, are_links_small = ((torque <= floor).all(axis=1) for torque in (whole, torques))
     which = [~exists & ~has_drive, is_small, are_links_small]
     columns = {
-        "quantity": np.array([element.quantity for element in every]),
-        "i": np.array([element.i + 1 for element in every]),
-        "j": np.array([0 if element.j is None else element.j + 1 for element in every]),
-        "k": np.array([0 if element.k is None else element.k + 1 for element in every]),
+        "quantity": np.array([element.quantity for element in all_elements]),
+        "i": np.array([element.i + 1 for element in all_elements]),
+        "j": np.array([0 if element.j is None else element.j + 1 for element in all_elements]),
+        "k": np.array([0 if element.k is None else element.k + 1 for element in all_elements]),
         "peak": peak,
         "rms": rms[links] * exists,
         "part_peak": part_peak,
@@ -219,15 +226,15 @@ def rank(
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
     revolute = (dataset.joint_kind.values == "revolute").tolist()
-    ranked = [every[k] for k in order]
-    units = [unit_of(_UNITS[len(one.index)], *(revolute[k] for k in one.index)) for one in ranked]
+    ranked = [all_elements[k] for k in order]
+    units = [unit_of(_UNITS[len(element.index)], *(revolute[k] for k in element.index)) for element in ranked]
     torque_units = [unit_of("effort", revolute[k - 1]) for k in columns["torque_joint"]]
     return table(
         "dominance",
         {name: columns[name] for name in GROUPS["dominance"] if name != "k" or christoffel},
         revolute,
         {
-            "element": [one.label for one in ranked],
+            "element": [element.label for element in ranked],
             "effect": dataset.effect.values,
             "source": list(SOURCES),
             "unit": ("element", units),
@@ -252,27 +259,27 @@ class Extremes:
 
     Parameters
     ----------
-    n_joints, every
+    n_joints, elements
         Number of joints, and the elements, E in number.
     drive_inertia
         Inertia of every drive, kg m^2 (kg), shape (n,); 0 where drives are not included.
     """
 
-    def __init__(self, n_joints: int, every: Sequence[Element], drive_inertia: FloatArray) -> None:
-        self.every, self.count, self.drive_inertia = every, 0, drive_inertia
+    def __init__(self, n_joints: int, elements: Sequence[Element], drive_inertia: FloatArray) -> None:
+        self.elements, self.count, self.drive_inertia = elements, 0, drive_inertia
         # Largest magnitudes and sums of squares; largest torques, -1 at joints where an element does not act;
         # and the set points, from 0, where they occur.
-        self.peaks, self.squares = np.zeros((2, len(every), 3))
-        self.torques = np.full((len(every), n_joints, 5), -1.0)
-        self.reached = np.zeros((len(every), n_joints + 1, 5), dtype=np.intp)
-        self.largest = dict.fromkeys((element.quantity for element in every), 0.0)  # of a whole quantity
+        self.peaks, self.squares = np.zeros((2, len(elements), 3))
+        self.torques = np.full((len(elements), n_joints, 5), -1.0)
+        self.reached = np.zeros((len(elements), n_joints + 1, 5), dtype=np.intp)
+        self.largest = dict.fromkeys((element.quantity for element in elements), 0.0)  # of a whole quantity
         self.read = [*self.largest, "qdd", *(["qd"] if "christoffel" in self.largest else [])]
 
     def add(self, block: Mapping[Any, Any]) -> None:
         """Add the next set points, as arrays of `decompose`."""
         for name in self.largest:
             self.largest[name] = max(self.largest[name], float(np.abs(block[name]).max()))
-        for k, element in enumerate(self.every):
+        for k, element in enumerate(self.elements):
             parts = element.parts(block)
             curves = np.vstack([parts, parts.sum(axis=0)])
             self._reach(self.peaks[k], self.reached[k, -1], curves)

@@ -70,12 +70,12 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     torque = np.zeros((2, *links.shape))
     for k, element in enumerate(ranked):
         for joint, factor in element.torque_factors(quantities).items():
-            made = curves[:, k] * factor
-            size = np.where(np.abs(made) > ranking.attrs["no_torque"], np.abs(made), 0.0)
+            torques = curves[:, k] * factor
+            size = np.where(np.abs(torques) > ranking.attrs["no_torque"], np.abs(torques), 0.0)
             shares[:, k] = np.maximum(shares[:, k], ratio(size, allowed[joint]))
             counts[:, k] |= size > floor[joint]
             if joint == joints[k] - 1:
-                torque[:, k] = made[3], made[2]
+                torque[:, k] = torques[3], torques[2]
     with np.errstate(divide="ignore", invalid="ignore"):
         of_peak = np.where(is_there, parts / peaks[:, None], 0.0)
         # Where parts cancel, their sum is round-off of the peak of either.
@@ -141,11 +141,11 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
 
 def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
     """Successive verdicts on every element: `verdict`, and its `begin` and `end` in s."""
-    time, found = over_time.time.values, {}
+    time, by_element = over_time.time.values, {}
     for label, words in zip(over_time.element.values.tolist(), verdicts(over_time).values.T, strict=True):
         first = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]
-        found[label] = [
+        by_element[label] = [
             {"verdict": str(words[a]), "begin": float(time[a]), "end": float(time[b - 1])}
             for a, b in pairwise(first)
         ]
-    return found
+    return by_element

@@ -19,10 +19,10 @@ _CONSTANT = 1e-12
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
     """R of the QR decomposition of columns given as blocks of rows; squaring would lose half the digits."""
-    left = np.zeros((columns, columns))
+    r = np.zeros((columns, columns))
     for block in blocks:
-        left = reduced(np.vstack([left, block]))
-    return left
+        r = reduced(np.vstack([r, block]))
+    return r
 
 
 def reduced(columns: FloatArray) -> FloatArray:
@@ -32,12 +32,12 @@ def reduced(columns: FloatArray) -> FloatArray:
 
 def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
     """Columns that are linearly independent of those before them."""
-    kept: list[int] = []
+    basis: list[int] = []
     for column in columns:
-        own = abs(reduced(r[:, [*kept, column]])[-1, -1])
-        if own > _DEPENDENT * float(np.linalg.norm(r[:, column])):
-            kept.append(column)
-    return kept
+        remainder = abs(reduced(r[:, [*basis, column]])[-1, -1])
+        if remainder > _DEPENDENT * float(np.linalg.norm(r[:, column])):
+            basis.append(column)
+    return basis
 
 
 def spread(columns: FloatArray) -> FloatArray:
@@ -66,18 +66,18 @@ def correlation_time(
     for stretch in stretches:
         for start in range(stretch.start, stretch.stop, _BLOCK):
             block = slice(start, min(start + _BLOCK, stretch.stop))
-            there = used[block].astype(float)
-            if there.any():
+            is_used = used[block].astype(float)
+            if is_used.any():
                 products += _at_distance(np.where(used[block], residual(block), 0.0))
-                pairs += _at_distance(there)
+                pairs += _at_distance(is_used)
     # Few pairs are unreliable.
     enough = pairs >= max(0.1 * pairs[0], 1.0)
-    known = len(enough) if enough.all() else int(np.argmin(enough))
-    covariance = products[:known] / pairs[:known]
-    if known < 2 or not covariance[0] > 0:
+    n_distances = len(enough) if enough.all() else int(np.argmin(enough))
+    covariance = products[:n_distances] / pairs[:n_distances]
+    if n_distances < 2 or not covariance[0] > 0:
         return 1.0
     times = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
-    wide = np.flatnonzero(np.arange(known) >= _WINDOW * times)
+    wide = np.flatnonzero(np.arange(n_distances) >= _WINDOW * times)
     return max(1.0, float(times[wide[0] if len(wide) else -1]))
 
 
@@ -134,8 +134,8 @@ class JointFit:
     slope: float
     slope_error: float
     partial: float  # correlation of measured and model with friction removed from both
-    own: float  # RMS of the model's torque after removing friction terms
-    left: float  # RMS of the measured torque after removing friction terms
+    model_rms: float  # RMS of the model's torque after removing friction terms
+    measured_rms: float  # RMS of the measured torque after removing friction terms
     like_friction: float  # RMS of the measured torque in friction terms
 
 
@@ -145,7 +145,7 @@ NOT_FITTED = JointFit(np.full(3, np.nan), np.full(3, np.nan), *(np.nan,) * 9)
 def fit_joint(
     model: FloatArray,
     measured: FloatArray,
-    way: FloatArray,
+    sign: FloatArray,
     velocity: FloatArray,
     used: Array,
     stretches: Sequence[slice],
@@ -153,7 +153,7 @@ def fit_joint(
     """Fit friction to one joint at the set points that are used; all of shape (N,)."""
 
     def columns(at: slice) -> FloatArray:
-        return np.column_stack([np.ones(at.stop - at.start), way[at], velocity[at], model[at], measured[at]])
+        return np.column_stack([np.ones(at.stop - at.start), sign[at], velocity[at], model[at], measured[at]])
 
     r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 5)
     count = int(used.sum())
@@ -167,35 +167,37 @@ def fit_joint(
     least = float(np.linalg.norm(r @ weights))
     fitted = -weights
     fitted[_MEASURED] = 0.0
-    known, explained = [term in terms for term in _OF_TERM], r @ fitted
+    is_fitted, explained = [term in terms for term in _OF_TERM], r @ fitted
 
     # Correlation of measured and model after friction, independent of scale. The first row is the offset's,
     # the last two are the residuals after friction.
     mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
-    own, along = mixed[-2, -2:]
-    left = float(np.hypot(along, mixed[-1, -1]))
+    model_remainder, along = mixed[-2, -2:]
+    measured_remainder = float(np.hypot(along, mixed[-1, -1]))
     slope = slope_error = partial = np.nan
     if independent(r, [*terms, _MODEL])[-1] == _MODEL:
         beside = np.zeros(5)
         beside[[*terms, _MODEL]] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
         beside[_MEASURED] = 1.0
-        slope = float(along / own)
+        slope = float(along / model_remainder)
         slope_error = float(_deviations(r, beside, [*terms, _MODEL], times(beside), count)[_MODEL])
-        partial = float(along * np.sign(own) / left) if left else np.nan
+        partial = (
+            float(along * np.sign(model_remainder) / measured_remainder) if measured_remainder else np.nan
+        )
     else:
-        own = 0.0
+        model_remainder = 0.0
     root = np.sqrt(count)
     return JointFit(
-        terms=np.where(known, fitted[[*_OF_TERM]] + 0.0, np.nan),
-        errors=np.where(known, deviation[[*_OF_TERM]], np.nan),
+        terms=np.where(is_fitted, fitted[[*_OF_TERM]] + 0.0, np.nan),
+        errors=np.where(is_fitted, deviation[[*_OF_TERM]], np.nan),
         rms=least / root,
         correlation=float(explained[1:] @ r[1:, _MEASURED] / (spread(explained) * spread(r[:, _MEASURED]))),
         explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
         slope=slope,
         slope_error=slope_error,
         partial=partial,
-        own=float(abs(own)) / root,
-        left=left / root,
+        model_rms=float(abs(model_remainder)) / root,
+        measured_rms=measured_remainder / root,
         like_friction=float(np.linalg.norm(mixed[1:-2, -1])) / root,
     )
 
@@ -208,11 +210,11 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
     wanted = r[:, _MEASURED] - r[:, _MODEL]
     # The method finds the active bounds in finitely many steps, and then solves without them.
-    found = lsq_linear(r[:, terms] / sizes, wanted, (least, np.inf), method="bvls")
+    solution = lsq_linear(r[:, terms] / sizes, wanted, (least, np.inf), method="bvls")
     weights = np.zeros(5)
-    weights[terms] = -found.x / sizes
+    weights[terms] = -solution.x / sizes
     weights[[_MODEL, _MEASURED]] = -1.0, 1.0
-    return weights, [term for term, held in zip(terms, found.active_mask, strict=True) if not held]
+    return weights, [term for term, is_bound in zip(terms, solution.active_mask, strict=True) if not is_bound]
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:

@@ -29,8 +29,10 @@ CONTRIBUTIONS = (
 VERDICT_NAMES = np.array(
     ["translation", "rotation", "both", "drive", "negligible", "zero", "within budget", "beyond budget"]
 )
-# Set points at a time, and set points times arms, that stay in the cache.
-_SET_POINTS, _CELLS = 512, 4096
+# Set points at a time that stay in the cache.
+_SET_POINTS = 512
+# Set points times arms at a time that stay in the cache.
+_CELLS = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,49 +83,49 @@ def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed:
         Multiples of the motion's velocity, shape (S,).
     """
     n, count = q.shape
-    every, most = elements(n), len(speed)
+    all_elements, n_arms = elements(n), len(speed)
     points, matter = _parameters(bodies)
-    found = Peaks(
-        np.zeros((2, len(every), most)),
-        np.zeros((len(every), most)),
-        np.repeat(_acts(every, n)[..., None] - 1.0, most, axis=-1),
-        bodies.drive_inertia.T if bodies.drive_inertia.size else np.zeros((n, most)),
-        np.zeros((n, most)),
-        np.zeros((n, most)),
-        np.zeros((len(CONTRIBUTIONS), n, most)),
+    result = Peaks(
+        np.zeros((2, len(all_elements), n_arms)),
+        np.zeros((len(all_elements), n_arms)),
+        np.repeat(_acts(all_elements, n)[..., None] - 1.0, n_arms, axis=-1),
+        bodies.drive_inertia.T if bodies.drive_inertia.size else np.zeros((n, n_arms)),
+        np.zeros((n, n_arms)),
+        np.zeros((n, n_arms)),
+        np.zeros((len(CONTRIBUTIONS), n, n_arms)),
     )
     weightless = replace(arm, gravity=np.zeros(3))
     for first in range(0, count, _SET_POINTS):
         at, v, a = (x[:, first : first + _SET_POINTS] for x in (q, qd, qdd))
         still, width = np.zeros_like(v), at.shape[1]
         loading, inertial = (
-            regressor(*given) for given in ((arm, at, still, still), (weightless, at, still, a))
+            regressor(*state) for state in ((arm, at, still, still), (weightless, at, still, a))
         )
         of_joints = np.moveaxis(np.concatenate([loading, inertial]), -1, 1).reshape(2 * n, width, -1)
         rows = np.concatenate([elements_per_unit(arm, at, v).reshape(-1, width, 10 * n), of_joints])
         translation, rotation = _Product.of(rows, points), _Product.of(rows, matter)
         step = max(1, _CELLS // width)
-        for block in (slice(start, start + step) for start in range(0, most, step)):
+        for block in (slice(start, start + step) for start in range(0, n_arms, step)):
             drives = (
                 bodies.drive_inertia[block].T[:, None] * a[..., None] if bodies.drive_inertia.size else 0.0
             )
-            _note(found, block, translation.of_arms(block), rotation.of_arms(block), drives, a, speed[block])
-    return found
+            _note(result, block, translation.of_arms(block), rotation.of_arms(block), drives, a, speed[block])
+    return result
 
 
-def _acts(every: Sequence[Element], n: int) -> Array:
+def _acts(all_elements: Sequence[Element], n: int) -> Array:
     """Whether an element acts at a joint, (E, n)."""
-    return np.array([[joint in (one.i, one.j) for joint in range(n)] for one in every])
+    return np.array([[joint in (element.i, element.j) for joint in range(n)] for element in all_elements])
 
 
 def _note(
-    found: Peaks, block: slice, translation: Array, rotation: Array, drives: Any, qdd: Array, speed: Array
+    peaks: Peaks, block: slice, translation: Array, rotation: Array, drives: Any, qdd: Array, speed: Array
 ) -> None:
     """Update the peaks of some arms by their values at some set points, (E + n, set points, arms).
 
     Rows are the elements of D, h and c, then D qdd. An effect that is equal for all arms has one column.
     """
-    n, count = len(qdd), len(found.whole)
+    n, count = len(qdd), len(peaks.whole)
     square, whole = speed**2, translation + rotation
     h, c = slice(count - 2 * n, count - n), slice(count - n, count)
     grows = np.ones((count, 1)) * square
@@ -132,24 +134,24 @@ def _note(
     def raise_to(peak: Array, values: Array, times: Array | float = 1.0) -> None:
         np.maximum(peak, np.maximum(values.max(axis=-2), -values.min(axis=-2)) * times, out=peak)
 
-    raise_to(found.parts[0, :, block], translation[:count], grows)
-    raise_to(found.parts[1, :, block], rotation[:count], grows)
-    raise_to(found.whole[:, block], whole[:count], grows)
+    raise_to(peaks.parts[0, :, block], translation[:count], grows)
+    raise_to(peaks.parts[1, :, block], rotation[:count], grows)
+    raise_to(peaks.whole[:, block], whole[:count], grows)
     first, second = np.triu_indices(n)
-    for joint, other in ((first, second), (second, first)):
-        peak = found.moved[np.arange(h.start), joint, block]
-        raise_to(peak, whole[: h.start] * qdd[other][..., None], square)
-        found.moved[np.arange(h.start), joint, block] = peak
+    for joint, accelerated in ((first, second), (second, first)):
+        peak = peaks.moved[np.arange(h.start), joint, block]
+        raise_to(peak, whole[: h.start] * qdd[accelerated][..., None], square)
+        peaks.moved[np.arange(h.start), joint, block] = peak
     joints = np.arange(n)
     for rows in (h, c):
-        found.moved[rows, :, block][joints, joints] = found.whole[rows, block]
+        peaks.moved[rows, :, block][joints, joints] = peaks.whole[rows, block]
     for k, (part, rows) in enumerate(product((translation, rotation), (slice(count, None), h))):
-        raise_to(found.contributions[2 * (k % 2) + k // 2, :, block], part[rows], square)
-    raise_to(found.contributions[4, :, block], translation[c])
+        raise_to(peaks.contributions[2 * (k % 2) + k // 2, :, block], part[rows], square)
+    raise_to(peaks.contributions[4, :, block], translation[c])
     if np.ndim(drives):
-        raise_to(found.contributions[5, :, block], drives, square)
-        raise_to(found.driven[:, block], whole[: h.start][first == second] * qdd[..., None] + drives, square)
-    raise_to(found.torque[:, block], (whole[count:] + whole[h] + drives) * square + whole[c])
+        raise_to(peaks.contributions[5, :, block], drives, square)
+        raise_to(peaks.driven[:, block], whole[: h.start][first == second] * qdd[..., None] + drives, square)
+    raise_to(peaks.torque[:, block], (whole[count:] + whole[h] + drives) * square + whole[c])
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,8 +43,8 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     """
     travel = np.where(arm.is_revolute, 0.0, farthest)
     frames = [joint.placement for joint in arm.joints], [link.frame for link in arm.links]
-    ways = [[frame.translation for frame in each] for each in frames]
-    steps = np.linalg.norm(ways, axis=-1).sum(axis=0) + travel
+    translations = [[frame.translation for frame in row] for row in frames]
+    steps = np.linalg.norm(translations, axis=-1).sum(axis=0) + travel
     com = float(np.linalg.norm(arm.com, axis=1).max())
     whole = float(steps.sum()) + com
     # For joint i: its own travel and frame, and all steps beyond it.
@@ -63,7 +63,7 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
     """Error for a D that is not positive definite at q: smallest eigenvalue, and faulty link or joint."""
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)
-    found = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
+    eigenvalue_text = f"smallest eigenvalue {values[0]:.3g} at {where}, q = ({place})"
     if np.linalg.eigvalsh(inertia + np.diag(floor))[0] < 0.0:
         # The faulty link has the most negative energy in that motion.
         by_link = generalized_dalembert.inertia_by_link(arm, solve_kinematics(arm, q[:, None]))
@@ -73,7 +73,7 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
             f"the mass matrix D is not positive definite because of the inertia of link {link.name}",
             where=_place(arm, link),
             expected="positive eigenvalues: no motion of an arm has negative energy",
-            found=[found, f"principal moments of link {link.name} {link.moments_text}"],
+            found=[eigenvalue_text, f"principal moments of link {link.name} {link.moments_text}"],
             next_step="fix that inertia (signs of products, units, reference point), or include the drives' "
             "inertia",
         )
@@ -85,7 +85,7 @@ def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray
         f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
         where=_place(arm, link),
         expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
-        found=found,
+        found=eigenvalue_text,
         next_step=f"give link {link.name} or those beyond it mass, or inertia about that joint's axis; "
         f"include the drives' inertia; or hold that joint (URDF and MJCF: --lock {joint.name}=0)",
     )
@@ -96,12 +96,12 @@ def _without_inertia(inertia: FloatArray, floor: FloatArray) -> int:
 
     A pivot of the elimination is the inertia felt at a joint while the joints before it are free.
     """
-    left, pivots = inertia.copy(), np.empty(len(inertia))
-    for i in range(len(left)):
-        pivots[i] = left[i, i]
+    complement, pivots = inertia.copy(), np.empty(len(inertia))
+    for i in range(len(complement)):
+        pivots[i] = complement[i, i]
         if not pivots[i] > floor[i]:
             return i
-        left[i:, i:] -= np.outer(left[i:, i], left[i:, i]) / pivots[i]
+        complement[i:, i:] -= np.outer(complement[i:, i], complement[i:, i]) / pivots[i]
     return int(pivots.argmin())
 
 

@@ -53,7 +53,7 @@ CONTRADICTING = (
 FOLLOWS = 0.9
 # Correlation after friction above which the model's torque is present: it explains two thirds (0.8^2) of the
 # remaining variance.
-THERE = 0.8
+PRESENT = 0.8
 # Factor up to which model and measurement are equal: torque constants and gear efficiencies, which convert
 # currents to torques, are known to some 20 %.
 AS_LARGE = 4.0 / 3.0
@@ -252,17 +252,17 @@ def _of_joint(
 
     r = triangle((columns(at) for at in chunks(len(model))), n + 2)
     of_models, of_measured = r[:, 1:-1], r[:, -1:]
-    apart = of_measured - of_models
+    difference = of_measured - of_models
     along = float(of_models[1:, joint] @ of_measured[1:, 0])
     wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
-    explained_by = 1.0 - (np.linalg.norm(apart[1:], axis=0) / spread_measured) ** 2
-    way, velocity = direction(trajectory, joint), trajectory.qd[:, joint]
-    moving = rows & (way != 0.0) & _far_from_jumps(trajectory, way)
+    explained_by = 1.0 - (np.linalg.norm(difference[1:], axis=0) / spread_measured) ** 2
+    sign, velocity = direction(trajectory, joint), trajectory.qd[:, joint]
+    moving = rows & (sign != 0.0) & _far_from_jumps(trajectory, sign)
     is_still = bool(moving.sum() < _FEWEST)
     if is_still:  # an offset alone is fitted
-        way, velocity, moving = np.zeros_like(way), np.zeros_like(way), rows
-    fit = fit_joint(model[:, joint], measured, way, velocity, moving, trajectory.stretches)
-    inertia = _drive_inertia(model[:, joint], measured, way, velocity, trajectory.qdd[:, joint], moving)
+        sign, velocity, moving = np.zeros_like(sign), np.zeros_like(sign), rows
+    fit = fit_joint(model[:, joint], measured, sign, velocity, moving, trajectory.stretches)
+    inertia = _drive_inertia(model[:, joint], measured, sign, velocity, trajectory.qdd[:, joint], moving)
     verdict, resembles = _verdict(fit, explained_by, joint)
     if not np.isnan(inertia) and verdict != "follows":
         verdict, resembles = "lacks drive inertia", 0
@@ -272,8 +272,8 @@ def _of_joint(
         "compared": count,
         "correlation": along / (wide * spread_measured),
         "slope": along / wide**2,
-        "bias": float(apart[0, joint] / r[0, 0]),
-        "rms": float(np.linalg.norm(apart[:, joint])) / np.sqrt(count),
+        "bias": float(difference[0, joint] / r[0, 0]),
+        "rms": float(np.linalg.norm(difference[:, joint])) / np.sqrt(count),
         "peak_measured": float(np.abs(measured[rows]).max()),
         "peak_model": peak_model,
         "explained": float(explained_by[joint]),
@@ -295,23 +295,23 @@ def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdi
     if best >= max(FOLLOWS, fit.explained):
         return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
     if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
-        if fit.partial <= -THERE:
+        if fit.partial <= -PRESENT:
             return "other sign", 0
-        if fit.partial >= THERE:
-            sure = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
-            if fit.slope > AS_LARGE and sure:
+        if fit.partial >= PRESENT:
+            is_significant = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
+            if fit.slope > AS_LARGE and is_significant:
                 return "too light", 0
-            heavy = fit.slope < 1.0 / AS_LARGE and sure
-            return ("too heavy" if heavy else "follows but for friction"), 0
+            is_too_heavy = fit.slope < 1.0 / AS_LARGE and is_significant
+            return ("too heavy" if is_too_heavy else "follows but for friction"), 0
     # If the model were right, at least its own torque would remain after friction.
-    hidden = fit.own <= max(fit.left, FRICTION_IS_KNOWN * fit.like_friction)
-    return ("below friction" if hidden else "does not follow"), 0
+    is_hidden = fit.model_rms <= max(fit.measured_rms, FRICTION_IS_KNOWN * fit.like_friction)
+    return ("below friction" if is_hidden else "does not follow"), 0
 
 
 def _drive_inertia(
     model: FloatArray,
     measured: FloatArray,
-    way: FloatArray,
+    sign: FloatArray,
     velocity: FloatArray,
     qdd: FloatArray,
     used: Array,
@@ -319,20 +319,28 @@ def _drive_inertia(
     """Factor of qdd that explains the residual clearly better than scaling the model; or nan."""
 
     def columns(at: slice) -> FloatArray:
-        of = model[at]
-        return np.column_stack([np.ones(len(of)), way[at], velocity[at], qdd[at], of, measured[at] - of])[
-            used[at]
-        ]
+        model_torque = model[at]
+        return np.column_stack(
+            [
+                np.ones(len(model_torque)),
+                sign[at],
+                velocity[at],
+                qdd[at],
+                model_torque,
+                measured[at] - model_torque,
+            ]
+        )[used[at]]
 
     r = triangle((columns(at) for at in chunks(len(model))), 6)
     terms = independent(r, (0, 1, 2))
     if independent(r, [*terms, 3])[-1:] != [3]:
         return np.nan
     before, after, heavier = (
-        float(reduced(r[:, [*some, 5]])[-1, -1]) ** 2 for some in (terms, [*terms, 3], [*terms, 4])
+        float(reduced(r[:, [*regressors, 5]])[-1, -1]) ** 2
+        for regressors in (terms, [*terms, 3], [*terms, 4])
     )
-    found = float(np.linalg.lstsq(r[:, [*terms, 3]], r[:, 5], rcond=None)[0][-1])
-    return found if found > 0.0 and after <= min((1.0 - _EXPLAINED) * before, 0.8 * heavier) else np.nan
+    inertia = float(np.linalg.lstsq(r[:, [*terms, 3]], r[:, 5], rcond=None)[0][-1])
+    return inertia if inertia > 0.0 and after <= min((1.0 - _EXPLAINED) * before, 0.8 * heavier) else np.nan
 
 
 def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
@@ -342,9 +350,9 @@ def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
         return out
     step, fastest = float(np.median(np.diff(trajectory.time))), recording.cutoff.max(keepdims=True)
     for joint, (raw, smooth) in enumerate(zip(recording.torque.T, filtered.T, strict=True)):
-        known = np.isfinite(raw) & np.isfinite(smooth)
-        if known.any():
-            out[joint] = noise_of(raw[known], smooth[known], step, fastest, left=True).item()
+        is_known = np.isfinite(raw) & np.isfinite(smooth)
+        if is_known.any():
+            out[joint] = noise_of(raw[is_known], smooth[is_known], step, fastest, left=True).item()
     return out
 
 
@@ -364,10 +372,10 @@ def direction(trajectory: Trajectory, joint: int, fastest: float | None = None) 
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 
 
-def _far_from_jumps(trajectory: Trajectory, way: FloatArray) -> Array:
+def _far_from_jumps(trajectory: Trajectory, sign: FloatArray) -> Array:
     """Set points far enough from changes of direction that the jump of friction has settled, (N,)."""
     time, wait = trajectory.time, _settling(trajectory)
-    after = np.flatnonzero(np.diff(way) != 0.0)
+    after = np.flatnonzero(np.diff(sign) != 0.0)
     jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
     following = np.searchsorted(jumps, time)
     return np.asarray(np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait)
@@ -378,5 +386,5 @@ def _settling(trajectory: Trajectory) -> float:
     recording = trajectory.recording
     if recording is None or recording.cutoff is None:
         return 0.0
-    known = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
-    return _SETTLED / float(known.max()) if len(known) else 0.0
+    cutoffs = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
+    return _SETTLED / float(cutoffs.max()) if len(cutoffs) else 0.0

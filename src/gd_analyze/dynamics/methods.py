@@ -101,9 +101,9 @@ def _closed_form(
     """Make a method from D, h and c, from which torque is summed."""
 
     def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
-        given = dynamics(arm, q, qd)
-        sum_ = np.einsum("ijn,jn->in", given.inertia, qdd) + given.coriolis_centrifugal
-        return sum_ + given.gravity_loading if gravity else sum_
+        terms = dynamics(arm, q, qd)
+        sum_ = np.einsum("ijn,jn->in", terms.inertia, qdd) + terms.coriolis_centrifugal
+        return sum_ + terms.gravity_loading if gravity else sum_
 
     return Method(name, title, short, source, kinematics, "closed form", growth, torque, dynamics)
 
@@ -168,6 +168,6 @@ def known_method(name: str) -> Method:
     """Find a formulation by name."""
     if name not in METHODS:
         near = difflib.get_close_matches(str(name), METHODS, n=1)
-        what, hint = f"there is no formulation {name!r}", f"did you mean {near[0]!r}?" if near else None
-        raise UsageError(what, where="method", expected=", ".join(METHODS), next_step=hint)
+        message, hint = f"there is no formulation {name!r}", f"did you mean {near[0]!r}?" if near else None
+        raise UsageError(message, where="method", expected=", ".join(METHODS), next_step=hint)
     return METHODS[name]

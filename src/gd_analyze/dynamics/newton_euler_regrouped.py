@@ -20,8 +20,10 @@ from gd_analyze.arrays import Array, FloatArray, apply, cross, dot, times_consta
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, regrouped
 from gd_analyze.robots.arm import RobotArm
 
-# An offset within this of quarter turns is exact quarter turns.
-_QUARTER, _ROUND_OFF = 0.5 * math.pi, 1e-14
+# A quarter turn, rad.
+_QUARTER = 0.5 * math.pi
+# An offset within this of quarter turns is exact quarter turns, rad.
+_ROUND_OFF = 1e-14
 
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
@@ -59,9 +61,9 @@ def _motions(arm: RegroupedArm, start: Array, state: tuple[Array, ...]) -> Itera
     for link, q, qd, qdd in zip(arm.links, *state, strict=True):
         lever = link.translation[:, None]
         if link.prismatic is None:
-            own = _Run.starting(link, spin, q, qd, qdd)
-            run = run.joined(own) if run and link.is_parallel else own
-            turn, spin = own.turn(link), run.spin(link)
+            joint_run = _Run.starting(link, spin, q, qd, qdd)
+            run = run.joined(joint_run) if run and link.is_parallel else joint_run
+            turn, spin = joint_run.turn(link), run.spin(link)
         else:
             turn, lever = _Turn(link.rotation), lever + link.prismatic[:, None] * q
         acceleration = acceleration + apply(field, lever)
@@ -156,10 +158,10 @@ class _Run:
         q, qd, qdd = state if link.sign > 0 else (-x for x in state)
         return cls(before, link.rotation, q, link.offset, qd, qdd)
 
-    def joined(self, own: _Run) -> _Run:
+    def joined(self, joint_run: _Run) -> _Run:
         """Add a joint."""
         names = ("angle", "offset", "velocity", "acceleration")
-        sums = {name: getattr(self, name) + getattr(own, name) for name in names}
+        sums = {name: getattr(self, name) + getattr(joint_run, name) for name in names}
         return replace(self, **sums)
 
     @property

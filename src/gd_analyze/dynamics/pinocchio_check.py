@@ -56,7 +56,7 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
     part = dataset.isel(time=chosen)
     states = [part[name].values for name in ("q", "qd", "qdd")]
-    ours = {
+    computed = {
         "inertia": part.inertia.sum("effect").values,
         "coriolis_centrifugal": part.coriolis_centrifugal.sum("effect").values,
         "gravity_loading": part.gravity_loading.values,
@@ -64,8 +64,10 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     }
     bounds = round_off_bounds(arm, *states)
     residuals = tuple(
-        Residual(name, float(np.abs(ours[name] - theirs)[..., units == unit].max()), bounds[name], unit)
-        for name, theirs in pinocchio_dynamics(arm, *states).items()
+        Residual(
+            name, float(np.abs(computed[name] - reference)[..., units == unit].max()), bounds[name], unit
+        )
+        for name, reference in pinocchio_dynamics(arm, *states).items()
         for units in [units_of("inertia" if name == "inertia" else "effort", arm.is_revolute)]
         for unit in dict.fromkeys(units.ravel().tolist())
     )
@@ -118,7 +120,7 @@ def pinocchio_dynamics(
 
     model = pinocchio_model(arm)
     data = model.createData()
-    found: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
+    quantities: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
     for position, velocity, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
         upper = np.triu(pin.crba(model, data, position))
         gravity = pin.computeGeneralizedGravity(model, data, position).copy()
@@ -126,8 +128,8 @@ def pinocchio_dynamics(
         torque = pin.rnea(model, data, position, velocity, acceleration).copy()
         state = (upper + np.triu(upper, 1).T, steady - gravity, gravity, torque)
         for name, value in zip(QUANTITIES, state, strict=True):
-            found[name].append(value)
-    return {name: np.array(values) for name, values in found.items()}
+            quantities[name].append(value)
+    return {name: np.array(values) for name, values in quantities.items()}
 
 
 def pinocchio_model(arm: RobotArm) -> Any:

@@ -77,14 +77,21 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
     from_base = [_moved(moments[i], frames[i + 1].T, -frames[i + 1].T @ origins[i]) for i in range(n)]
     steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
     steps = [_without_round_off(step, np.array(origins)) for step in steps]
-    kept = _regrouped(revolute, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps)
+    link_moments = _regrouped(
+        revolute, axes, from_base, [frames[i].T @ frames[i + 1] for i in range(n)], steps
+    )
     # Whether the last link is a body of revolution about z with its centre there.
-    is_round = revolute[-1] and not parallel[-1] and kept[-1].dtype != object and not kept[-1][3, :3].any()
+    is_round = (
+        revolute[-1]
+        and not parallel[-1]
+        and link_moments[-1].dtype != object
+        and not link_moments[-1][3, :3].any()
+    )
     if is_round:
-        uneven = kept[-1][:3, :3] - kept[-1][0, 0] * np.diag([1.0, 1.0, 0.0])
+        uneven = link_moments[-1][:3, :3] - link_moments[-1][0, 0] * np.diag([1.0, 1.0, 0.0])
         is_round = not _without_round_off(uneven, np.array(moments)[:, :3, :3]).any()
     if is_round:
-        kept[-1][1, 1] = kept[-1][0, 0]
+        link_moments[-1][1, 1] = link_moments[-1][0, 0]
     links = tuple(
         RegroupedLink(
             rotation=rotations[i],
@@ -94,9 +101,9 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
             offset=offsets[i],
             is_parallel=parallel[i],
             is_round=is_round and i == n - 1,
-            mass=kept[i][3, 3],
-            first=kept[i][:3, 3],
-            second=kept[i][:3, :3],
+            mass=link_moments[i][3, 3],
+            first=link_moments[i][:3, 3],
+            second=link_moments[i][:3, :3],
         )
         for i in range(n)
     )
@@ -112,8 +119,8 @@ def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]
         axes.append(before @ joint.axis)
         points.append(origin + rotation @ joint.placement.translation)
         rotation, origin = before @ link.frame.rotation, points[-1] + before @ link.frame.translation
-        own = pseudo_inertia(arm.mass[i], arm.com[i], arm.inertia_com[i])
-        moments.append(_moved(own, rotation, origin))
+        link_moments = pseudo_inertia(arm.mass[i], arm.com[i], arm.inertia_com[i])
+        moments.append(_moved(link_moments, rotation, origin))
     return axes, points, moments
 
 
@@ -204,9 +211,9 @@ def _regrouped(
     steps: Sequence[Array],
 ) -> list[Array]:
     """Moments of every link in its frame; what its joint does not move is added to the previous link."""
-    kept, every = list(moments), np.array(moments)
+    link_moments, original = list(moments), np.array(moments)
     blocks = (np.s_[:3, :3], np.s_[:3, 3], np.s_[3, :3], np.s_[3, 3])
-    for i in reversed(range(len(kept))):
+    for i in reversed(range(len(link_moments))):
         fixed = np.zeros((4, 4), dtype=bool)
         fixed[2:, 2:] = revolute[i]
         if not revolute[i]:
@@ -218,21 +225,21 @@ def _regrouped(
                 fixed[2, 3] = fixed[3, 2] = True
                 fixed[:3, 3] |= not before or _are_parallel(before[0], axes[i])
                 fixed[3, :3] = fixed[:3, 3]
-        gone = np.where(fixed, kept[i], 0.0)
-        kept[i] = np.where(fixed, 0.0, kept[i])
-        for block in blocks if kept[i].dtype != object else ():
-            kept[i][block] = _without_round_off(kept[i][block], every[:, *block])
+        fixed_moments = np.where(fixed, link_moments[i], 0.0)
+        link_moments[i] = np.where(fixed, 0.0, link_moments[i])
+        for block in blocks if link_moments[i].dtype != object else ():
+            link_moments[i][block] = _without_round_off(link_moments[i][block], original[:, *block])
         if i:
-            kept[i - 1] = kept[i - 1] + _moved(gone, rotations[i], steps[i])
+            link_moments[i - 1] = link_moments[i - 1] + _moved(fixed_moments, rotations[i], steps[i])
     revolute_joints = [i for i, does in enumerate(revolute) if does]
     for i in revolute_joints:
         if not _are_parallel(axes[revolute_joints[0]], axes[i]):
             break
         # So far all joints turn about one direction, and only the inertia about it matters.
-        about = kept[i][0, 0] + kept[i][1, 1]
-        kept[i][:3, :3] = 0.0
-        kept[i][0, 0] = about
-    return kept
+        about = link_moments[i][0, 0] + link_moments[i][1, 1]
+        link_moments[i][:3, :3] = 0.0
+        link_moments[i][0, 0] = about
+    return link_moments
 
 
 def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
@@ -242,8 +249,8 @@ def _moved(moments: Array, rotation: Array, translation: Array) -> Array:
     return moved
 
 
-def _are_parallel(one: FloatArray, other: FloatArray) -> bool:
-    return float(np.abs(np.cross(one, other)).max()) <= _ROUND_OFF
+def _are_parallel(first: FloatArray, second: FloatArray) -> bool:
+    return float(np.abs(np.cross(first, second)).max()) <= _ROUND_OFF
 
 
 def _without_round_off(values: Array, beside: Array | None = None) -> Array:

@@ -46,9 +46,9 @@ class Regrouping:
     """Parameters that one link passes to the previous link."""
 
     gone: tuple[int, ...]  # kinds of `KINDS` that it loses
-    # Coefficients of each lost kind: it acts as minus these of the kinds that stay, and as the body of all of
-    # them carried by the previous link; shape (gone, 11)
-    instead: FloatArray
+    # A row per lost kind, shape (gone, 11). The kind acts as minus these coefficients of the kinds that stay,
+    # plus the body of all of them, carried by the previous link
+    coefficients: FloatArray
 
     @property
     def kept(self) -> tuple[int, ...]:
@@ -70,19 +70,22 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         motions = _span((back[:, None] @ motions @ places[:, None]).reshape(-1, 4, 4))
         earlier = np.swapaxes(places, 1, 2)[:, None] @ products @ places[:, None]
         still, z = np.zeros(3), np.array([0.0, 0.0, 1.0])
-        own = _motion(z, still) if link.prismatic is None else _motion(still, link.prismatic)
-        mixed = own.T @ motions
+        joint_motion = _motion(z, still) if link.prismatic is None else _motion(still, link.prismatic)
+        mixed = joint_motion.T @ motions
         mixed = 0.5 * (mixed + np.swapaxes(mixed, 1, 2))
-        alone = own.T @ own
+        alone = joint_motion.T @ joint_motion
         # The drive's inertia acts in the square of the joint's own velocity, and nowhere else.
-        told = [*((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))), (alone, 1.0)]
-        functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in told])
+        visible = [
+            *((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))),
+            (alone, 1.0),
+        ]
+        functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in visible])
         scale = length ** np.array([*_LENGTHS, 2 if link.prismatic is None else 0])
         # Changes invisible to all functionals, orthonormal rows.
         _, sizes, directions = np.linalg.svd(functionals)
-        untold = directions[np.count_nonzero(sizes > _STANDS_OUT * sizes[0]) :]
-        out.append(_leaving(untold, scale))
-        motions = _span(np.concatenate([motions, own[None]]))
+        invisible = directions[np.count_nonzero(sizes > _STANDS_OUT * sizes[0]) :]
+        out.append(_leaving(invisible, scale))
+        motions = _span(np.concatenate([motions, joint_motion[None]]))
         products = _span(np.concatenate([*earlier, mixed, alone[None]]))
     return tuple(out)
 
@@ -114,7 +117,7 @@ def _places(link: RegroupedLink, length: float) -> FloatArray:
     lever = link.translation / length
     if link.prismatic is not None:
         levers = [lever + slid * link.prismatic for slid in (0.0, -1.0, 1.0)]
-        return np.array([homogeneous(link.rotation, each) for each in levers])
+        return np.array([homogeneous(link.rotation, vector) for vector in levers])
     return np.array([homogeneous(link.turned(angle), lever) for angle in 2 * math.pi / 5 * np.arange(5)])
 
 
@@ -127,15 +130,15 @@ def _span(matrices: FloatArray) -> FloatArray:
 def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
     """Choose one kind to leave for every change, and express each change by it."""
     gone: list[int] = []
-    rest = changes
+    remainder = changes
     while len(gone) < len(changes):
         # Remainder of each kind after those chosen.
-        sizes = np.linalg.norm(rest, axis=0)
+        sizes = np.linalg.norm(remainder, axis=0)
         best = next(kind for kind in _LEAVES_FIRST if sizes[kind] >= _AS_GOOD * sizes[:_DRIVE].max())
         gone.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
-        direction = rest[:, gone[-1]] / sizes[gone[-1]]
-        rest = rest - np.outer(direction, direction @ rest)
-    instead = np.linalg.solve(changes[:, gone], changes)
-    instead[np.abs(instead) < _STANDS_OUT] = 0.0
+        direction = remainder[:, gone[-1]] / sizes[gone[-1]]
+        remainder = remainder - np.outer(direction, direction @ remainder)
+    coefficients = np.linalg.solve(changes[:, gone], changes)
+    coefficients[np.abs(coefficients) < _STANDS_OUT] = 0.0
     # A unit of a kind in the arm's own length is scale units of it.
-    return Regrouping(tuple(gone), np.asarray(instead * scale / scale[gone, None], dtype=float))
+    return Regrouping(tuple(gone), np.asarray(coefficients * scale / scale[gone, None], dtype=float))

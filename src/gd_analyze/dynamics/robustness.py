@@ -88,12 +88,12 @@ def robustness(
     require_joints(trajectory, arm)
     arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)
     drawn = Drawn.from_arm(arm, samples, np.random.default_rng(seed))
-    taken = evenly(trajectory.n_set_points, _MOST_SET_POINTS)
-    q, qd = (array[taken].T for array in (trajectory.q, trajectory.qd))
+    set_points = evenly(trajectory.n_set_points, _MOST_SET_POINTS)
+    q, qd = (array[set_points].T for array in (trajectory.q, trajectory.qd))
     at_set_points, over_motion = _counts(elements_per_unit(arm, q, qd), drawn, threshold)
     coords = {
         "element": [element.label for element in _judged(arm)],
-        "time": ("time", trajectory.time[taken], {"units": "s"}),
+        "time": ("time", trajectory.time[set_points], {"units": "s"}),
         "verdict": VERDICTS,
         "link": np.arange(1, arm.n_joints + 1),
     }
@@ -143,8 +143,8 @@ class Drawn:
     def from_arm(cls, arm: RobotArm, samples: int, rng: np.random.Generator) -> Drawn:
         """Draw arms; ArmError if nothing is uncertain, or hardly any sample is consistent."""
         if arm.spread is None and all(link.uncertainty is None for link in arm.links):
-            where, way = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
-            raise ArmError("the links have no stated uncertainty", where=where, next_step=way)
+            where, hint = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
+            raise ArmError("the links have no stated uncertainty", where=where, next_step=hint)
         nominal = parameters_of(arm)
         if arm.spread is not None:
             return cls._of_spread(nominal, arm.spread[:, :, :10], samples, rng)
@@ -155,12 +155,12 @@ class Drawn:
             is_checked = link.mass > 0.0 and moments[0] > 1e-9 * moments[-1]
             missing = np.arange(samples)
             while missing.size:
-                drawn[missing, s] = found = nominal[s] + _changes(link, missing.size, rng)
-                missing = missing[~_is_consistent(found)] if is_checked else missing[:0]
+                drawn[missing, s] = sample = nominal[s] + _changes(link, missing.size, rng)
+                missing = missing[~_is_consistent(sample)] if is_checked else missing[:0]
                 redrawn[s] += missing.size
                 if redrawn[s] > _PATIENCE * samples:
-                    what = f"hardly any sample of link {link.name} is physically consistent"
-                    raise ArmError(what, where=link.place, next_step="state a smaller uncertainty of it")
+                    message = f"hardly any sample of link {link.name} is physically consistent"
+                    raise ArmError(message, where=link.place, next_step="state a smaller uncertainty of it")
         points = point_masses(drawn)
         return cls(points, drawn - points, redrawn)
 

@@ -39,8 +39,8 @@ TIGHTEST_RTOL = 100 * float(np.finfo(float).eps)
 
 def _require(holds: Any, where: str, expected: str, found: object) -> None:
     if not holds:
-        what = f"{where} does not fit the simulation"
-        raise UsageError(what, where=where, expected=expected, found=str(found))
+        message = f"{where} does not fit the simulation"
+        raise UsageError(message, where=where, expected=expected, found=str(found))
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,8 @@ def simulate(
     def slope(t: float, state: FloatArray) -> FloatArray:
         q, qd = state[:n], state[n : 2 * n]
         if not np.isfinite(state).all():
-            what, hint = "the simulated motion grows without bounds", "check the torque function's signs"
-            raise GdAnalyzeError(what, where=f"t = {t:g} s", next_step=hint)
+            message, hint = "the simulated motion grows without bounds", "check the torque function's signs"
+            raise GdAnalyzeError(message, where=f"t = {t:g} s", next_step=hint)
         active, resisting = torque_at(t, q, qd), resistance(qd)
         qdd = solve_accelerations(arm, method, added, q, qd, active - resisting)
         return np.concatenate([qd, qdd, [active @ qd, resisting @ qd]])
@@ -218,9 +218,11 @@ def _torque_function(
     def checked(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
         value = np.asarray(inner(t, q, qd), dtype=float)
         if value.shape != (n,) or not np.isfinite(value).all():
-            what = "the torque function does not give one finite torque per joint"
-            found = f"shape {value.shape}" if value.shape != (n,) else str(value.tolist())
-            raise GdAnalyzeError(what, where=f"t = {t:g} s", expected=f"{n} finite numbers", found=found)
+            message = "the torque function does not give one finite torque per joint"
+            value_text = f"shape {value.shape}" if value.shape != (n,) else str(value.tolist())
+            raise GdAnalyzeError(
+                message, where=f"t = {t:g} s", expected=f"{n} finite numbers", found=value_text
+            )
         return value
 
     return checked

@@ -47,8 +47,8 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
     q, qd, qdd = states.arrays
     turning = np.abs(q[:, np.array(arm.is_revolute)]).max(initial=0.0)
     rated = arm.limits("velocity_limit")
-    known = np.isfinite(rated) & (rated > 0.0)
-    speed = (np.abs(qd).max(axis=0)[known] / rated[known]).max(initial=0.0)
+    is_rated = np.isfinite(rated) & (rated > 0.0)
+    speed = (np.abs(qd).max(axis=0)[is_rated] / rated[is_rated]).max(initial=0.0)
     still = np.zeros_like(q)
     at_rest = np.abs(torque_of(arm, States(q, still, still))[:, joint]).max() / limit
     if turning > MANY_TURNS:
