@@ -76,24 +76,28 @@ class RobotArm:
             require_name(getattr(self, name), f"an arm's {name}", where)
         for text in (*self.sources, *self.assumptions, *self.doubts):
             if not is_sentence(text):
-                what, found = "a source, an assumption or a doubt is not printable", in_python(text)
-                raise ArmError(what, where=where, expected="text without control characters", found=found)
+                message, value_text = "a source, an assumption or a doubt is not printable", in_python(text)
+                raise ArmError(
+                    message, where=where, expected="text without control characters", found=value_text
+                )
         object.__setattr__(self, "gravity", checked(self.gravity, (3,), f"gravity of {where}", where))
         if not self.joints:
             raise ArmError(f"{where} has no joints", expected="at least one joint")
         n = len(self.joints)
-        for what, items in (("links", self.links), ("drives", self.drives), ("table rows", self.dh_table)):
-            if len(items) != n and (items or what == "links"):
-                problem, found = f"{where} needs as many {what} as joints", str(len(items))
-                raise ArmError(problem, where=where, expected=f"{n} {what}", found=found)
+        for noun, items in (("links", self.links), ("drives", self.drives), ("table rows", self.dh_table)):
+            if len(items) != n and (items or noun == "links"):
+                message, count_text = f"{where} needs as many {noun} as joints", str(len(items))
+                raise ArmError(message, where=where, expected=f"{n} {noun}", found=count_text)
         if self.spread is not None:
             shape = (len(self.spread), n, 11)
             object.__setattr__(self, "spread", checked(self.spread, shape, f"spread of {where}", where))
         for index, link in enumerate(self.links):
             if link.axial_only and (index > 0 or self.joints[0].kind != "revolute"):
-                what = f"link {link.name} states its inertia about the joint axis only"
+                message = f"link {link.name} states its inertia about the joint axis only"
                 expected = "this only for the first link, behind a revolute joint"
-                raise ArmError(what, where=link.place, expected=expected, next_step="state the full inertia")
+                raise ArmError(
+                    message, where=link.place, expected=expected, next_step="state the full inertia"
+                )
 
     def __repr__(self) -> str:
         return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
@@ -155,7 +159,7 @@ class RobotArm:
     @property
     def has_all_limits(self) -> bool:
         """Whether every joint states its range and its velocity and acceleration limits."""
-        return all(np.isfinite(self.limits(what)).all() for what in get_args(Limit))
+        return all(np.isfinite(self.limits(limit)).all() for limit in get_args(Limit))
 
     def counts_drives(self, asked: bool | None = None) -> bool:
         """Whether to include the drives' inertia: as asked, or else if the arm describes any."""
@@ -171,8 +175,8 @@ class RobotArm:
             If the arm describes no drives.
         """
         if not self.drives:
-            way = "add one [[drives]] table per joint to the arm file, or ask for the links alone"
-            raise ArmError(f"arm {self.name} describes no drives", where=f"arm {self.name}", next_step=way)
+            hint = "add one [[drives]] table per joint to the arm file, or ask for the links alone"
+            raise ArmError(f"arm {self.name} describes no drives", where=f"arm {self.name}", next_step=hint)
         return _read_only([drive.inertia for drive in self.drives])
 
 

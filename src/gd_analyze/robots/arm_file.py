@@ -64,8 +64,8 @@ class Place:
     def error(self, problem: str, expected: str | None, found: str | None = None, hint: str = "") -> ArmError:
         """Error about the value at this place."""
         next_step = f"{hint} {_EXAMPLE}".strip()
-        what = f"{self} {problem}"
-        return ArmError(what, where=self.where, expected=expected, found=found, next_step=next_step)
+        message = f"{self} {problem}"
+        return ArmError(message, where=self.where, expected=expected, found=found, next_step=next_step)
 
 
 Reader = Callable[[Any, Place], Any]
@@ -97,10 +97,10 @@ def _has_truth(value: Any) -> bool:
 
 def _that(holds: Callable[[Any], bool], expected: str, read: Reader = lambda value, _: value) -> Reader:
     def read_checked(value: Any, place: Place) -> Any:
-        found = read(value, place)
-        if not holds(found):
+        checked_value = read(value, place)
+        if not holds(checked_value):
             raise place.error(f"is not {expected}", None, in_python(value))
-        return found
+        return checked_value
 
     return read_checked
 
@@ -114,9 +114,9 @@ def _ends(value: Any, place: Place) -> Any:
     unknown = (-math.inf, math.inf)
     if not isinstance(value, list) or len(value) != 2:
         return _numbers(2)(value, place)
-    is_open = [end == none for end, none in zip(value, unknown, strict=True)]
-    known = [0.0 if skipped else end for end, skipped in zip(value, is_open, strict=True)]
-    return np.where(is_open, unknown, _numbers(2)(known, place))
+    is_open = [end == unknown_end for end, unknown_end in zip(value, unknown, strict=True)]
+    numbers = [0.0 if skipped else end for end, skipped in zip(value, is_open, strict=True)]
+    return np.where(is_open, unknown, _numbers(2)(numbers, place))
 
 
 def _rows(value: Any, place: Place) -> list[list[float]]:
@@ -246,47 +246,47 @@ def text_of_arm_file(path: Path) -> str:
     return text_of(path, "arm file", _LARGEST_FILE)
 
 
-def _table(given: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> dict[str, Any]:
+def _table(table: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> dict[str, Any]:
     """Values of a table by key, in SI units."""
-    of_kind = "_mm" if given.get("kind") == "prismatic" else "_deg"
+    of_kind = "_mm" if table.get("kind") == "prismatic" else "_deg"
     suffixes = {key: entry.suffix or of_kind for key, entry in keys.items() if entry.suffix is not None}
     suffixed = {key + suffix: key for key, suffix in suffixes.items()}
-    found: dict[str, Any] = {}
-    for word, value in given.items():
+    values: dict[str, Any] = {}
+    for word, value in table.items():
         key = suffixed.get(word, word)
         if key not in keys:
             likely = _likely(word, keys)
             hint = f"did you mean {likely}?" if likely else ""
             raise place.at(word).error("is not a key of an arm file", ", ".join(keys), hint=hint)
-        if key in found:
+        if key in values:
             raise place.at(key).error("is given twice", "it once, with a unit suffix or without")
         read = keys[key].read(value, place.at(word))
-        found[key] = read if word == key else read * UNIT_SUFFIXES[suffixes[key]]
+        values[key] = read if word == key else read * UNIT_SUFFIXES[suffixes[key]]
     for key, entry in keys.items():
-        if found.setdefault(key, entry.default) is REQUIRED:
+        if values.setdefault(key, entry.default) is REQUIRED:
             raise place.at(key).error("is missing", f"the key {key}")
     for prefix in ("", "frame_"):
-        if found.get(f"{prefix}rpy") is not None and found.get(f"{prefix}rotation") is not None:
+        if values.get(f"{prefix}rpy") is not None and values.get(f"{prefix}rotation") is not None:
             raise place.at(f"{prefix}rpy").error("and rotation are both given", "one of the two")
-    return found
+    return values
 
 
-def _likely(word: str, known: Iterable[str]) -> str:
+def _likely(word: str, keys: Iterable[str]) -> str:
     """Key most similar to a misspelt one; its unit suffix is kept unless it is the fault."""
     suffix = next((suffix for suffix in UNIT_SUFFIXES if word.endswith(suffix)), "")
     bare = word.removesuffix(suffix)
-    near = difflib.get_close_matches(bare, list(known), n=1)
+    near = difflib.get_close_matches(bare, list(keys), n=1)
     return "" if not near else bare if near[0] == bare else near[0] + suffix
 
 
 def _arm(document: dict[str, Any], place: Place) -> RobotArm:
     file = _table(document, FILE, place)
     n, placed = len(file["joints"]), file["convention"] == "placement"
-    for what in ("joints", "links", "drives"):
-        count = len(file[what])
-        if (count != n and (count or what == "links")) or not n:
-            where, expected = place.at(what, max(0, count - 1)).where, f"{n or 'some'} [[{what}]] tables"
-            problem = f"the arm file needs one [[{what}]] table per joint"
+    for part in ("joints", "links", "drives"):
+        count = len(file[part])
+        if (count != n and (count or part == "links")) or not n:
+            where, expected = place.at(part, max(0, count - 1)).where, f"{n or 'some'} [[{part}]] tables"
+            problem = f"the arm file needs one [[{part}]] table per joint"
             raise ArmError(problem, where=where, expected=expected, found=str(count))
     joints, links, rows = [], [], []
     for i, (joint_table, link_table) in enumerate(zip(file["joints"], file["links"], strict=True)):
@@ -333,9 +333,9 @@ def _link(link: Mapping[str, Any], name: str, behind: Placement, where: Location
     mass, com, inertia = link["mass"], link["com"], link["inertia"]
     if link["inertia_about"] == "origin":
         inertia = inertia - of_point_mass(mass, com)
-    known = link["mass_uncertainty"], link["com_uncertainty"], link["inertia_uncertainty"]
+    uncertainties = link["mass_uncertainty"], link["com_uncertainty"], link["inertia_uncertainty"]
     about = link["inertia_uncertainty_about"] or link["inertia_about"]
-    stated = None if all(value is None for value in known) else LinkUncertainty(*known, about)
+    stated = None if all(value is None for value in uncertainties) else LinkUncertainty(*uncertainties, about)
     return Link(name, mass, com, inertia, behind, link["as_measured"], link["axial_only"], stated, where)
 
 

@@ -125,28 +125,32 @@ def _joint(joint: Joint, row: DHRow | None) -> dict[str, Any]:
 
 def _turn(rotation: FloatArray, prefix: str) -> dict[str, Any]:
     """A rotation as the shortest angles that reproduce it bit by bit, or else as a matrix."""
-    none, angles = {f"{prefix}rpy": None, f"{prefix}rotation": None}, angles_of(rotation)
+    unset, angles = {f"{prefix}rpy": None, f"{prefix}rotation": None}, angles_of(rotation)
     if _same(rotation, np.eye(3)):
-        return none
+        return unset
     short = ([round(math.degrees(a), digits) * _DEGREE + 0.0 for a in angles] for digits in range(_SHORT + 1))
-    found = (rpy for rpy in (*short, list(angles)) if _same(roll_pitch_yaw(*rpy), rotation))
-    rpy = next(found, None)
-    return none | ({f"{prefix}rotation": rotation} if rpy is None else {f"{prefix}rpy": rpy})
+    matches = (rpy for rpy in (*short, list(angles)) if _same(roll_pitch_yaw(*rpy), rotation))
+    rpy = next(matches, None)
+    return unset | ({f"{prefix}rotation": rotation} if rpy is None else {f"{prefix}rpy": rpy})
 
 
 def _link(link: Link) -> dict[str, Any]:
     values = vars(link) | {"inertia": _tensor(link.inertia_com), "inertia_about": "com"}
     values |= {"frame_xyz": link.frame.translation} | _turn(link.frame.rotation, "frame_")
-    known = link.uncertainty
-    if known is not None and known.body_mass is not None:
-        what = f"link {link.name} carries a payload, and its uncertainties are for the link alone"
-        way = "write the arm without its payload, and give the payload where the arm is used"
-        raise ArmError(what, where=link.place, next_step=way)
-    inertia = None if known is None or known.inertia is None else _tensor(known.inertia)
-    about = None if known is None or inertia is None or known.inertia_about == "com" else known.inertia_about
+    uncertainty = link.uncertainty
+    if uncertainty is not None and uncertainty.body_mass is not None:
+        message = f"link {link.name} carries a payload, and its uncertainties are for the link alone"
+        hint = "write the arm without its payload, and give the payload where the arm is used"
+        raise ArmError(message, where=link.place, next_step=hint)
+    inertia = None if uncertainty is None or uncertainty.inertia is None else _tensor(uncertainty.inertia)
+    about = (
+        None
+        if uncertainty is None or inertia is None or uncertainty.inertia_about == "com"
+        else uncertainty.inertia_about
+    )
     return values | {
-        "mass_uncertainty": known and known.mass,
-        "com_uncertainty": known and known.com,
+        "mass_uncertainty": uncertainty and uncertainty.mass,
+        "com_uncertainty": uncertainty and uncertainty.com,
         "inertia_uncertainty": inertia,
         "inertia_uncertainty_about": about,
     }

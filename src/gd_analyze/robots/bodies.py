@@ -23,9 +23,11 @@ Findings = Iterator[tuple[str, str]]
 
 # Mass below which a link counts as massless, kg.
 NO_MASS = 1e-6
-# Factor by which centres of mass must be nearer in another reading: all of an arm's, of a chain of fewer than
-# five joints, one of them, those of shifted inertials. Makers' files have 0.94, 0.76, 0.64 and 0.65 at least.
-_ALL, _OF_FEW, _ONE, _SHIFTED = 0.75, 0.5, 0.5, 0.5
+# Factors by which centres of mass must be nearer in another reading.
+_ALL = 0.75  # all of an arm's; makers' files have 0.94 at least
+_OF_FEW = 0.5  # all of a chain of fewer than five joints; makers' files have 0.76 at least
+_ONE = 0.5  # one of an arm's; makers' files have 0.64 at least
+_SHIFTED = 0.5  # those of shifted inertials; makers' files have 0.65 at least
 # Distance from its line, in reaches, that says nothing.
 _NEAR = 0.01
 # Distance of a centre of mass from its link's frame, in reaches, from which on they count as apart.
@@ -62,21 +64,27 @@ def centres_fit_another_reading(arm: RobotArm) -> Findings:
     heavy = np.array([link.mass >= NO_MASS for _, link in links])
     if heavy.sum() < 2 or arm.reach <= 0.0:
         return
-    given = _distances([link.com for _, link in links], lines)
+    distances = _distances([link.com for _, link in links], lines)
     readings = {name: _distances(places, lines) for name, places in _readings(arm).items()}
-    most = _ALL if arm.n_joints >= 5 else _OF_FEW
-    if names := _nearest(readings, heavy, arm, most * _misfit(given[heavy], arm)):
-        off, then = (number(_rms(x[heavy])) for x in (given, readings[names[0]]))
-        text = f"the centres of mass are {off} m off the lines between the joints, {then} m if they are"
-        yield f"arm {arm.name}", f"{text} {' or '.join(names)}; check the frame and the signs of all"
+    factor = _ALL if arm.n_joints >= 5 else _OF_FEW
+    if names := _nearest(readings, heavy, arm, factor * _misfit(distances[heavy], arm)):
+        distance, new_distance = (number(_rms(x[heavy])) for x in (distances, readings[names[0]]))
+        text = f"the centres of mass are {distance} m off the lines between the joints"
+        reading = f"{new_distance} m if they are {' or '.join(names)}"
+        yield f"arm {arm.name}", f"{text}, {reading}; check the frame and the signs of all"
         return
     for k in np.flatnonzero(heavy) if arm.n_joints >= 5 else ():
-        only = {name: np.where(np.arange(len(given)) == k, read, given) for name, read in readings.items()}
-        if names := _nearest(only, heavy, arm, _ONE * _misfit(given[heavy], arm)):
+        of_one_link = {
+            name: np.where(np.arange(len(distances)) == k, read, distances) for name, read in readings.items()
+        }
+        if names := _nearest(of_one_link, heavy, arm, _ONE * _misfit(distances[heavy], arm)):
             place, link = links[k]
-            off, then = number(given[k]), number(readings[names[0]][k])
-            text = f"the centre of mass of link {link.name} is {off} m off the line between its joints"
-            yield place, f"{text}, {then} m if it is {' or '.join(names)}; check its frame and its signs"
+            distance, new_distance = number(distances[k]), number(readings[names[0]][k])
+            text = f"the centre of mass of link {link.name} is {distance} m off the line between its joints"
+            yield (
+                place,
+                f"{text}, {new_distance} m if it is {' or '.join(names)}; check its frame and its signs",
+            )
 
 
 def inertials_of_other_links(arm: RobotArm) -> Findings:
@@ -85,22 +93,18 @@ def inertials_of_other_links(arm: RobotArm) -> Findings:
     if arm.n_joints < 5 or any(link.mass < NO_MASS for link in links) or arm.reach <= 0.0:
         return
     coms = [link.com for link in links]
-    given = _distances(coms[:-1], lines)
+    own_distances = _distances(coms[:-1], lines)
     neighbours = {
-        "after": (_distances(coms[:-2], lines[1:]), given[1:]),
-        "before": (_distances(coms[1:], lines), given),
+        "after": (_distances(coms[:-2], lines[1:]), own_distances[1:]),
+        "before": (_distances(coms[1:], lines), own_distances),
     }
     shares = {name: _misfit(read, arm) / _misfit(of, arm) for name, (read, of) in neighbours.items()}
     neighbour = min(shares, key=lambda name: shares[name])
     if shares[neighbour] < _SHIFTED:
-        then, off = (number(_rms(distances)) for distances in neighbours[neighbour])
-        text = (
-            f"the centres of mass are {off} m off the lines between the joints, {then} m if each belongs to"
-        )
-        yield (
-            f"arm {arm.name}",
-            f"{text} the link {neighbour} its own; is every inertial shifted by one link?",
-        )
+        new_distance, distance = (number(_rms(distances)) for distances in neighbours[neighbour])
+        text = f"the centres of mass are {distance} m off the lines between the joints"
+        reading = f"{new_distance} m if each belongs to the link {neighbour} its own"
+        yield f"arm {arm.name}", f"{text}, {reading}; is every inertial shifted by one link?"
 
 
 def inertias_about_the_joints(arm: RobotArm) -> Findings:
@@ -109,17 +113,19 @@ def inertias_about_the_joints(arm: RobotArm) -> Findings:
     About its frame a link has at least the second moment of its mass at its centre, m c c^T: a rod 4/3 of
     it, a thick link up to 2.5. About its centre a rod has a third.
     """
-    ratios, rests = [], []
+    ratios, smallest_shares = [], []
     for _, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
         if link.mass >= NO_MASS and distance > _APART * arm.reach:
             along, of_point = link.com / distance, link.mass * distance**2
             moment = second_moment(link.inertia_com)
-            rest = np.linalg.eigvalsh(moment - of_point * np.outer(along, along))[0]
+            smallest = np.linalg.eigvalsh(moment - of_point * np.outer(along, along))[0]
             ratios.append(float(along @ moment @ along) / of_point)
-            rests.append(float(rest) / of_point)
-    if len(rests) >= 2 and min(rests) > -1e-3 and max(ratios) < 2.5:  # with inertias of three digits
-        text = f"the inertias of all {len(rests)} links with a centre of mass off their frame"
+            smallest_shares.append(float(smallest) / of_point)
+    if (
+        len(smallest_shares) >= 2 and min(smallest_shares) > -1e-3 and max(ratios) < 2.5
+    ):  # with inertias of three digits
+        text = f"the inertias of all {len(smallest_shares)} links with a centre of mass off their frame"
         yield f"arm {arm.name}", f"{text} are as large as about the frame; are they about the centre of mass?"
 
 

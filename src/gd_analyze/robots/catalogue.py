@@ -34,9 +34,9 @@ def builtin_arms() -> dict[str, Path]:
     return shipped("robots", ".toml")
 
 
-def arm_of(given: RobotArm | str | Path) -> RobotArm:
+def arm_of(source: RobotArm | str | Path) -> RobotArm:
     """An arm itself, or the one given by a built-in name or a path; raises as `load_arm`."""
-    return given if isinstance(given, RobotArm) else load_arm(given)
+    return source if isinstance(source, RobotArm) else load_arm(source)
 
 
 def load_arm(
@@ -104,8 +104,8 @@ def load_arm(
         warn_of_implausible(arm, stacklevel=2)
         return arm
     if tip is not None or base is not None or locked:
-        what = f"arm {name_or_path} is a single chain with all joints moving: there is nothing to choose"
-        raise ArmError(what, where="--tip, --base, --lock", next_step="leave them out")
+        message = f"arm {name_or_path} is a single chain with all joints moving: there is nothing to choose"
+        raise ArmError(message, where="--tip, --base, --lock", next_step="leave them out")
     return _supplemented(with_limits(read_arm(path), limits), gravity, drive_inertia)
 
 
@@ -124,14 +124,14 @@ def _supplemented(
     return arm
 
 
-def _numbers(given: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
+def _numbers(numbers: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
     """Numbers given as such or as text; UsageError unless there are `count`."""
-    values = [value_in(word) for word in (given.split(",") if isinstance(given, str) else given)]
-    known = [value for value in values if value is not None]
-    if len(known) == len(values) == count:
-        return known
-    expected, found = f"{count} numbers with commas, {unit}", in_python(given)
-    raise UsageError("the numbers are not as expected", where=where, expected=expected, found=found)
+    values = [value_in(word) for word in (numbers.split(",") if isinstance(numbers, str) else numbers)]
+    valid = [value for value in values if value is not None]
+    if len(valid) == len(values) == count:
+        return valid
+    expected, number_text = f"{count} numbers with commas, {unit}", in_python(numbers)
+    raise UsageError("the numbers are not as expected", where=where, expected=expected, found=number_text)
 
 
 def is_xml(path: Path) -> bool:
@@ -149,23 +149,23 @@ def is_xml(path: Path) -> bool:
 def _path_of(name_or_path: object) -> Path:
     if not isinstance(name_or_path, str | PathLike):
         expected = "the name of a built-in one, the path of an arm's file, or a pinocchio.Model"
-        found = in_python(name_or_path)
-        raise ArmError("this is not an arm", where="arm", expected=expected, found=found)
+        value_text = in_python(name_or_path)
+        raise ArmError("this is not an arm", where="arm", expected=expected, found=value_text)
     builtin = builtin_arms()
-    given = str(name_or_path)
-    if given in builtin:
-        return builtin[given]
+    name = str(name_or_path)
+    if name in builtin:
+        return builtin[name]
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is not a file
-        suffix, is_folder = path.suffix.lower(), bool(given) and path.is_dir()
-        others = "models" if suffix == ".json" else "logs and set points" * (suffix in OF_LOGS)
-        if path.is_file() and not others:
+        suffix, is_folder = path.suffix.lower(), bool(name) and path.is_dir()
+        usual_content = "models" if suffix == ".json" else "logs and set points" if suffix in OF_LOGS else ""
+        if path.is_file() and not usual_content:
             return path
         if is_folder or path.is_file():
-            found = "a folder" if is_folder else f"a {suffix} file, as {others} are"
-            way = "name the file in it" if is_folder else "name the robot's own file first"
-            raise ArmError("this is not a robot file", where=Location(path), found=found, next_step=way)
-    near = difflib.get_close_matches(given, builtin, n=1)
-    way = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"
+            file_text = "a folder" if is_folder else f"a {suffix} file, as {usual_content} are"
+            hint = "name the file in it" if is_folder else "name the robot's own file first"
+            raise ArmError("this is not a robot file", where=Location(path), found=file_text, next_step=hint)
+    near = difflib.get_close_matches(name, builtin, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"
     expected = f"a built-in arm ({', '.join(builtin)}) or the path of an arm's TOML, URDF or MJCF file"
-    raise ArmError(f"there is no arm {given!r}", expected=expected, next_step=way)
+    raise ArmError(f"there is no arm {name!r}", expected=expected, next_step=hint)

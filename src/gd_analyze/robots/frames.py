@@ -131,19 +131,19 @@ class RightAngles:
         vector /= np.linalg.norm(vector)
         small = np.abs(vector) <= RIGHT
         self._note_turn(link, float(np.linalg.norm(vector[small])))
-        kept = np.where(small, 0.0, vector)
-        out: FloatArray = kept / np.linalg.norm(kept)
+        cleaned = np.where(small, 0.0, vector)
+        out: FloatArray = cleaned / np.linalg.norm(cleaned)
         return out
 
     def rotation(self, rotation: FloatArray, words: Sequence[str], link: str, place: object) -> FloatArray:
         """A rotation with exact zeros, made orthonormal; `words` are its numbers as written."""
-        found = straight(rotation, RIGHT)
+        cleaned = straight(rotation, RIGHT)
         off, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
         if RIGHT < off <= min(_SUSPECT, 4 * 10.0**-digits):
             doubt = f"a rotation of {' '.join(words)} is {off:.1g} off a right angle and used as written"
             self.suspects.append((link, f"{place}: {doubt}; if a right angle is meant, give six digits"))
-        self._note_turn(link, float(np.linalg.norm(found - rotation)) / math.sqrt(2))
-        return found
+        self._note_turn(link, float(np.linalg.norm(cleaned - rotation)) / math.sqrt(2))
+        return cleaned
 
     def _note_turn(self, link: str, change: float) -> None:
         if change > 16 * np.finfo(float).eps:
@@ -152,15 +152,15 @@ class RightAngles:
     def assumptions(self, links: Container[str]) -> tuple[str, ...]:
         """Changes made to some links: a sentence for angles and one for lengths, each with the largest."""
         sentences = []
-        for changes, what, unit in (
+        for changes, sentence, unit in (
             (self.angles, f"Angles within {RIGHT:g} rad of a right angle are made right", "rad"),
             (self.lengths, f"Lengths below {_NO_LENGTH:g} m are set to 0", "m"),
         ):
-            of_these = {link: change for link, change in changes.items() if link in links}
-            if of_these:
-                worst = max(of_these, key=lambda link: of_these[link])
-                largest = f"largest change {of_these[worst]:.2g} {unit} ({worst})"
-                sentences.append(f"{what}: links changed {len(of_these)}, {largest}.")
+            of_links = {link: change for link, change in changes.items() if link in links}
+            if of_links:
+                worst = max(of_links, key=lambda link: of_links[link])
+                largest = f"largest change {of_links[worst]:.2g} {unit} ({worst})"
+                sentences.append(f"{sentence}: links changed {len(of_links)}, {largest}.")
         return tuple(sentences)
 
 
@@ -176,8 +176,8 @@ def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
     out = np.where(np.abs(rotation) <= tolerance, 0.0, rotation)
     done: list[FloatArray] = []
     for i in np.argsort(np.count_nonzero(out, axis=1), kind="stable"):
-        for other in done:
-            out[i] -= (out[i] @ other) * other
+        for row in done:
+            out[i] -= (out[i] @ row) * row
         out[i][np.abs(out[i]) <= tolerance] = 0.0
         out[i] /= np.linalg.norm(out[i])
         done.append(out[i])

@@ -14,8 +14,9 @@ from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.frames import angles_of
 from gd_analyze.robots.parts import Placement
 
-# Entries of a tensor, shape (3, 3), by columns of tables.
-_MOMENTS, _PRODUCTS = ([0, 1, 2], [0, 1, 2]), ([0, 0, 1], [1, 2, 2])
+# Rows and columns of a tensor's entries, in the order of the tables' columns.
+_MOMENTS = ([0, 1, 2], [0, 1, 2])
+_PRODUCTS = ([0, 0, 1], [1, 2, 2])
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 _SHOWN: dict[str, Shown] = {"#": "count", "joint": "name", "link": "name", "moves link": "name"}
 
@@ -31,7 +32,7 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
         f"{arm.title} ({arm.name})" if arm.title and arm.title != arm.name else arm.name,
         facts=(
             *(Fact(key, "", value) for key, value in document.items()),
-            Fact("", "File" * bool(files), ", ".join(files), shown="text"),
+            Fact("", "File" if files else "", ", ".join(files), shown="text"),
             Fact("", "Gravity", f"{gravity} m/s² along x, y, z of the base frame", shown="text"),
         ),
         parts=(
@@ -72,7 +73,8 @@ def _chain(arm: RobotArm) -> Table:
         lines = ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
         share = f"{100 * link.mass / (whole or 1.0):.0f}"
         rows.append([i, joint.name, link.name, f"{link.mass:.3g}", share, lines])
-    headings = ["#", "joint", "moves link", "kg", "%", "at lines" * any(row[-1] for row in rows)]
+    has_lines = any(row[-1] for row in rows)
+    headings = ["#", "joint", "moves link", "kg", "%", "at lines" if has_lines else ""]
     return _table(f"Chain, {whole:.4g} kg in all", headings, rows)
 
 
@@ -127,23 +129,23 @@ def _links(arm: RobotArm) -> Iterator[Table | Fact]:
         yield _table("Products of inertia, entries of the tensor", ["link", "xy", "xz", "yz"], rows)
     measured = ", ".join(link.name for link in arm.links if link.as_measured)
     axial = ", ".join(link.name for link in arm.links if link.axial_only)
-    yield Fact("", "Inertia kept as measured" * bool(measured), measured, shown="text")
-    yield Fact("", "Inertia about the joint's axis only" * bool(axial), axial, shown="text")
+    yield Fact("", "Inertia kept as measured" if measured else "", measured, shown="text")
+    yield Fact("", "Inertia about the joint's axis only" if axial else "", axial, shown="text")
 
 
 def _uncertainties(arm: RobotArm) -> Iterator[Table]:
     unknown, rows, products, about_origin = [None] * 3, [], [], []
     for link in arm.links:
-        known = link.uncertainty
-        if known is None:
+        uncertainty = link.uncertainty
+        if uncertainty is None:
             continue
-        tensor = known.inertia
+        tensor = uncertainty.inertia
         moments = unknown if tensor is None else tensor[_MOMENTS]
-        com = unknown if known.com is None else known.com
-        rows.append([link.name, *_cells([known.mass, *com, *moments])])
+        com = unknown if uncertainty.com is None else uncertainty.com
+        rows.append([link.name, *_cells([uncertainty.mass, *com, *moments])])
         if tensor is not None:
             products.append([link.name, *_cells(tensor[_PRODUCTS])])
-            about_origin += [link.name] if known.inertia_about == "origin" else []
+            about_origin += [link.name] if uncertainty.inertia_about == "origin" else []
     if rows:
         title = "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? if not stated"
         yield _table(title, ["link", "mass", "x", "y", "z", "xx", "yy", "zz"], rows)

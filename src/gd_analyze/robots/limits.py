@@ -40,28 +40,28 @@ _ORDINARY = (
 )
 
 
-def value_in(given: object) -> float | None:
+def value_in(value: object) -> float | None:
     """SI value of a number, or of a text with or without a unit (90deg, 20mm); None if it is neither."""
     factor = 1.0
-    if isinstance(given, str):
-        text = given.strip()
+    if isinstance(value, str):
+        text = value.strip()
         unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
-        given, factor = number_in(text.removesuffix(unit)), _UNITS.get(unit, 1.0)
-    if isinstance(given, int | float) and not isinstance(given, bool) and abs(given) <= LARGEST:
-        return factor * given
+        value, factor = number_in(text.removesuffix(unit)), _UNITS.get(unit, 1.0)
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST:
+        return factor * value
     return None
 
 
-def locks_of(given: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
+def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
     """Values of joints to lock, rad or m, from a mapping or texts such as elbow=90deg; or UsageError."""
-    pairs = given.items() if isinstance(given, Mapping) else map(_pair, given or ())
+    pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, locks or ())
     values: dict[str, float] = {}
     for joint, value in pairs:
         number = value_in(value)
         if not joint or number is None:
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
-            found = f"{joint}={value}" if joint else str(value)
-            raise UsageError("no joint with a value", where="--lock", expected=expected, found=found)
+            pair_text = f"{joint}={value}" if joint else str(value)
+            raise UsageError("no joint with a value", where="--lock", expected=expected, found=pair_text)
         if joint in values:
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number
@@ -73,82 +73,86 @@ def _pair(text: object) -> tuple[str, str]:
     return name.strip(), value
 
 
-def with_limits(arm: RobotArm, given: Given) -> RobotArm:
+def with_limits(arm: RobotArm, limits: Given) -> RobotArm:
     """Add acceleration limits: by joint, as texts ("joint=value", "all=value", all values), or from a file.
 
     Raises UsageError for any other word, and ArmError for a file.
     """
-    if not given:
+    if not limits:
         return arm
-    for word in [given] if isinstance(given, str | Path | Mapping) else given:
+    for word in [limits] if isinstance(limits, str | Path | Mapping) else limits:
         if isinstance(word, PathLike) or str(word).lower().endswith((".yaml", ".yml", ".toml")):
-            limits: dict[str, dict[str, Any]] = _from_file(arm, Path(str(word)))
-            note = f"Limits of {', '.join(limits)} from {visible(Path(str(word)).name)}."
+            by_joint: dict[str, dict[str, Any]] = _from_file(arm, Path(str(word)))
+            note = f"Limits of {', '.join(by_joint)} from {visible(Path(str(word)).name)}."
         else:
             accelerations = _accelerations(arm, word)
-            limits = {name: {"acceleration_limit": value} for name, value in accelerations.items()}
+            by_joint = {name: {"acceleration_limit": value} for name, value in accelerations.items()}
             stated = ", ".join(f"{name} {value:g}" for name, value in accelerations.items())
             note = f"Acceleration limits as given, per s^2: {stated}."
-        joints = tuple(dataclasses.replace(joint, **limits.get(joint.name, {})) for joint in arm.joints)
+        joints = tuple(dataclasses.replace(joint, **by_joint.get(joint.name, {})) for joint in arm.joints)
         arm = dataclasses.replace(arm, joints=joints, assumptions=(*arm.assumptions, note))
     return arm
 
 
-def _accelerations(arm: RobotArm, given: object) -> dict[str, float]:
+def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
     """Acceleration limits by joint, from a mapping or a text."""
-    known = [joint.name for joint in arm.joints]
-    if isinstance(given, Mapping):
-        stated = dict(given)
-    elif "=" in str(given):
-        stated = dict([_pair(given)])
+    names = [joint.name for joint in arm.joints]
+    if isinstance(statement, Mapping):
+        stated = dict(statement)
+    elif "=" in str(statement):
+        stated = dict([_pair(statement)])
     else:
-        values = str(given).split(",")
-        stated = dict(zip(known, values, strict=False)) if len(values) == len(known) else {"": given}
-    found: dict[str, float] = {}
+        values = str(statement).split(",")
+        stated = dict(zip(names, values, strict=False)) if len(values) == len(names) else {"": statement}
+    limits: dict[str, float] = {}
     for name, value in stated.items():
         number = value_in(value)
         if number is None or not number > 0 or not name:
-            what, wrong = "this is not an acceleration limit", f"{name}={value}" if name else in_python(given)
-            expected = f"joint=value, all=value, {len(known)} values with commas, or a .yaml or .toml file"
-            way = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
-            raise UsageError(what, where="--limits", expected=expected, found=wrong, next_step=way)
-        if name != "all" and name not in known:
-            expected = f"a joint of arm {arm.name}, or all: {', '.join(known)}"
+            message = "this is not an acceleration limit"
+            value_text = f"{name}={value}" if name else in_python(statement)
+            expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
+            hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
+            raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
+        if name != "all" and name not in names:
+            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
             raise UsageError(f"there is no joint {name!r} to limit", where="--limits", expected=expected)
-        found |= dict.fromkeys(known if name == "all" else [name], number)
-    return found
+        limits |= dict.fromkeys(names if name == "all" else [name], number)
+    return limits
 
 
 def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     """Limits of the arm's joints in a file, which may hold other joints, too."""
-    text = text_of(path, what := "file of limits", _LARGEST_FILE)
+    kind = "file of limits"
+    text = text_of(path, kind, _LARGEST_FILE)
     is_toml = path.suffix.lower() == ".toml"
-    table = _joint_limits(parsed_toml(path, text, what) if is_toml else parsed_yaml(path, text, what))
+    table = _joint_limits(parsed_toml(path, text, kind) if is_toml else parsed_yaml(path, text, kind))
     names = [joint.name for joint in arm.joints]
-    found = {name: limits for name in names if (limits := _limits(name, (table or {}).get(name), path))}
-    if found:
-        return found
+    by_joint = {name: _limits(name, (table or {}).get(name), path) for name in names}
+    by_joint = {name: limits for name, limits in by_joint.items() if limits}
+    if by_joint:
+        return by_joint
     listed = "no table joint_limits" if table is None else ", ".join(str(name) for name in list(table)[:12])
-    what, found_instead = f"the file limits no joint of arm {arm.name}", listed or "no joint"
+    message = f"the file limits no joint of arm {arm.name}"
     expected = f"a table joint_limits, as in MoveIt's joint_limits.yaml, of {', '.join(names)}"
-    raise ArmError(what, where=Location(path), expected=expected, found=found_instead)
+    raise ArmError(message, where=Location(path), expected=expected, found=listed or "no joint")
 
 
 def _limits(name: str, table: object, path: Path) -> dict[str, float]:
     """Limits in a joint's table, under the arm's names."""
     stated = table if isinstance(table, Mapping) else {}
-    found: dict[str, float] = {}
-    for key, (limit, holds) in _KEYS.items():
+    limits: dict[str, float] = {}
+    for key, (limit, switch) in _KEYS.items():
         # MoveIt writes max_acceleration: 0 beside has_acceleration_limits: false. A range has two ends.
-        if not stated.get(holds, any(other in stated for other, (_, what) in _KEYS.items() if what == holds)):
+        is_stated = any(end in stated for end, (_, end_switch) in _KEYS.items() if end_switch == switch)
+        if not stated.get(switch, is_stated):
             continue
         value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
         if value is None or not (value > 0 or "position" in key):
-            what, found_there = f"{key} of joint {name} is not a limit", in_python(stated.get(key))
-            way = f"give a number{'' if 'position' in key else ' above 0'}, or set {holds} to false"
-            raise ArmError(what, where=Location(path), found=found_there, next_step=way)
-        found[limit] = value
-    return found
+            message, value_text = f"{key} of joint {name} is not a limit", in_python(stated.get(key))
+            hint = f"give a number{'' if 'position' in key else ' above 0'}, or set {switch} to false"
+            raise ArmError(message, where=Location(path), found=value_text, next_step=hint)
+        limits[limit] = value
+    return limits
 
 
 def _joint_limits(document: Any, depth: int = 3) -> Mapping[Any, Any] | None:
@@ -159,14 +163,14 @@ def _joint_limits(document: Any, depth: int = 3) -> Mapping[Any, Any] | None:
     if isinstance(table, Mapping):
         return table
     below = (_joint_limits(value, depth - 1) for value in document.values() if depth)
-    return next((found for found in below if found is not None), None)
+    return next((inner for inner in below if inner is not None), None)
 
 
 # Most references to other parts of a file of limits.
 _MOST_ALIASES = 20
 
 
-def parsed_yaml(path: Path, text: str, what: str) -> Any:
+def parsed_yaml(path: Path, text: str, kind: str) -> Any:
     """Parsed YAML, with the tags !degrees and !radians of some robots' limits; ArmError if it is not YAML."""
     import yaml  # 0.02 s at every start
 
@@ -200,10 +204,10 @@ def parsed_yaml(path: Path, text: str, what: str) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = Location(path, *((mark.line + 1, mark.column + 1) if mark else ()))
-        found = str(getattr(error, "problem", None) or error)
+        fault = str(getattr(error, "problem", None) or error)
     except (RecursionError, ValueError):
-        where, found = Location(path), "lists nested too deep, or an invalid number"
-    raise ArmError(f"the {what} is not valid YAML", where=where, found=found, next_step="fix it there")
+        where, fault = Location(path), "lists nested too deep, or an invalid number"
+    raise ArmError(f"the {kind} is not valid YAML", where=where, found=fault, next_step="fix it there")
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,13 +227,13 @@ def box_limits(arm: RobotArm) -> BoxLimits:
     velocity, acceleration = arm.limits("velocity_limit"), arm.limits("acceleration_limit")
     stated = (np.isfinite(lower) & np.isfinite(upper), np.isfinite(velocity), np.isfinite(acceleration))
     assumed = []
-    for (what, values, per), known in zip(_ORDINARY, stated, strict=True):
+    for (text, values, per), is_stated in zip(_ORDINARY, stated, strict=True):
         for kind, unit in (("revolute", "rad"), ("prismatic", "m")):
-            joints = zip(arm.joints, known, strict=True)
+            joints = zip(arm.joints, is_stated, strict=True)
             names = [joint.name for joint, is_known in joints if joint.kind == kind and not is_known]
             if names:
                 of = "every joint" if len(names) == arm.n_joints else f"joint {', '.join(names)}"
-                assumed.append(f"{what}{values[kind]:.4g} {unit}{per} of {of}")
+                assumed.append(f"{text}{values[kind]:.4g} {unit}{per} of {of}")
     if assumed:
         listed = "; ".join(assumed)
         message = f"arm {arm.name} does not state all limits: for a box of states, {listed} is assumed"

@@ -36,22 +36,24 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     """Read a <mujoco>; ArmError if only MuJoCo itself can expand it, or it describes no possible robot."""
     for node in root.walk():
         if node.tag in _EXPANDED_BY_MUJOCO:
-            way = "load the file with MuJoCo and call mujoco.mj_saveLastXML('robot.xml', model)"
-            way = f'set <compiler saveinertial="true"/>, {way}'
-            raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=way)
+            hint = "load the file with MuJoCo and call mujoco.mj_saveLastXML('robot.xml', model)"
+            hint = f'set <compiler saveinertial="true"/>, {hint}'
+            raise ArmError(f"only MuJoCo can expand <{node.tag}>", where=node.where, next_step=hint)
     worlds = root.all("worldbody")
     if not worlds:
-        what, way = "the file describes no bodies", "name the robot's own file, not a scene or defaults"
-        raise ArmError(what, where=root.where, expected="a <worldbody>", next_step=way)
-    world = Node("worldbody", {}, worlds[0].where, [child for one in worlds for child in one.children])
+        message, hint = "the file describes no bodies", "name the robot's own file, not a scene or defaults"
+        raise ArmError(message, where=root.where, expected="a <worldbody>", next_step=hint)
+    world = Node(
+        "worldbody", {}, worlds[0].where, [child for worldbody in worlds for child in worldbody.children]
+    )
     compilers, notes = root.all("compiler"), Notes(path)
     for node in compilers:
-        for key, known in (("coordinate", ("local",)), ("angle", ("degree", "radian"))):
-            if (given := node.attributes.get(key, known[0])) not in known:
-                what, expected = f"<compiler {key}={given!r}> is not what MuJoCo reads", " or ".join(known)
-                raise ArmError(
-                    what, where=node.where, expected=expected, next_step="convert the file with MuJoCo"
-                )
+        for key, words in (("coordinate", ("local",)), ("angle", ("degree", "radian"))):
+            word = node.attributes.get(key, words[0])
+            if word not in words:
+                message, expected = f"<compiler {key}={word!r}> is not what MuJoCo reads", " or ".join(words)
+                hint = "convert the file with MuJoCo"
+                raise ArmError(message, where=node.where, expected=expected, next_step=hint)
     in_degrees = all(node.attributes.get("angle", "degree") == "degree" for node in compilers)
     bodies = _Bodies(notes, 360.0 if in_degrees else 2 * math.pi)
     bare = Node("mujoco", {"model": "robot"}, root.where)
@@ -90,7 +92,9 @@ def read_mjcf(path: Path, root: Node) -> Tree:
 
 def _placed_roots(roots: list[Node]) -> list[Node]:
     """Bodies of the world; fixed ones get an outer body, as Pinocchio drops the pose of the first body."""
-    floating = [body for body in roots if any(one.attributes.get("type") == "free" for one in body.children)]
+    floating = [
+        body for body in roots if any(child.attributes.get("type") == "free" for child in body.children)
+    ]
     fixed = [body for body in roots if body not in floating]
     if not any(_POSE.keys() & body.attributes.keys() for body in fixed):
         return roots
@@ -101,8 +105,8 @@ def _defaults(node: Node) -> Node:
     """Defaults of joints and shapes; ArmError if one moves every joint of a class."""
     for joint in node.all("joint"):
         if joint.is_not_zero("ref"):
-            what, next_step = "a default gives joints a reference value", "write ref at the joints themselves"
-            raise ArmError(what, where=joint.where, next_step=next_step)
+            message = "a default gives joints a reference value"
+            raise ArmError(message, where=joint.where, next_step="write ref at the joints themselves")
     inside = [child.kept(_OF_GEOM) for child in node.all("geom")]
     inside += [child.kept((*_OF_JOINT, "axis")) for child in node.all("joint")]
     return node.kept(("class",), {}, *inside, *(_defaults(child) for child in node.all("default")))
@@ -111,15 +115,20 @@ def _defaults(node: Node) -> Node:
 def _note_equalities(root: Node, sites: dict[str, str], notes: Notes) -> None:
     """Note joints that follow others, and bodies held together beside the tree."""
     for node in (child for part in root.all("equality") for child in part.children):
-        given = node.attributes
-        if given.get("active") == "false":
+        attributes = node.attributes
+        if attributes.get("active") == "false":
             continue
         if node.tag == "joint":
             numbers = node.numbers("polycoef", len(node.words("polycoef", "0 1")), "0 1")
             offset, multiplier = (*numbers, 0.0, 0.0)[:2]
-            notes.mimics[given.get("joint1", "")] = Mimic(given.get("joint2", ""), multiplier, offset)
+            notes.mimics[attributes.get("joint1", "")] = Mimic(
+                attributes.get("joint2", ""), multiplier, offset
+            )
         elif node.tag in ("connect", "weld"):
-            ends = [given.get(f"body{k}") or sites.get(given.get(f"site{k}", ""), "world") for k in (1, 2)]
+            ends = [
+                attributes.get(f"body{k}") or sites.get(attributes.get(f"site{k}", ""), "world")
+                for k in (1, 2)
+            ]
             notes.loops.append((ends[0], ends[1], node.where))
 
 
@@ -128,10 +137,10 @@ def _limit_efforts(root: Node, model: Any) -> None:
     limits, classes = model.effortLimit, dict[str, Node]()
     for default in root.all("default"):
         _note_classes(default, {}, classes)
-    for given in (child for part in root.all("actuator") for child in part.children):
-        of_class = classes.get(f"{given.attributes.get('class', 'main')} {given.tag}")
-        stated = given.attributes if of_class is None else of_class.attributes | given.attributes
-        node = Node(given.tag, stated, given.where)
+    for actuator in (child for part in root.all("actuator") for child in part.children):
+        of_class = classes.get(f"{actuator.attributes.get('class', 'main')} {actuator.tag}")
+        stated = actuator.attributes if of_class is None else of_class.attributes | actuator.attributes
+        node = Node(actuator.tag, stated, actuator.where)
         name = node.attributes.get("joint", "")
         key = next((key for key in ("forcerange", "ctrlrange") if key in node.attributes), None)
         if key is None or (key == "ctrlrange" and node.tag != "motor") or not model.existJointName(name):
@@ -205,23 +214,23 @@ class _Bodies:
 
     def _pose(self, node: Node, link: str) -> dict[str, Any]:
         """Position and orientation, cleaned."""
-        right, found = self.notes.right_angles, dict[str, Any]()
+        right, pose = self.notes.right_angles, dict[str, Any]()
         for key in (key for key in _POSE if key in node.attributes):
             numbers, words = node.numbers(key, _POSE[key]), node.words(key)
             if key == "pos":
-                found[key] = " ".join(right.length(word, link) for word in words)
+                pose[key] = " ".join(right.length(word, link) for word in words)
             elif key == "quat":
                 if not any(numbers):
                     raise ArmError(f"the quat of {link} is 0", where=node.where, expected="a rotation")
-                found[key] = self._quaternion(np.array(numbers), words, link, node)
+                pose[key] = self._quaternion(np.array(numbers), words, link, node)
             elif key == "euler":
-                found[key] = " ".join(right.angle(word, link, node.where, self.turn) for word in words)
+                pose[key] = " ".join(right.angle(word, link, node.where, self.turn) for word in words)
             elif key == "axisangle":
                 axis = " ".join(map(repr, right.direction(numbers[:3], link).tolist()))
-                found[key] = f"{axis} {right.angle(words[3], link, node.where, self.turn)}"
+                pose[key] = f"{axis} {right.angle(words[3], link, node.where, self.turn)}"
             else:
-                found[key] = node.attributes[key]
-        return found
+                pose[key] = node.attributes[key]
+        return pose
 
     def _quaternion(self, quaternion: FloatArray, words: list[str], link: str, node: Node) -> FloatArray:
         """Quaternion (w, x, y, z) of the cleaned rotation."""

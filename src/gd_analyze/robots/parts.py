@@ -27,29 +27,34 @@ _LONGEST_NAME = 200
 
 
 def checked(
-    values: ArrayLike, shape: tuple[int, ...], what: str, where: Location | str, *, nonnegative: bool = False
+    values: ArrayLike,
+    shape: tuple[int, ...],
+    quantity: str,
+    where: Location | str,
+    *,
+    nonnegative: bool = False,
 ) -> FloatArray:
     """Read-only copy of numbers; ArmError unless all are finite, possible and have this shape."""
     try:
-        given = np.array(values)
+        numbers = np.array(values)
     except ValueError:  # rows of different lengths
-        given = np.array(None)
-    if given.dtype.kind not in "fiu":
+        numbers = np.array(None)
+    if numbers.dtype.kind not in "fiu":
         problem, expected = "is not made of numbers", "numbers"
-    elif given.shape != shape:
+    elif numbers.shape != shape:
         problem, expected = "has the wrong shape", f"shape {shape}"
-    elif not np.isfinite(given).all():
+    elif not np.isfinite(numbers).all():
         problem, expected = "is not finite", "finite numbers"
-    elif not are_possible(given):
+    elif not are_possible(numbers):
         problem, expected = "is too large for any arm", f"numbers up to {LARGEST:g} in SI units"
-    elif nonnegative and (given < 0).any():
+    elif nonnegative and (numbers < 0).any():
         problem, expected = "is negative", "0 or more"
     else:
-        array = given.astype(float)
+        array = numbers.astype(float)
         array.flags.writeable = False
         return array
-    found = in_python(given.tolist() if given.dtype.kind in "fiu" else values)
-    raise ArmError(f"{what} {problem}", where=where, expected=expected, found=found)
+    value_text = in_python(numbers.tolist() if numbers.dtype.kind in "fiu" else values)
+    raise ArmError(f"{quantity} {problem}", where=where, expected=expected, found=value_text)
 
 
 def _check(
@@ -57,9 +62,9 @@ def _check(
 ) -> None:
     """Replace fields of a frozen value by checked copies, floats if the shape is (); None stays."""
     for name, shape in shapes.items():
-        given = getattr(owner, name)
-        if given is not None or getattr(type(owner), name, ...) is not None:
-            array = checked(given, shape, f"{name} of {of}", where, nonnegative=name in nonnegative)
+        value = getattr(owner, name)
+        if value is not None or getattr(type(owner), name, ...) is not None:
+            array = checked(value, shape, f"{name} of {of}", where, nonnegative=name in nonnegative)
             object.__setattr__(owner, name, array if shape else float(array))
 
 
@@ -80,11 +85,11 @@ def is_sentence(text: object) -> bool:
     return isinstance(text, str) and all(visible(word) == word for word in text.split())
 
 
-def require_name(name: object, what: str, where: Location | str) -> None:
+def require_name(name: object, description: str, where: Location | str) -> None:
     """Raise an ArmError unless `is_name`."""
     if not is_name(name):
         expected = f"one line of printable text, at most {_LONGEST_NAME} characters"
-        raise ArmError(f"{what} is not a name", where=where, expected=expected, found=in_python(name))
+        raise ArmError(f"{description} is not a name", where=where, expected=expected, found=in_python(name))
 
 
 def symmetric_tensor(
@@ -126,8 +131,8 @@ class Placement:
     def __post_init__(self) -> None:
         _check(self, "a placement", "placement", rotation=(3, 3), translation=(3,))
         if not is_rotation(self.rotation):
-            found = str(self.rotation.tolist())
-            raise ArmError("rotation of a placement is not a rotation", where="placement", found=found)
+            matrix_text = str(self.rotation.tolist())
+            raise ArmError("rotation of a placement is not a rotation", where="placement", found=matrix_text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,18 +158,20 @@ class Joint:
         _check(self, joint, where, axis=(3,))
         length = float(np.linalg.norm(self.axis))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
-            what = f"axis of {joint} is not a unit vector"
-            raise ArmError(what, where=where, expected="length 1", found=f"length {length:g}")
+            message = f"axis of {joint} is not a unit vector"
+            raise ArmError(message, where=where, expected="length 1", found=f"length {length:g}")
         for limit in ("lower", "upper", "velocity_limit", "acceleration_limit"):
-            given = getattr(self, limit)
-            if not (isinstance(given, float) and math.isinf(given)):
+            value = getattr(self, limit)
+            if not (isinstance(value, float) and math.isinf(value)):
                 _check(self, joint, where, **{limit: ()})
-            if given is not None and limit.endswith("limit") and not given > 0:
-                what = f"{limit} of {joint} is not positive"
-                raise ArmError(what, where=where, expected="a positive number", found=f"{given:g}")
+            if value is not None and limit.endswith("limit") and not value > 0:
+                message = f"{limit} of {joint} is not positive"
+                raise ArmError(message, where=where, expected="a positive number", found=f"{value:g}")
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
-            found = f"{self.lower:g} .. {self.upper:g}"
-            raise ArmError(f"range of {joint} is empty", where=where, expected="lower < upper", found=found)
+            range_text = f"{self.lower:g} .. {self.upper:g}"
+            raise ArmError(
+                f"range of {joint} is empty", where=where, expected="lower < upper", found=range_text
+            )
 
     @property
     def place(self) -> str:
@@ -201,8 +208,8 @@ class LinkUncertainty:
         _check(self, of, where, ("mass", "com", "inertia"), mass=(), com=(3,), inertia=(3, 3))
         _check(self, of, where, ("body_mass",), body_mass=(), body_com=(3,))
         if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
-            found = str(self.inertia.tolist())
-            raise ArmError(f"inertia of {of} is not symmetric", where=where, found=found)
+            tensor_text = str(self.inertia.tolist())
+            raise ArmError(f"inertia of {of} is not symmetric", where=where, found=tensor_text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,8 +236,8 @@ class Link:
         _check(self, link, where, ("mass",), mass=(), com=(3,), inertia_com=(3, 3))
         inertia = self.inertia_com
         if np.abs(inertia - inertia.T).max() > _SYMMETRY_TOLERANCE * np.abs(inertia).max():
-            what, found = f"inertia_com of {link} is not symmetric", str(inertia.tolist())
-            raise ArmError(what, where=where, expected="I = I^T", found=found)
+            message, tensor_text = f"inertia_com of {link} is not symmetric", str(inertia.tolist())
+            raise ArmError(message, where=where, expected="I = I^T", found=tensor_text)
 
     @property
     def place(self) -> str:

@@ -24,16 +24,16 @@ def with_payload(
     It is given in the frame of the arm's tip, if one was asked for, else of the last link. Stated
     uncertainties remain those of the link alone. Warns of implausible numbers.
     """
-    given, turn = payload(mass, position, inertia), arm.tip_frame.rotation
-    moments = turn @ given.inertia_com @ turn.T
-    com = turn @ given.com + arm.tip_frame.translation
-    body = dataclasses.replace(given, com=com, inertia_com=(moments + moments.T) / 2)
+    load, turn = payload(mass, position, inertia), arm.tip_frame.rotation
+    moments = turn @ load.inertia_com @ turn.T
+    com = turn @ load.com + arm.tip_frame.translation
+    body = dataclasses.replace(load, com=com, inertia_com=(moments + moments.T) / 2)
     for message in check_payload(body, arm.reach):
         warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     last = arm.links[-1]
     together = last.mass + body.mass
     com = (last.mass * last.com + body.mass * body.com) / together if together > 0 else last.com
-    about_com = [one.inertia_com + of_point_mass(one.mass, one.com - com) for one in (last, body)]
+    about_com = [part.inertia_com + of_point_mass(part.mass, part.com - com) for part in (last, body)]
     stated = last.uncertainty
     if stated is not None and stated.body_mass is None:
         stated = dataclasses.replace(stated, body_mass=last.mass, body_com=last.com)
@@ -45,7 +45,7 @@ def with_payload(
         uncertainty=stated,
         bare=last.bare or last,
     )
-    place = ", ".join(f"{x:g}" for x in given.com)
+    place = ", ".join(f"{x:g}" for x in load.com)
     frame = f"the frame of {arm.tip}" if arm.tip else "its frame"
     note = f"Link {last.name} carries a payload of {body.mass:g} kg at ({place}) m in {frame}."
     return dataclasses.replace(arm, links=(*arm.links[:-1], merged), assumptions=(*arm.assumptions, note))
@@ -53,12 +53,12 @@ def with_payload(
 
 def carrying(arm: RobotArm, body: Link) -> RobotArm:
     """Attach a payload to an arm's end effector; the arm's name lists the payload's nonzero numbers."""
-    rest = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
-    while rest and rest[-1] == ",0":
-        rest.pop()
+    numbers = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
+    while numbers and numbers[-1] == ",0":
+        numbers.pop()
     return dataclasses.replace(
         with_payload(arm, body.mass, body.com, body.inertia_com),
-        name=f"{arm.name}+{body.mass:g}kg{''.join(rest)}",
+        name=f"{arm.name}+{body.mass:g}kg{''.join(numbers)}",
         title=f"{arm.title or arm.name} carrying {body.mass:g} kg",
     )
 
@@ -69,12 +69,12 @@ def payload(mass: float, position: ArrayLike, inertia: ArrayLike | None = None) 
     The inertia about the payload's centre of mass is (xx, yy, zz), these and (xy, xz, yz), a tensor, or None.
     """
     com = array_of(position, "the position of the payload", ArmError)
-    given = array_of(np.zeros(3) if inertia is None else inertia, "the inertia of the payload", ArmError)
-    if given.shape not in ((3,), (6,), (3, 3)):
-        what, found = "the inertia of the payload has the wrong shape", f"shape {given.shape}"
+    moments = array_of(np.zeros(3) if inertia is None else inertia, "the inertia of the payload", ArmError)
+    if moments.shape not in ((3,), (6,), (3, 3)):
+        message, shape_text = "the inertia of the payload has the wrong shape", f"shape {moments.shape}"
         expected = "3 principal moments, 6 components (xx, yy, zz, xy, xz, yz) or a 3x3 tensor"
-        raise ArmError(what, where="payload", expected=expected, found=found)
-    return Link("payload", mass, com, given if given.ndim == 2 else symmetric_tensor(*given))
+        raise ArmError(message, where="payload", expected=expected, found=shape_text)
+    return Link("payload", mass, com, moments if moments.ndim == 2 else symmetric_tensor(*moments))
 
 
 def parse_payload(line: str) -> Link:
@@ -83,9 +83,9 @@ def parse_payload(line: str) -> Link:
     numbers = [value for word in words if (value := number_in(word)) is not None]
     if len(numbers) != len(words) or len(numbers) not in (4, 7, 10):
         wrong = next((word.strip() for word in words if number_in(word) is None), None)
-        found = f"{len(words)} numbers" if wrong is None else repr(wrong)
+        line_text = f"{len(words)} numbers" if wrong is None else repr(wrong)
         expected = "mass,x,y,z in kg and m, then xx,yy,zz (and xy,xz,yz) in kg m^2 unless it is a point mass"
         raise UsageError(
-            "the payload is not 4, 7 or 10 numbers", where=repr(line), expected=expected, found=found
+            "the payload is not 4, 7 or 10 numbers", where=repr(line), expected=expected, found=line_text
         )
     return payload(numbers[0], numbers[1:4], numbers[4:] or None)

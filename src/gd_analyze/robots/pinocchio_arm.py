@@ -23,8 +23,10 @@ from gd_analyze.text import LARGEST, shortened, visible
 
 # Humanoids with both hands have 200.
 _MOST_LINKS = 2000
-# From here on 100, 1000 and so on mean no limit: arms reach 40 rad/s and a few turns, or 100 m on a gantry.
-_NO_VELOCITY, _NO_RANGE = 100.0, 1000.0
+# A velocity limit of 100, 1000 and so on, per s, means no limit: arms reach 40 rad/s.
+_NO_VELOCITY = 100.0
+# An end of a range of 1000, 10000 and so on means no limit: arms reach a few turns, or 100 m on a gantry.
+_NO_RANGE = 1000.0
 
 
 def arm_of_robot(
@@ -43,25 +45,25 @@ def _read(path: Path) -> Tree:
     root = read_xml(path)
     links = sum(node.tag in ("link", "body") for node in root.walk())
     if links > _MOST_LINKS:
-        what, expected = "the robot has too many links", f"at most {_MOST_LINKS}"
-        raise ArmError(what, where=root.where, expected=expected, found=str(links))
+        message, expected = "the robot has too many links", f"at most {_MOST_LINKS}"
+        raise ArmError(message, where=root.where, expected=expected, found=str(links))
     if root.tag not in ("robot", "mujoco"):
         expected = "<robot> (URDF) or <mujoco> (MJCF) as the outermost element"
-        way = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
-        what, found = "the XML does not describe a robot", f"<{root.tag}>"
-        raise ArmError(what, where=root.where, expected=expected, found=found, next_step=way)
+        hint = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
+        message, tag_text = "the XML does not describe a robot", f"<{root.tag}>"
+        raise ArmError(message, where=root.where, expected=expected, found=tag_text, next_step=hint)
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
 
 
 def _arm_of_chain(
-    tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float], tip: str | None
+    tree: Tree, moving: Sequence[TreeJoint], held_values: Mapping[int, float], tip: str | None
 ) -> RobotArm:
     """The arm of the moving joints; links of held joints are merged, so that no mass is lost."""
     model, notes = pin.Model(tree.model), tree.notes
     for frame in model.frames:  # Pinocchio searches joints among all names, and a link may have the same name
         if frame.type not in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT):
             frame.name = f"link {frame.name}"
-    reduced = pin.buildReducedModel(model, sorted(held), tree.configuration(held))
+    reduced = pin.buildReducedModel(model, sorted(held_values), tree.configuration(held_values))
     bodies = list(zip(moving, reduced.jointPlacements[1:], reduced.inertias[1:], strict=True))
     end = pin.SE3.Identity() if tip is None else reduced.frames[reduced.getFrameId(f"link {tip}")].placement
     carried = tree.beyond(joint.index for joint in moving)
@@ -86,7 +88,7 @@ def _arm_of_chain(
             *notes.assumptions,
             *notes.right_angles.assumptions(arms_links | inboard),
             *([f"Limits of 100, 1000 and so on are read as no limit: joint {left_out}."] if left_out else []),
-            *_held_sentence(tree, moving, held),
+            *_held_sentence(tree, moving, held_values),
         ),
         doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
         tip=tip or "",
@@ -157,8 +159,8 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     for joint in moving:
         at, where = model.idx_vs[joint.index], tree.line("joint", joint.name) or tree.where
         inertia, viscous, friction = (
-            float(checked(values[at], (), f"the {what} of joint {joint.name}", where, nonnegative=True))
-            for what, values in stated.items()
+            float(checked(values[at], (), f"the {quantity} of joint {joint.name}", where, nonnegative=True))
+            for quantity, values in stated.items()
         )
         effort = float(model.effortLimit[at])
         limit = effort if 0 < effort <= LARGEST else None
@@ -166,15 +168,17 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     return tuple(drives) if any(drive != Drive() for drive in drives) else ()
 
 
-def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, float]) -> Iterator[str]:
+def _held_sentence(
+    tree: Tree, moving: Sequence[TreeJoint], held_values: Mapping[int, float]
+) -> Iterator[str]:
     """Held joints attached to the arm or placing its base, and their values."""
     near = tree.beyond(joint.index for joint in moving)
     near |= {joint.index for joint in tree.path(moving[0].index)}
     units = {"revolute": " rad", "prismatic": " m"}
     values = [
-        f"{joint.name} at {held[joint.index]:g}{units.get(joint.kind, '')}"
+        f"{joint.name} at {held_values[joint.index]:g}{units.get(joint.kind, '')}"
         for joint in tree.joints
-        if joint.index in held and joint.index in near
+        if joint.index in held_values and joint.index in near
     ]
     if values:
         yield f"Held, with the bodies they carry: {named(values)}."
@@ -182,5 +186,5 @@ def _held_sentence(tree: Tree, moving: Sequence[TreeJoint], held: Mapping[int, f
 
 def _identifier(name: str, stem: str) -> str:
     """A robot's name as a folder name: "my robot (v2)" becomes my_robot_v2."""
-    cleaned = (re.sub(r"[^A-Za-z0-9_.-]+", "_", given).strip("_.-") for given in (name, stem))
-    return next((found[:100] for found in cleaned if found), "robot")
+    cleaned = (re.sub(r"[^A-Za-z0-9_.-]+", "_", text).strip("_.-") for text in (name, stem))
+    return next((identifier[:100] for identifier in cleaned if identifier), "robot")

@@ -35,16 +35,17 @@ _FULL_TURN = 2 * math.pi
 _TYPED = 1e-4  # four decimals of a radian
 # Distance of a centre of mass that is plausible in an arm without reach, m.
 _LEAST_FAR = 0.1
-# Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986); rounding to 3
-# digits is good to 0.1 %.
-_MEASUREMENT_TOLERANCE, _ROUNDING_TOLERANCE = 0.1, 1e-3
+# Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986).
+_MEASUREMENT_TOLERANCE = 0.1
+# Numbers rounded to 3 digits are good to 0.1 %.
+_ROUNDING_TOLERANCE = 1e-3
 _CHECK = "check the signs of its products, units (cm or m) and reference point (com or origin)"
 
 
 def implausible(arm: RobotArm) -> tuple[str, ...]:
     """Suspicious numbers of an arm, a sentence each: doubts from its file, then findings of the checks."""
-    found = (f"{place}: {message}" for check in CHECKS for place, message in check(arm))
-    return tuple(dict.fromkeys([*arm.doubts, *found]))
+    findings = (f"{place}: {message}" for check in CHECKS for place, message in check(arm))
+    return tuple(dict.fromkeys([*arm.doubts, *findings]))
 
 
 def warn_of_implausible(arm: RobotArm, stacklevel: int) -> None:
@@ -101,9 +102,9 @@ def length_in_millimetres(arm: RobotArm) -> Findings:
             parts = (joint.place, joint.placement), (link.place, link.frame)
             offsets = [(place, float(np.linalg.norm(frame.translation))) for place, frame in parts]
             lengths = [(place, "the offset", length, "give metres") for place, length in offsets]
-        for place, key, length, instead in lengths:
+        for place, key, length, advice in lengths:
             if length > 20.0:
-                yield place, f"{key} is {length:g} m long; if in mm, {instead}"
+                yield place, f"{key} is {length:g} m long; if in mm, {advice}"
 
 
 def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
@@ -114,12 +115,10 @@ def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
         for place, frame in ((joint.place, joint.placement), (link.place, link.frame))
     ]
     place, longest = max(offsets, key=lambda offset: offset[1])
-    others = sum(length for _, length in offsets) - longest
-    if longest > max(3.0, 3.0 * others) and others > 0.0:
-        yield (
-            place,
-            f"an offset of {longest:.4g} m; all others add up to {others:.3g} m: is the decimal point right?",
-        )
+    sum_of_others = sum(length for _, length in offsets) - longest
+    if longest > max(3.0, 3.0 * sum_of_others) and sum_of_others > 0.0:
+        text = f"an offset of {longest:.4g} m; all others add up to {sum_of_others:.3g} m"
+        yield place, f"{text}: is the decimal point right?"
 
 
 def massless_among_bodies(arm: RobotArm) -> Findings:
@@ -146,16 +145,16 @@ def revolute_range_in_degrees(arm: RobotArm) -> Findings:
         if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
             continue
         if end.is_integer() or abs(2 * turns - round(2 * turns)) >= _TYPED:
-            instead = "if in degrees, give rad, or range_deg in TOML"
-            yield joint.place, f"the range goes to {end:g} rad, which is {turns:.3g} turns; {instead}"
+            advice = "if in degrees, give rad, or range_deg in TOML"
+            yield joint.place, f"the range goes to {end:g} rad, which is {turns:.3g} turns; {advice}"
 
 
 def velocity_in_degrees(arm: RobotArm) -> Findings:
     """The fastest wrists turn at 40 rad/s; even slow joints reach 60 degrees per second."""
     for joint in arm.joints:
         if joint.kind == "revolute" and 60.0 < (limit := joint.velocity_limit or 0.0) < math.inf:
-            instead = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
-            yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {instead}"
+            advice = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
+            yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {advice}"
 
 
 def velocity_in_turns_per_minute(arm: RobotArm) -> Findings:
@@ -271,7 +270,7 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
     """
     stated, n = described_links(arm), arm.n_joints
     for index in range((n + 1) // 2, n) if n >= 5 else ():
-        (place, link), before = stated[index], sum(one.mass for _, one in stated[:index])
+        (place, link), before = stated[index], sum(previous.mass for _, previous in stated[:index])
         share, than = (0.35, "a third of all links") if index >= n - 2 else (1.0, "all links")
         if link.mass > max(share * before, NO_MASS):
             mass = f"{number(link.mass)} kg, more than {than} before it together ({number(before)} kg)"
@@ -302,8 +301,8 @@ def _inconsistency(link: Link) -> str | None:
     moments, inertia = f"({link.moments_text})", f"the inertia of link {link.name}"
     if negative > _ROUNDING_TOLERANCE * largest:
         by = f"by {percent(negative / largest)} of the largest {moments}"
-        what = f"physically inconsistent: its smallest principal moment is negative, {by}"
-        return f"{inertia} is {what}; {_CHECK}"
+        fault = f"physically inconsistent: its smallest principal moment is negative, {by}"
+        return f"{inertia} is {fault}; {_CHECK}"
     share = f"{percent(excess / largest)} of its largest principal moment {moments}"
     violated = f"{inertia} violates the triangle inequality by {share}"
     if excess > _MEASUREMENT_TOLERANCE * largest:

@@ -39,38 +39,39 @@ _LONGEST_TEXT = 100
 _DEEPEST = 200
 
 
-def text_of(path: Path, what: str, most: int) -> str:
+def text_of(path: Path, kind: str, most: int) -> str:
     """Text of a file; ArmError if it cannot be read, is larger, or is not UTF-8."""
     try:
         data = read_at_most(path, most)
         if data is not None:
             return data.decode("utf-8")
-        problem, found = f"the {what} is too large", f"more than {megabytes(most)}"
+        problem, detail = f"the {kind} is too large", f"more than {megabytes(most)}"
     except OSError as error:
-        problem, found = f"cannot read the {what}", error.strerror or str(error)
+        problem, detail = f"cannot read the {kind}", error.strerror or str(error)
     except UnicodeDecodeError as error:
-        problem, found = f"the {what} is not text", f"byte 0x{error.object[error.start]:02x} at {error.start}"
-    raise ArmError(problem, where=Location(path), expected="a text file in UTF-8", found=found)
+        problem = f"the {kind} is not text"
+        detail = f"byte 0x{error.object[error.start]:02x} at {error.start}"
+    raise ArmError(problem, where=Location(path), expected="a text file in UTF-8", found=detail)
 
 
-def parsed_toml(path: Path, text: str, what: str) -> dict[str, Any]:
+def parsed_toml(path: Path, text: str, kind: str) -> dict[str, Any]:
     """Document of a text; ArmError with line and column if it is not TOML."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"line (\d+), column (\d+)", str(error))
         line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
-        where, found = Location(path, line, column), re.sub(r" \(at .*\)$", "", str(error))
-        problem, next_step = f"the {what} is not valid TOML", "fix the syntax there"
+        where, detail = Location(path, line, column), re.sub(r" \(at .*\)$", "", str(error))
+        problem, next_step = f"the {kind} is not valid TOML", "fix the syntax there"
     except ValueError:  # Python refuses integers of thousands of digits
         lines = enumerate(text.splitlines(), start=1)
         line = next((number for number, row in lines if re.search(r"\d[\d_]{4000}", row)), 1)
-        where, found = Location(path, line), "thousands of digits"
-        problem, next_step = f"the {what} contains a number that is too long", "shorten it"
+        where, detail = Location(path, line), "thousands of digits"
+        problem, next_step = f"the {kind} contains a number that is too long", "shorten it"
     except RecursionError:
-        where, found, next_step = Location(path), "hundreds of levels", "write it flat"
-        problem = f"the {what} nests tables or lists too deep"
-    raise ArmError(problem, where=where, found=found, next_step=next_step)
+        where, detail, next_step = Location(path), "hundreds of levels", "write it flat"
+        problem = f"the {kind} nests tables or lists too deep"
+    raise ArmError(problem, where=where, found=detail, next_step=next_step)
 
 
 class TableLines:
@@ -133,11 +134,11 @@ class Node:
     ) -> list[float]:
         """Numbers of an attribute; ArmError unless there are `count`, all finite, none below `least`."""
         values = [number_in(word) for word in self.words(key, default or "")]
-        found = [value for value in values if value is not None and least <= value and abs(value) < math.inf]
-        if len(found) == len(values) == count:
-            return found
-        what = "a finite number" if count == 1 else f"{count} finite numbers"
-        problem = f"{key} of <{self.tag}> is not {what}" + ("" if least < 0 else ", 0 or more")
+        valid = [value for value in values if value is not None and least <= value and abs(value) < math.inf]
+        if len(valid) == len(values) == count:
+            return valid
+        expected = "a finite number" if count == 1 else f"{count} finite numbers"
+        problem = f"{key} of <{self.tag}> is not {expected}" + ("" if least < 0 else ", 0 or more")
         stated = repr(self.attributes[key]) if key in self.attributes else "nothing"
         raise ArmError(problem, where=self.where, found=stated, next_step="fix the attribute there")
 
@@ -177,8 +178,8 @@ def read_xml(path: Path) -> Node:
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_nodes) >= _DEEPEST:
-            what = "the robot's file nests elements too deep"
-            raise ArmError(what, where=here(), expected=f"at most {_DEEPEST} levels")
+            message = "the robot's file nests elements too deep"
+            raise ArmError(message, where=here(), expected=f"at most {_DEEPEST} levels")
         node = Node(tag, attributes, here())
         (open_nodes[-1].children if open_nodes else roots).append(node)
         open_nodes.append(node)
@@ -188,9 +189,9 @@ def read_xml(path: Path) -> Node:
             open_nodes[-1].content += text
 
     def refuse(*_: Any) -> None:
-        what = "the robot's file declares a document type, which may hide text"
+        message = "the robot's file declares a document type, which may hide text"
         expected = "plain XML without <!DOCTYPE> and entities"
-        raise ArmError(what, where=here(), expected=expected, next_step="remove the declaration")
+        raise ArmError(message, where=here(), expected=expected, next_step="remove the declaration")
 
     parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_nodes.pop()
     parser.CharacterDataHandler = read_text
@@ -198,16 +199,16 @@ def read_xml(path: Path) -> Node:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        where, found = Location(path, error.lineno, error.offset + 1), expat.ErrorString(error.code)
-        what, way, within = "the robot's file is not valid XML", "fix the syntax there", ""
+        where, fault = Location(path, error.lineno, error.offset + 1), expat.ErrorString(error.code)
+        message, hint, within = "the robot's file is not valid XML", "fix the syntax there", ""
         if open_nodes:
             within = f"<{open_nodes[-1].tag}> of line {open_nodes[-1].where.line}"
         if error.code in _ENDS_EARLY:
-            found = f"its end within {within}" if within else "its end before any element"
-            what, way = "the robot's file is cut off", "copy or export it again, whole"
+            fault = f"its end within {within}" if within else "its end before any element"
+            message, hint = "the robot's file is cut off", "copy or export it again, whole"
         elif error.code == _OTHER_END:
-            found = f"the end of another element within {within}"
-        raise ArmError(what, where=where, found=found, next_step=way) from None
+            fault = f"the end of another element within {within}"
+        raise ArmError(message, where=where, fault=found, next_step=hint) from None
     except (LookupError, ValueError) as error:  # an encoding that Python does not know
         raise ArmError("the robot's file is not text", where=Location(path), found=str(error)) from None
     return roots[0]
@@ -234,10 +235,10 @@ def pinocchio_model(
             os.close(stderr)
         messages.seek(0)
         text = messages.read(10_000).decode(errors="replace") or failure
-    said = [line.strip().removeprefix("Error:").strip() for line in text.splitlines() if line.strip()]
-    said = [line for line in said if not line.startswith("at line ")]
+    sentences = [line.strip().removeprefix("Error:").strip() for line in text.splitlines() if line.strip()]
+    sentences = [line for line in sentences if not line.startswith("at line ")]
     named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
-    where = next((lines[what.lower(), name] for what, name in named if (what.lower(), name) in lines), None)
-    what, expected = f"Pinocchio cannot read the {kind}", f"a {kind} of one robot"
-    found, where = said[:3] or "no reason given", where or Location(path)
-    raise ArmError(what, where=where, expected=expected, found=found, next_step="fix the file there")
+    where = next((lines[noun.lower(), name] for noun, name in named if (noun.lower(), name) in lines), None)
+    message, expected = f"Pinocchio cannot read the {kind}", f"a {kind} of one robot"
+    detail, where = sentences[:3] or "no reason given", where or Location(path)
+    raise ArmError(message, where=where, expected=expected, found=detail, next_step="fix the file there")

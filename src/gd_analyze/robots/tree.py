@@ -37,8 +37,8 @@ _KINDS = {
 def named(names: Iterable[str]) -> str:
     """Names as a list; of many only the first."""
     listed = list(names)
-    rest = len(listed) - _MOST_NAMED
-    return ", ".join(listed[:_MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
+    n_more = len(listed) - _MOST_NAMED
+    return ", ".join(listed[:_MOST_NAMED]) + (f" and {n_more} more" if n_more > 0 else "")
 
 
 @dataclass(frozen=True)
@@ -80,19 +80,19 @@ class Notes:
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
 
-    def name(self, what: str, node: Node, otherwise: str = "") -> str:
+    def name(self, kind: str, node: Node, otherwise: str = "") -> str:
         """Name of a joint or link, whose line is noted; ArmError unless it is printable and unique."""
         name = node.attributes.get("name", "") or otherwise
-        while otherwise and "name" not in node.attributes and (what, name) in self.lines:
+        while otherwise and "name" not in node.attributes and (kind, name) in self.lines:
             name += "_"
         if not name.strip() or visible(name) != name:
             problem = f"a {node.tag} has no printable name"
             raise ArmError(problem, where=node.where, found=repr(name), next_step="name it")
-        if (what, name) in self.lines:
+        if (kind, name) in self.lines:
             problem = f"two <{node.tag}> elements have the name {name!r}"
-            found = f"the other in line {self.lines[what, name].line}"
-            raise ArmError(problem, where=node.where, found=found, next_step="rename one")
-        self.lines[what, name] = node.where
+            place_text = f"the other in line {self.lines[kind, name].line}"
+            raise ArmError(problem, where=node.where, found=place_text, next_step="rename one")
+        self.lines[kind, name] = node.where
         return name
 
 
@@ -133,32 +133,32 @@ class Tree:
 
     def path(self, index: int) -> list[TreeJoint]:
         """Joints from the ground to one, itself included."""
-        found: list[TreeJoint] = []
+        joints: list[TreeJoint] = []
         while index:
-            found.append(self.joints[index - 1])
-            index = found[-1].parent
-        return found[::-1]
+            joints.append(self.joints[index - 1])
+            index = joints[-1].parent
+        return joints[::-1]
 
     def beyond(self, indices: Iterable[int]) -> set[int]:
         """The given joints and all beyond them."""
-        found = set(indices)
+        reached = set(indices)
         for joint in self.joints:
-            if joint.parent in found:
-                found.add(joint.index)
-        return found
+            if joint.parent in reached:
+                reached.add(joint.index)
+        return reached
 
     def carried_mass(self, joint: TreeJoint) -> float:
         """Mass of the links that a joint and all joints beyond it move, kg."""
         return sum(float(self.model.inertias[index].mass) for index in self.beyond({joint.index}))
 
-    def line(self, what: str, name: str) -> Location | None:
+    def line(self, kind: str, name: str) -> Location | None:
         """Line of a joint or link; None for a model in memory."""
-        return self.notes.lines.get((what, name))
+        return self.notes.lines.get((kind, name))
 
-    def configuration(self, held: Mapping[int, float]) -> FloatArray:
+    def configuration(self, held_values: Mapping[int, float]) -> FloatArray:
         """Pinocchio's configuration with the given joints at their values and all others at rest."""
         q: FloatArray = pin.neutral(self.model)
-        for index, value in held.items():
+        for index, value in held_values.items():
             start, count = self.model.idx_qs[index], self.model.nqs[index]
             if count == 1:
                 q[start] = value
@@ -196,34 +196,34 @@ def chain_of(
         path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
-            found = f"the path to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
-            what, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
-            raise ArmError(what, where=where, found=found, next_step="name a base on that path, or none")
+            detail = f"the path to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
+            message, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
+            raise ArmError(message, where=where, found=detail, next_step="name a base on that path, or none")
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
     moving, names = {joint.index for joint in free}, {joint.name for joint in free}
     free = [joint for joint in free if not _follows_held(tree, joint, moving)]
-    held = {joint.index: 0.0 for joint in joints if joint not in free} | locked
+    held_values = {joint.index: 0.0 for joint in joints if joint not in free} | locked
     index_of = {joint.name: joint.index for joint in joints}
     for _ in tree.notes.mimics:  # a joint may follow one that follows another
         for name, mimic in tree.notes.mimics.items():
             follower = index_of.get(name)
-            if follower in held and follower not in locked:
-                master = held.get(index_of.get(mimic.master, -1), 0.0)
-                held[follower] = mimic.multiplier * master + mimic.offset
+            if follower in held_values and follower not in locked:
+                master = held_values.get(index_of.get(mimic.master, -1), 0.0)
+                held_values[follower] = mimic.multiplier * master + mimic.offset
     if not free:
-        found = f"{len(joints)} joints, all of them held" if joints else "only fixed joints"
-        way = "hold fewer joints" if joints else "check that the file describes an arm"
-        raise ArmError("the robot has no joint that moves", where=tree.where, found=found, next_step=way)
+        detail = f"{len(joints)} joints, all of them held" if joints else "only fixed joints"
+        hint = "hold fewer joints" if joints else "check that the file describes an arm"
+        raise ArmError("the robot has no joint that moves", where=tree.where, found=detail, next_step=hint)
     _refuse_floating_and_loops(tree, free)
     _refuse_branches(tree, free, locked)
     _refuse_follower(tree, _follower(tree, names, locked))
     _refuse_other_kinds(tree, free)
-    return free, held
+    return free, held_values
 
 
 def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
-    return [0, *(one.index for one in tree.path(joint.parent))]
+    return [0, *(ancestor.index for ancestor in tree.path(joint.parent))]
 
 
 def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
@@ -231,19 +231,19 @@ def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
     by_name = {joint.name: joint for joint in reversed(tree.joints)}
     joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
     if value and not joint.moves_simply:
-        what = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
-        raise ArmError(what, where=f"--lock {name}={value:g}", next_step="place its link in the file")
+        message = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
+        raise ArmError(message, where=f"--lock {name}={value:g}", next_step="place its link in the file")
     return joint
 
 
-def _known(what: str, name: str, option: str, tree: Tree, known: Collection[str]) -> str:
+def _known(kind: str, name: str, option: str, tree: Tree, names: Collection[str]) -> str:
     """The name of a link or joint; ArmError if the tree does not have it."""
-    if name in known:
+    if name in names:
         return name
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    way = f"did you mean {' or '.join(near)}?" if near else "choose a name from the file"
-    problem, expected = f"there is no {what} {name!r} in {tree.where}", named(known)
-    raise ArmError(problem, where=f"{option} {name}", expected=expected, next_step=way)
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else "choose a name from the file"
+    message, expected = f"there is no {kind} {name!r} in {tree.where}", named(names)
+    raise ArmError(message, where=f"{option} {name}", expected=expected, next_step=hint)
 
 
 def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
@@ -252,21 +252,22 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
     if mimic is None:
         return False
     if tree.format == "URDF" and ("joint", mimic.master) not in tree.notes.lines:
-        what, found = f"joint {joint.name} mimics a joint that does not exist", repr(mimic.master)
-        way = f"name a joint of the file, or hold it: --lock {joint.name}=0"
-        raise ArmError(what, where=tree.line("joint", joint.name), found=found, next_step=way)
-    masters = [one.index for one in tree.joints if one.name == mimic.master]
+        message, master_text = f"joint {joint.name} mimics a joint that does not exist", repr(mimic.master)
+        hint = f"name a joint of the file, or hold it: --lock {joint.name}=0"
+        raise ArmError(message, where=tree.line("joint", joint.name), found=master_text, next_step=hint)
+    masters = [candidate.index for candidate in tree.joints if candidate.name == mimic.master]
     return not masters or masters[0] not in moving or not tree.carried_mass(joint)
 
 
 def _leader(tree: Tree, joint: TreeJoint, locked: Container[int]) -> TreeJoint | None:
     """Joint that another one follows in the end, over others; None if it follows none, or a locked one."""
-    by_name, mimics, seen = {one.name: one for one in tree.joints}, tree.notes.mimics, list[TreeJoint]()
+    by_name = {candidate.name: candidate for candidate in tree.joints}
+    mimics, followed = tree.notes.mimics, list[TreeJoint]()
     at: TreeJoint | None = joint
-    while at is not None and at not in seen and at.index not in locked:
+    while at is not None and at not in followed and at.index not in locked:
         if at.name not in mimics:
-            return at if seen else None
-        seen.append(at)
+            return at if followed else None
+        followed.append(at)
         at = by_name.get(mimics[at.name].master)
     return None
 
@@ -282,9 +283,9 @@ def _follower(
         leader = _leader(tree, joint, locked)
         if leader is None:
             continue
-        for follower, other in [(joint, leader), (leader, joint)][: 2 if tree.format == "MJCF" else 1]:
-            if other.name in moving and tree.carried_mass(follower) > 0:
-                return follower, other
+        for follower, mover in [(joint, leader), (leader, joint)][: 2 if tree.format == "MJCF" else 1]:
+            if mover.name in moving and tree.carried_mass(follower) > 0:
+                return follower, mover
     return None
 
 
@@ -293,13 +294,15 @@ def _refuse_follower(tree: Tree, pair: tuple[TreeJoint, TreeJoint] | None) -> No
         return
     follower, leader = pair
     mass = f"{tree.carried_mass(follower):g} kg"
-    what = f"joint {follower.name} mimics joint {leader.name}, which moves, and loads it with {mass}"
-    found = "only serial chains can be modelled"
+    message = f"joint {follower.name} mimics joint {leader.name}, which moves, and loads it with {mass}"
+    detail = "only serial chains can be modelled"
     mimic = tree.notes.mimics.get(follower.name)
     if mimic is not None:
-        found = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}; {found}"
-    way = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
-    raise ArmError(what, where=tree.line("joint", follower.name) or tree.where, found=found, next_step=way)
+        detail = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}; {detail}"
+    hint = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
+    raise ArmError(
+        message, where=tree.line("joint", follower.name) or tree.where, found=detail, next_step=hint
+    )
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
@@ -309,26 +312,26 @@ def _locks(joints: Iterable[TreeJoint]) -> str:
 def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if joint.kind == "floating":
-            what = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
-            way = f"--base {joint.link} fixes that link; or use a file with a fixed base"
-            raise ArmError(what, where=tree.line("joint", joint.name) or tree.where, next_step=way)
+            message = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
+            hint = f"--base {joint.link} fixes that link; or use a file with a fixed base"
+            raise ArmError(message, where=tree.line("joint", joint.name) or tree.where, next_step=hint)
     for *links, where in tree.notes.loops:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
         between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
         if between:
-            found = f"joints that move in the loop: {named(joint.name for joint in between)}"
-            way = f"{_locks(between)} holds them; or --tip selects an arm without the loop"
-            what = f"links {links[0]} and {links[1]} close a loop"
-            raise ArmError(what, where=where, found=found, next_step=way)
+            detail = f"joints that move in the loop: {named(joint.name for joint in between)}"
+            hint = f"{_locks(between)} holds them; or --tip selects an arm without the loop"
+            message = f"links {links[0]} and {links[1]} close a loop"
+            raise ArmError(message, where=where, found=detail, next_step=hint)
 
 
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if not joint.moves_simply:
             where = tree.line("joint", joint.name) or tree.where
-            what = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
-            way = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
-            raise ArmError(what, where=where, next_step=way)
+            message = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
+            hint = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
+            raise ArmError(message, where=where, next_step=hint)
 
 
 def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[int]) -> None:
@@ -343,14 +346,14 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
     if not at:
         return
     fork, beyond = stem[-1].link if stem else "the base", [joint for joint in free if joint not in stem]
-    branches = [[one for one in free if one.index in tree.beyond({joint.index})] for joint in at]
+    branches = [[member for member in free if member.index in tree.beyond({joint.index})] for joint in at]
     if len(beyond) <= len(stem):
-        held = [joint for joint in beyond if joint.name not in tree.notes.mimics]
-        way = f"--tip {fork} holds the branches, with their mass"
-        if len(held) <= _FEW:
-            way = f"{_locks(held)} holds the branches, with their mass; --tip {fork} does the same"
+        to_hold = [joint for joint in beyond if joint.name not in tree.notes.mimics]
+        hint = f"--tip {fork} holds the branches, with their mass"
+        if len(to_hold) <= _FEW:
+            hint = f"{_locks(to_hold)} holds the branches, with their mass; --tip {fork} does the same"
     else:
-        moving = [{one.name for one in tree.path(joint.index)} for joint in beyond]
+        moving = [{member.name for member in tree.path(joint.index)} for joint in beyond]
         ends = [
             joint
             for joint, names in zip(beyond, moving, strict=True)
@@ -362,10 +365,10 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
             _refuse_follower(tree, _follower(tree, {joint.name for joint in free}, locked))
         ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
         tips = [joint.link for joint in (*stem[-1:], *ends)]
-        way = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
+        hint = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
-    what = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
+    message = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
     where = (tree.line("link", fork) if stem else None) or tree.where
-    error = BranchError(what, where=where, found=f"{len(at)} branches: {named(names)}", next_step=way)
-    error.paths = {joint.link: [one.name for one in tree.path(joint.index)] for joint in free}
+    error = BranchError(message, where=where, found=f"{len(at)} branches: {named(names)}", next_step=hint)
+    error.paths = {joint.link: [member.name for member in tree.path(joint.index)] for joint in free}
     raise error

@@ -42,10 +42,10 @@ def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
 
 def _stating(link: Link, stated: dict[str, tuple[float, bool]]) -> Link:
     body, new = link.bare or link, LinkUncertainty()
-    for what, (value, is_share) in stated.items():
-        if what == "mass":
+    for quantity, (value, is_share) in stated.items():
+        if quantity == "mass":
             new = replace(new, mass=value * (body.mass if is_share else 1.0))
-        elif what == "com":
+        elif quantity == "com":
             new = replace(new, com=np.full(3, value))
         else:
             new = replace(new, inertia=value * (np.abs(body.inertia_com) if is_share else np.eye(3)))
@@ -58,9 +58,11 @@ def exactly_known(arm: RobotArm) -> str:
     """Parameters without a stated uncertainty: "mass of links 1 and 2; com of every link"; "" if none."""
     if arm.spread is not None:
         return ""
-    found = []
-    for what in _FACTORS:
-        links = [k for k, link in enumerate(arm.links, 1) if getattr(link.uncertainty, what, None) is None]
+    sentences = []
+    for quantity in _FACTORS:
+        links = [
+            k for k, link in enumerate(arm.links, 1) if getattr(link.uncertainty, quantity, None) is None
+        ]
         if links:
-            found.append(f"{what} of {named_joints(links, arm.n_joints).replace('joint', 'link')}")
-    return "; ".join(found)
+            sentences.append(f"{quantity} of {named_joints(links, arm.n_joints).replace('joint', 'link')}")
+    return "; ".join(sentences)

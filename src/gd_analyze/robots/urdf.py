@@ -26,9 +26,9 @@ def read_urdf(path: Path, root: Node) -> Tree:
     for node in root.walk():
         unexpanded = [value for value in node.attributes.values() if "${" in value or "$(arg" in value]
         if node.tag.startswith("xacro:") or (unexpanded and node.tag not in ("mesh", "texture")):
-            found = unexpanded[0] if unexpanded else f"<{node.tag}>"
-            what, way = "the file is unexpanded xacro", "`xacro robot.urdf.xacro > robot.urdf`"
-            raise ArmError(what, where=node.where, found=found, next_step=way)
+            node_text = unexpanded[0] if unexpanded else f"<{node.tag}>"
+            message, hint = "the file is unexpanded xacro", "`xacro robot.urdf.xacro > robot.urdf`"
+            raise ArmError(message, where=node.where, found=node_text, next_step=hint)
     notes = Notes(path)
     links, joints = root.all("link"), root.all("joint")
     for node in links + joints:
@@ -51,11 +51,11 @@ def _refuse_undeclared_links(links: list[Node], joints: list[Node]) -> None:
         for which in ("parent", "child"):
             if (link := _end(joint, which)) and link not in names:
                 near = difflib.get_close_matches(link, names, n=1, cutoff=0.8)
-                way = f"name {near[0]}, or add" if near else "add"
+                hint = f"name {near[0]}, or add" if near else "add"
                 name = joint.attributes["name"]
-                what = f"the {which} of joint {name} is a link that the file does not declare"
-                next_step = f'{way} <link name="{escape(link)}"/>'
-                raise ArmError(what, where=joint.where, found=repr(link), next_step=next_step)
+                message = f"the {which} of joint {name} is a link that the file does not declare"
+                next_step = f'{hint} <link name="{escape(link)}"/>'
+                raise ArmError(message, where=joint.where, found=repr(link), next_step=next_step)
 
 
 def _note_motor_inertias(root: Node, notes: Notes) -> None:
@@ -82,17 +82,17 @@ def _refuse_loops(joints: list[Node], notes: Notes) -> None:
     for joint in joints:
         child = _end(joint, "child")
         if child in leads:
-            found = f"joints {leads[child].attributes['name']} and {joint.attributes['name']}"
-            what = f"link {child} closes a loop: it is the child of two joints"
-            raise ArmError(what, where=joint.where, found=found, next_step="remove one of the joints")
+            joint_text = f"joints {leads[child].attributes['name']} and {joint.attributes['name']}"
+            message = f"link {child} closes a loop: it is the child of two joints"
+            raise ArmError(message, where=joint.where, found=joint_text, next_step="remove one of the joints")
         leads[child] = joint
         notes.above[child] = _end(joint, "parent")
     try:
         TopologicalSorter({child: [parent] for child, parent in notes.above.items()}).prepare()
     except CycleError as error:
         link = error.args[1][0]
-        what, next_step = f"link {link} closes a loop: it is its own ancestor", "fix the joints' parents"
-        raise ArmError(what, where=leads[link].where, next_step=next_step) from None
+        message, next_step = f"link {link} closes a loop: it is its own ancestor", "fix the joints' parents"
+        raise ArmError(message, where=leads[link].where, next_step=next_step) from None
 
 
 def _end(joint: Node, which: str) -> str:
@@ -109,9 +109,9 @@ def _link(node: Node, notes: Notes) -> Node:
     name = node.attributes["name"]
     mass, inertia = inertial.first("mass"), inertial.first("inertia")
     if mass is None or inertia is None:
-        what = f"the inertial of link {name} lacks its <{'mass' if mass is None else 'inertia'}>"
-        way = "add it, or remove the <inertial> of a link without mass"
-        raise ArmError(what, where=inertial.where, next_step=way)
+        message = f"the inertial of link {name} lacks its <{'mass' if mass is None else 'inertia'}>"
+        hint = "add it, or remove the <inertial> of a link without mass"
+        raise ArmError(message, where=inertial.where, next_step=hint)
     (value,) = mass.numbers("value", 1, least=0)
     moments = {key: inertia.numbers(key, 1) for key in _INERTIA}
     if value == 0.0 and any(moment != [0.0] for moment in moments.values()):
@@ -126,12 +126,12 @@ def _link(node: Node, notes: Notes) -> Node:
 
 def _origin(node: Node, link: str, notes: Notes) -> Node:
     """An element's <origin>, with right angles made exact."""
-    given, right = node.first("origin") or Node("origin", {}, node.where), notes.right_angles
+    origin, right = node.first("origin") or Node("origin", {}, node.where), notes.right_angles
     for key in ("xyz", "rpy"):
-        given.numbers(key, 3, "0 0 0")
-    lengths = (right.length(word, link) for word in given.words("xyz", "0 0 0"))
-    angles = (right.angle(word, link, given.where) for word in given.words("rpy", "0 0 0"))
-    return given.kept((), {"xyz": " ".join(lengths), "rpy": " ".join(angles)})
+        origin.numbers(key, 3, "0 0 0")
+    lengths = (right.length(word, link) for word in origin.words("xyz", "0 0 0"))
+    angles = (right.angle(word, link, origin.where) for word in origin.words("rpy", "0 0 0"))
+    return origin.kept((), {"xyz": " ".join(lengths), "rpy": " ".join(angles)})
 
 
 def _joint(node: Node, notes: Notes) -> Node:

@@ -23,11 +23,14 @@ from gd_analyze.robots.text_file import UNIT_SUFFIXES
 # Speed of the motion as a multiple of the planned one; not a number of the arm.
 SPEED = "speed"
 _NAME = re.compile(r"(?:(joint|link|drive)(\d+)\.)?([a-z_]+?)(_mm|_deg)?(?:\.([xyz]{1,2}))?")
-_VECTOR, _TENSOR = ("x", "y", "z"), ("xx", "yy", "zz", "xy", "xz", "yz")
+_VECTOR = ("x", "y", "z")
+_TENSOR = ("xx", "yy", "zz", "xy", "xz", "yz")
 # Units by the suffix of a key.
 _SUFFIXED = {"_mm": ("m", "mm"), "_deg": ("rad", "deg")}
-# Physical inconsistency beyond rounding to three digits, or beyond that of published measurements.
-_ROUNDING, _MEASUREMENT = 1e-3, 0.1
+# Largest physical inconsistency, as a share, of numbers rounded to three digits.
+_ROUNDING = 1e-3
+# The same of published measurements.
+_MEASUREMENT = 0.1
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,16 @@ class VariedArm:
         arm, placed = self.arm, self.document["convention"] == "placement"
         m, rad, tensor = "m", "rad", "kg m^2"
         vectors = {"xyz": m, "rpy": rad} if placed else {}
-        found = {} if placed else {"theta": rad, "d": m, "a": m, "alpha": rad}
-        found |= {f"{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
-        link = {"mass": "kg"} | {f"com.{x}": m for x in _VECTOR} | {f"inertia.{x}": tensor for x in _TENSOR}
-        link |= {f"frame_{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
+        joint_units = {} if placed else {"theta": rad, "d": m, "a": m, "alpha": rad}
+        joint_units |= {f"{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
+        link_units = (
+            {"mass": "kg"} | {f"com.{x}": m for x in _VECTOR} | {f"inertia.{x}": tensor for x in _TENSOR}
+        )
+        link_units |= {f"frame_{key}.{x}": unit for key, unit in vectors.items() for x in _VECTOR}
         out = {SPEED: ""} | {f"gravity.{x}": "m/s^2" for x in _VECTOR}
         for i in range(1, arm.n_joints + 1):
-            out |= {f"joint{i}.{key}": unit for key, unit in found.items()}
-            out |= {f"link{i}.{key}": unit for key, unit in link.items()}
+            out |= {f"joint{i}.{key}": unit for key, unit in joint_units.items()}
+            out |= {f"link{i}.{key}": unit for key, unit in link_units.items()}
             if arm.drives:
                 out[f"drive{i}.inertia"] = tensor if arm.is_revolute[i - 1] else "kg"
         return out
@@ -87,7 +92,8 @@ class VariedArm:
         match = _NAME.fullmatch(name)
         if match is not None:
             part, number, key, suffix, component = (word or "" for word in match.groups())
-            bare = f"{part}{number}." * bool(part) + key + f".{component}" * bool(component)
+            before, behind = f"{part}{number}." if part else "", f".{component}" if component else ""
+            bare = before + key + behind
             unit = self.parameters.get(bare)
             scaled = dict([_SUFFIXED[suffix]]).get(unit or "") if suffix else unit
             if scaled is not None:
@@ -101,23 +107,23 @@ class VariedArm:
             next_step=f"did you mean {' or '.join(near)}?" if near else None,
         )
 
-    def value(self, one: Parameter) -> float:
+    def value(self, parameter: Parameter) -> float:
         """Value of a number in the arm as given, in its unit."""
-        return 1.0 if one.key == SPEED else float(_held(self.document, one)[2])
+        return 1.0 if parameter.key == SPEED else float(_located(self.document, parameter)[2])
 
     def at(self, values: Mapping[Parameter, float]) -> RobotArm:
         """Change some numbers; an ArmError names the value that makes the arm invalid."""
         changed = copy.deepcopy(self.document)
-        asked = {one: value for one, value in values.items() if one.key != SPEED}
-        for one, value in asked.items():
-            _change(changed, one, value)
+        changes = {parameter: value for parameter, value in values.items() if parameter.key != SPEED}
+        for parameter, value in changes.items():
+            _change(changed, parameter, value)
         try:
-            made = arm_in(changed, self.arm.name)
+            arm = arm_in(changed, self.arm.name)
         except ArmError as error:
-            told = ", ".join(f"{one.name} = {value:g}" for one, value in asked.items())
-            raise ArmError(f"{told} gives no valid arm: {error.what}", where=f"--vary {told}") from None
-        kept = {key: getattr(self.arm, key) for key in ("name", "title", "tip", "tip_frame")}
-        return replace(made, **kept)
+            listed = ", ".join(f"{parameter.name} = {value:g}" for parameter, value in changes.items())
+            raise ArmError(f"{listed} gives no valid arm: {error.what}", where=f"--vary {listed}") from None
+        identity = {key: getattr(self.arm, key) for key in ("name", "title", "tip", "tip_frame")}
+        return replace(arm, **identity)
 
     def bodies(self, points: Mapping[Parameter, FloatArray], count: int) -> Bodies:
         """Bodies of `count` arms in which inertial numbers are changed, values (count,) each.
@@ -128,29 +134,32 @@ class VariedArm:
         arm = self.arm
         nominal = (arm.mass, arm.com, arm.inertia_com, arm.drive_inertia if arm.drives else np.zeros(0))
         mass, com, inertia, drive = (np.tile(x, (count,) + (1,) * x.ndim) for x in nominal)
-        for one, given in points.items():
-            values, k = given * UNIT_SUFFIXES.get(one.suffix, 1.0), one.number
-            if one.part == "drive":
+        for parameter, samples in points.items():
+            values, k = samples * UNIT_SUFFIXES.get(parameter.suffix, 1.0), parameter.number
+            if parameter.part == "drive":
                 drive[:, k] = values
-            elif one.key == "mass":
+            elif parameter.key == "mass":
                 mass[:, k] = values
-            elif one.key == "com":
-                com[:, k, _VECTOR.index(one.component)] = values
+            elif parameter.key == "com":
+                com[:, k, _VECTOR.index(parameter.component)] = values
             else:
-                a, b = (_VECTOR.index(x) for x in one.component)
+                a, b = (_VECTOR.index(x) for x in parameter.component)
                 inertia[:, k, a, b] = inertia[:, k, b, a] = values
-        for one, given in points.items():
-            if one.part == "drive" or one.key == "mass":
-                wrong, what = given < 0.0, f"{one.part} {one.number + 1} cannot have a negative {one.key}"
+        for parameter, samples in points.items():
+            if parameter.part == "drive" or parameter.key == "mass":
+                is_wrong = samples < 0.0
+                message = f"{parameter.part} {parameter.number + 1} cannot have a negative {parameter.key}"
             else:
-                link = arm.links[one.number]
+                link = arm.links[parameter.number]
                 tolerance = [_ROUNDING, _MEASUREMENT if link.as_measured else _ROUNDING]
                 most = np.maximum(tolerance, _inconsistency(link.inertia_com)) * (1.0 + 1e-9)
-                wrong = np.asarray((_inconsistency(inertia[:, one.number]) > most).any(axis=-1))
-                what = f"the inertia of link {link.name} becomes physically inconsistent"
-            if one.key != "com" and wrong.any():
-                found = f"{given[wrong][0]:g} {one.unit}"
-                raise ArmError(what, where=f"--vary {one.name}", found=found, next_step="narrow the range")
+                is_wrong = np.asarray((_inconsistency(inertia[:, parameter.number]) > most).any(axis=-1))
+                message = f"the inertia of link {link.name} becomes physically inconsistent"
+            if parameter.key != "com" and is_wrong.any():
+                value_text = f"{samples[is_wrong][0]:g} {parameter.unit}"
+                raise ArmError(
+                    message, where=f"--vary {parameter.name}", found=value_text, next_step="narrow the range"
+                )
         return Bodies(mass, com, inertia, drive)
 
 
@@ -165,7 +174,7 @@ class Bodies:
 
     def at(self, arms: Any) -> Bodies:
         """Take some of the arms."""
-        return Bodies(*(getattr(self, one.name)[arms] for one in fields(self)))
+        return Bodies(*(getattr(self, column.name)[arms] for column in fields(self)))
 
 
 def _inconsistency(inertia_com: FloatArray) -> FloatArray:
@@ -178,26 +187,30 @@ def _inconsistency(inertia_com: FloatArray) -> FloatArray:
     return np.stack([-least, most - least - middle], axis=-1) / largest[..., None]
 
 
-def _held(document: dict[str, Any], one: Parameter) -> tuple[dict[str, Any], str, Any, Any]:
+def _located(document: dict[str, Any], parameter: Parameter) -> tuple[dict[str, Any], str, Any, Any]:
     """Table of a number, its key there, its value in its own unit, and the whole vector."""
-    table = document[f"{one.part}s"][one.number] if one.part else document
-    stated = next((one.key + s for s in ("", *UNIT_SUFFIXES) if one.key + s in table), one.key)
-    held = table.get(stated, [0.0, 0.0, 0.0] if one.component else 0.0)
-    if isinstance(held, dict):
-        return table, stated, held.get(one.component, 0.0), held
-    has, wants = (UNIT_SUFFIXES.get(key, 1.0) for key in (stated.removeprefix(one.key), one.suffix))
-    whole = np.array(held) * (has / wants)
-    return table, stated, whole[_VECTOR.index(one.component)] if one.component else whole, whole
+    table = document[f"{parameter.part}s"][parameter.number] if parameter.part else document
+    stated = next(
+        (parameter.key + s for s in ("", *UNIT_SUFFIXES) if parameter.key + s in table), parameter.key
+    )
+    value = table.get(stated, [0.0, 0.0, 0.0] if parameter.component else 0.0)
+    if isinstance(value, dict):
+        return table, stated, value.get(parameter.component, 0.0), value
+    has, wants = (
+        UNIT_SUFFIXES.get(key, 1.0) for key in (stated.removeprefix(parameter.key), parameter.suffix)
+    )
+    whole = np.array(value) * (has / wants)
+    return table, stated, whole[_VECTOR.index(parameter.component)] if parameter.component else whole, whole
 
 
-def _change(document: dict[str, Any], one: Parameter, value: float) -> None:
+def _change(document: dict[str, Any], parameter: Parameter, value: float) -> None:
     """Put a number into an arm's file, in its own unit."""
-    table, stated, _, whole = _held(document, one)
+    table, stated, _, whole = _located(document, parameter)
     table.pop(stated, None)
     if isinstance(whole, dict):
-        table[one.key] = whole | {one.component: value}
-    elif one.component:
-        whole[_VECTOR.index(one.component)] = value
-        table[one.key + one.suffix] = whole.tolist()
+        table[parameter.key] = whole | {parameter.component: value}
+    elif parameter.component:
+        whole[_VECTOR.index(parameter.component)] = value
+        table[parameter.key + parameter.suffix] = whole.tolist()
     else:
-        table[one.key + one.suffix] = value
+        table[parameter.key + parameter.suffix] = value
