@@ -19,11 +19,14 @@ from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.text import number, rounded_up
 
-# Angles, and states, that are processed at once: whole vectors of processors, little memory.
-_BLOCK, _LANES = 4, 8
-# States at which single precision is compared with double, and the factor for other compilers.
+# Angles processed at once: whole vectors of processors.
+_BLOCK = 4
+# States processed at once: whole vectors of processors, little memory.
+_LANES = 8
+# States at which single precision is compared with double.
 _STATES = 1000
-_OTHERS = 2.0
+# Factor on the difference found there, as other compilers round differently.
+_COMPILER_FACTOR = 2.0
 
 
 class SineCosine(NamedTuple):
@@ -118,26 +121,26 @@ class C(Language):
         """Write the numbers of a constant."""
         return ", ".join(map(self.number, values))
 
-    def notes(self, given: ExportInput) -> Sequence[str]:
+    def notes(self, subject: ExportInput) -> Sequence[str]:
         """State the error of single precision, joint by joint."""
-        if not self.single or given.torque is None:
+        if not self.single or subject.torque is None:
             return ()
-        errors = single_precision_errors(given.torque.program, states_in_box(given.arm, _STATES))
-        most = ", ".join(number(rounded_up(_OTHERS * float(error))) for error in errors)
+        errors = single_precision_errors(subject.torque.program, states_in_box(subject.arm, _STATES))
+        most = ", ".join(number(rounded_up(_COMPILER_FACTOR * float(error))) for error in errors)
         return (
             f"Single precision: at {_STATES} states drawn within the arm's limits it adds a torque error",
             f"of at most {most} (joint by joint) to the above.",
         )
 
-    def values(self, given: ExportInput) -> dict[str, Any]:
+    def values(self, subject: ExportInput) -> dict[str, Any]:
         """Functions in strides."""
-        inside = [(each, self.one_by_one(each)) for each in given.functions]
-        constants, main = given.constants, given.functions[0]
+        inside = [(function, self.one_by_one(function)) for function in subject.functions]
+        constants, main = subject.constants, subject.functions[0]
         if self.single:
-            constants = {key: each.in_single for key, each in constants.items()}
+            constants = {key: constant.in_single for key, constant in constants.items()}
         many = self._inside(main.with_sums(in_pairs=True))
         return {
-            "n": given.n,
+            "n": subject.n,
             "scalar": self.scalar,
             "to_scalar": f"({self.scalar})",
             "to_int": "(int)",
@@ -148,12 +151,12 @@ class C(Language):
             "zero": self.number(0.0),
             "constants": constants,
             "functions": inside,
-            "trigonometric": many.n_angles or any(each.n_angles for _, each in inside),
+            "trigonometric": many.n_angles or any(body.n_angles for _, body in inside),
             "block": _BLOCK,
             "lanes": _LANES,
             "main": main,
             "many": many,
-            "declared": partial(self.declared, f"{given.name}_"),
+            "declared": partial(self.declared, f"{subject.name}_"),
             "read": read,
             "sine_cosine": FLOAT if self.single else DOUBLE,
             "suffix": "f" if self.single else "",
@@ -161,20 +164,22 @@ class C(Language):
 
     def one_by_one(self, function: Function) -> Inside:
         """Body for one state: sums are used only if they save a whole block of angles."""
-        ways = map(self._inside, (function, function.with_sums(in_pairs=True)))
-        return min(ways, key=lambda way: -(-way.n_angles // _BLOCK))
+        candidates = map(self._inside, (function, function.with_sums(in_pairs=True)))
+        return min(candidates, key=lambda candidate: -(-candidate.n_angles // _BLOCK))
 
     def _inside(self, function: Function) -> Inside:
-        groups, rest = in_strides(function)
+        groups, remainder = in_strides(function)
         angles, count = [], 0
-        for each in groups:
-            angles.append((count, each, self.body(each)))
-            count += each.outputs[0].size
-        return Inside(angles, rest, self.body(rest), count)
+        for group in groups:
+            angles.append((count, group, self.body(group)))
+            count += group.outputs[0].size
+        return Inside(angles, remainder, self.body(remainder), count)
 
     def declared(self, prefix: str, function: Function, *, many: bool = False) -> str:
         """Declare a function of one state or, as pointers, of many."""
-        inputs = [(f"const {self.scalar}", each, function.width(each)) for each in function.arguments]
+        inputs = [
+            (f"const {self.scalar}", argument, function.width(argument)) for argument in function.arguments
+        ]
         outputs = [(self.scalar, output.name, output.size) for output in function.outputs]
         words = [f"{kind} *{name}" if many else f"{kind} {name}[{n}]" for kind, name, n in inputs + outputs]
         if many:
@@ -200,17 +205,17 @@ class Cpp(C):
         """Write the numbers of a constant."""
         return ", ".join(map(repr, values))
 
-    def values(self, given: ExportInput) -> dict[str, Any]:
+    def values(self, subject: ExportInput) -> dict[str, Any]:
         """Names that differ in C++."""
-        own = [(kind, C(kind).number, kit) for kind, kit in (("double", DOUBLE), ("float", FLOAT))]
+        kits = [(kind, C(kind).number, kit) for kind, kit in (("double", DOUBLE), ("float", FLOAT))]
         words: dict[str, Any] = {
             "scalar": "T",
             "to_int": "int",
             "unused": "static_cast<void>",
             "restrict": "__restrict",
         }
-        words |= {"own": own, "within": "inside::", "declared": partial(self.declared, "")}
-        return super().values(given) | words
+        words |= {"own": kits, "within": "inside::", "declared": partial(self.declared, "")}
+        return super().values(subject) | words
 
     def declared(self, prefix: str, function: Function, *, many: bool = False) -> str:
         """Declare a function of pointers to numbers of the scalar's type."""
@@ -224,7 +229,7 @@ def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
     for name, kind, index in function.inputs:
         array = {"sin": "sine", "cos": "cosine"}.get(kind)
         if array:
-            places.append((name, f"{array}[{index}]{'[l]' * many}"))
+            places.append((name, f"{array}[{index}][l]" if many else f"{array}[{index}]"))
         else:
             places.append((name, f"{kind}[{index} * stride + l]" if many else f"{kind}[{index}]"))
     return places
@@ -282,5 +287,5 @@ def in_strides(function: Function) -> tuple[list[Function], Function]:
     def part(name: str, outputs: tuple[Output, ...], values: list[Any]) -> Function:
         return Function(name, "", function.arguments, outputs, Program.of(trace, values))
 
-    rest = part(function.name, function.outputs, list(map(of, function.program.outputs)))
-    return [part("angles", (Output("angles", (len(group),)),), group) for group in groups], rest
+    remainder = part(function.name, function.outputs, list(map(of, function.program.outputs)))
+    return [part("angles", (Output("angles", (len(group),)),), group) for group in groups], remainder

@@ -39,33 +39,35 @@ class Exported:
 
     def _repr_html_(self) -> str:
         """The functions and their operations, for a notebook."""
-        rows = [[each.name, each.meaning, str(each.count)] for each in self.given.functions]
+        rows = [[function.name, function.meaning, str(function.count)] for function in self.given.functions]
         return html_of(repr(self), ["function", "gives", "operations"], rows)
 
     def result(self) -> Result:
         """The functions written and their operations."""
-        given, joints = self.given, self.given.arm.joints
-        of = "exact dynamics" if given.model is None else f"model of level {given.model.level}"
-        names = zip((joint.name for joint in joints), given.joints, strict=True)
+        subject, joints = self.given, self.given.arm.joints
+        content = "exact dynamics" if subject.model is None else f"model of level {subject.model.level}"
+        names = zip((joint.name for joint in joints), subject.joints, strict=True)
         renamed = [f"{name} is {word}" for name, word in names if name != word]
-        named = Column("function", "function", [each.name for each in given.functions], shown="text")
+        named = Column(
+            "function", "function", [function.name for function in subject.functions], shown="text"
+        )
         operations = columns_of(
-            [each.count for each in given.functions],
+            [function.count for function in subject.functions],
             ("multiplications", "multiplications", "count"),
             ("additions", "additions", "count"),
             ("sines_cosines", "sin and cos", "count"),
         )
         facts = (
-            Fact("arm", "", given.arm.name),
-            Fact("of", "", of),
-            Fact("name", "Prefix of all names", given.name),
-            Fact("", "Renamed joints" * bool(renamed), ", ".join(renamed)),
-            Fact("stated", "", {key: each.values for key, each in given.constants.items()}),
-            Fact("", "Constants", ", ".join(given.constants) or "none"),
+            Fact("arm", "", subject.arm.name),
+            Fact("of", "", content),
+            Fact("name", "Prefix of all names", subject.name),
+            Fact("", "Renamed joints" if renamed else "", ", ".join(renamed)),
+            Fact("stated", "", {key: constant.values for key, constant in subject.constants.items()}),
+            Fact("", "Constants", ", ".join(subject.constants) or "none"),
         )
-        joint_names = (*columns_of(joints, ("name", "", "text")), Column("identifier", "", given.joints))
+        joint_names = (*columns_of(joints, ("name", "", "text")), Column("identifier", "", subject.joints))
         parts = Table("functions", "Functions", (named, *operations)), Table("joints", "", joint_names)
-        return Result(given.arm.title or given.arm.name, of, facts=facts, parts=parts)
+        return Result(subject.arm.title or subject.arm.name, content, facts=facts, parts=parts)
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
         """Files that `save` writes."""
@@ -157,7 +159,7 @@ def export_decomposition(
 
 
 def written(
-    given: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
+    subject: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
 ) -> Exported:
     """Write the functions in languages, see `export`."""
     files: dict[str, str] = {}
@@ -168,9 +170,9 @@ def written(
             raise UsageError("no such language", where="languages", expected=expected, found=name)
         language = CLASSES[name]
         if scalar not in language.scalars:
-            what, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
-            raise UsageError(what, where="scalar", expected=expected, found=scalar)
+            message, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
+            raise UsageError(message, where="scalar", expected=expected, found=scalar)
         chosen[name] = language(scalar)
-        texts = chosen[name].texts(given)
-        files |= {f"{given.name}{suffix}": text for suffix, text in texts.items()}
-    return Exported(given, files | (tests_of(given, chosen) if tests else {}))
+        texts = chosen[name].texts(subject)
+        files |= {f"{subject.name}{suffix}": text for suffix, text in texts.items()}
+    return Exported(subject, files | (tests_of(subject, chosen) if tests else {}))

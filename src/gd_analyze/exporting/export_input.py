@@ -80,9 +80,9 @@ class Function:
     def inputs(self) -> list[Input]:
         """Inputs that the program needs, in their order."""
         used = {step.arguments[0] for step in self.program.steps if step.operation == "input"}
-        split = [re.fullmatch(r"([a-z]+)(\d+)", name) for name in used]
-        inputs = [Input(each[0], each[1], int(each[2]) - 1) for each in split if each]
-        return sorted(inputs, key=lambda each: (_KINDS.index(each.kind), each.place))
+        matches = [re.fullmatch(r"([a-z]+)(\d+)", name) for name in used]
+        inputs = [Input(match[0], match[1], int(match[2]) - 1) for match in matches if match]
+        return sorted(inputs, key=lambda number: (_KINDS.index(number.kind), number.place))
 
     def width(self, argument: str) -> int:
         """Size of an argument: one number per joint, except for a payload."""
@@ -91,7 +91,7 @@ class Function:
     @property
     def unused(self) -> list[str]:
         """Arguments that the program does not need."""
-        return [each for each in self.arguments if each not in {x.kind for x in self.inputs}]
+        return [argument for argument in self.arguments if argument not in {x.kind for x in self.inputs}]
 
 
 class Constant(NamedTuple):
@@ -152,7 +152,7 @@ class ExportInput:
         default = f"{identifier(arm.name)[: LONGEST - len(suffix)].rstrip('_')}{suffix}"
         return cls(_prefix(name, default), arm, False, (_decomposition_function(arm),))
 
-    def with_functions(self, what: Sequence[str]) -> ExportInput:
+    def with_functions(self, names: Sequence[str]) -> ExportInput:
         """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
         assert self.torque is not None  # checked by callers
         level = None if self.model is None else self.model.level
@@ -161,7 +161,9 @@ class ExportInput:
             (level is None or level.is_mechanical),
         )
         more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
-        return replace(self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in what)))
+        return replace(
+            self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in names))
+        )
 
     @property
     def n(self) -> int:
@@ -176,28 +178,28 @@ class ExportInput:
     @property
     def torque(self) -> Function | None:
         """The torque function, if exported."""
-        return next((each for each in self.functions if each.name == "torque"), None)
+        return next((function for function in self.functions if function.name == "torque"), None)
 
     @property
     def constants(self) -> dict[str, Constant]:
         """Errors and box, for a controller to compare a state with."""
-        found = {}
+        constants = {}
         if self.model is not None:
             errors = self.model.accuracy.errors.largest.tolist()
             meaning = "largest torque error at the states the model was fitted on"
-            found["sampled_error"] = Constant(meaning, errors, math.inf)
+            constants["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
             box, bounds = self.certificate.box, [*map(up, self.certificate.certified.tolist())]
             meaning = "bound on the torque error at all states within the box"
-            found["error_bound"] = Constant(meaning, bounds, math.inf)
+            constants["error_bound"] = Constant(meaning, bounds, math.inf)
             for name, meaning, towards in (
                 ("lower", "lowest positions", math.inf),
                 ("upper", "highest positions", -math.inf),
                 ("velocity", "largest velocities in both directions", -math.inf),
                 ("acceleration", "largest accelerations in both directions", -math.inf),
             ):
-                found[name] = Constant(f"the box: {meaning}", getattr(box, name).tolist(), towards)
-        return found
+                constants[name] = Constant(f"the box: {meaning}", getattr(box, name).tolist(), towards)
+        return constants
 
 
 def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Function, ...]:
@@ -209,9 +211,10 @@ def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Fu
         ("coriolis_centrifugal", "Coriolis and centrifugal torque h(q, qd)", 2, Output("h", (n,)), h),
         ("gravity_loading", "gravity loading c(q)", 1, Output("c", (n,)), c),
     )
-    given = ("q", "qd", "qdd")
+    arguments = ("q", "qd", "qdd")
     return tuple(
-        Function(name, says, given[:k], (output,), program) for name, says, k, output, program in rows
+        Function(name, meaning, arguments[:k], (output,), program)
+        for name, meaning, k, output, program in rows
     )
 
 
@@ -226,45 +229,45 @@ def _further_functions(
     square = (n, n)
 
     def derivatives() -> Function:
-        says = "derivatives of the torque by q and by qd, row by row; that by qdd is D"
+        meaning = "derivatives of the torque by q and by qd, row by row; that by qdd is D"
         outputs = Output("dtau_dq", square), Output("dtau_dqd", square)
         program = rewritten(torque_derivatives_program(torque, n))
-        return Function("torque_derivatives", says, ("q", "qd", "qdd"), outputs, program)
+        return Function("torque_derivatives", meaning, ("q", "qd", "qdd"), outputs, program)
 
     def coriolis_matrix() -> Function:
         property_ = "; dD/dt - 2 C is skew-symmetric" if skew else ""
-        says = f"Coriolis matrix C(q, qd) with C qd = h{property_}, row by row"
+        meaning = f"Coriolis matrix C(q, qd) with C qd = h{property_}, row by row"
         program = rewritten(coriolis_matrix_program(torque, n))
-        return Function("coriolis_matrix", says, ("q", "qd"), (Output("C", square),), program)
+        return Function("coriolis_matrix", meaning, ("q", "qd"), (Output("C", square),), program)
 
     def forward() -> Function:
-        says = "accelerations qdd from torques tau"
+        meaning = "accelerations qdd from torques tau"
         program = forward_dynamics_program(torque, n, symmetric)
-        return Function("forward_dynamics", says, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
+        return Function("forward_dynamics", meaning, ("q", "qd", "tau"), (Output("qdd", (n,)),), program)
 
     def payload() -> Function:
-        says = (
+        meaning = (
             "torque of a payload at the end effector, to be added to the torque: mass, x, y, z of its "
             "centre of mass, and xx, yy, zz, xy, xz, yz of its inertia about this centre"
         )
         program = rewritten(_payload_program(arm))
         arguments = ("q", "qd", "qdd", "payload")
-        return Function("payload_torque", says, arguments, (Output("tau_payload", (n,)),), program)
+        return Function("payload_torque", meaning, arguments, (Output("tau_payload", (n,)),), program)
 
     def friction() -> Function:
-        says = (
+        meaning = (
             "Coulomb and viscous friction of the drives at the joints, to be added to the torque; 0 at rest"
         )
-        ways, trace = coulomb_friction(arm, np.array([np.ones(n), -np.ones(n)])), Trace()
-        found = []
-        for i, (forward, backward, slope) in enumerate(zip(*ways, viscous_coefficients(arm), strict=True)):
+        levels, trace = coulomb_friction(arm, np.array([np.ones(n), -np.ones(n)])), Trace()
+        terms = []
+        for i, (forward, backward, slope) in enumerate(zip(*levels, viscous_coefficients(arm), strict=True)):
             qd = trace.record("input", f"qd{i + 1}")
-            way = trace.sign(qd)
-            mean = trace.multiply(trace.multiply(way, way), 0.5 * float(forward + backward))
-            level = trace.add(trace.multiply(way, 0.5 * float(forward - backward)), mean)
-            found.append(trace.add(trace.multiply(qd, float(slope)), level))
-        program = Program.of(trace, found)
-        return Function("friction", says, ("qd",), (Output("tau_friction", (n,)),), program)
+            sign = trace.sign(qd)
+            mean = trace.multiply(trace.multiply(sign, sign), 0.5 * float(forward + backward))
+            level = trace.add(trace.multiply(sign, 0.5 * float(forward - backward)), mean)
+            terms.append(trace.add(trace.multiply(qd, float(slope)), level))
+        program = Program.of(trace, terms)
+        return Function("friction", meaning, ("qd",), (Output("tau_friction", (n,)),), program)
 
     return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, payload, friction), strict=True))
 
@@ -276,10 +279,10 @@ def _payload_program(arm: RobotArm) -> Program:
     xx, yy, zz, xy, xz, yz = moments
     turn = arm.tip_frame.rotation
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    none = (0.0,) * (n - 1)
+    massless = (0.0,) * (n - 1)
     carried = SimpleNamespace(
         **{name: getattr(arm, name) for name in ("joints", "links", "gravity", "is_revolute")},
-        mass=np.array([*none, mass])[:, None],
+        mass=np.array([*massless, mass])[:, None],
         com=[*np.zeros((n - 1, 3)), turn @ np.array([x, y, z]) + arm.tip_frame.translation],
         inertia_com=[*np.zeros((n - 1, 3, 3)), turn @ tensor @ turn.T],
     )

@@ -14,24 +14,24 @@ from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import number
 
 
-def header(given: ExportInput, foreign: Callable[[str], str]) -> list[str]:
+def header(subject: ExportInput, foreign: Callable[[str], str]) -> list[str]:
     """State content, arm, units, errors, and identifiers made from foreign names.
 
     `foreign` escapes a text from outside for a comment.
     """
-    lines = (*_contents(given, foreign), "", *_joints(given, foreign), "", *_errors(given, foreign))
+    lines = (*_contents(subject, foreign), "", *_joints(subject, foreign), "", *_errors(subject, foreign))
     return [line.rstrip() for line in lines]
 
 
-def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
-    arm, model = given.arm, given.model
+def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    arm, model = subject.arm, subject.model
     kind = "Exact dynamics" if model is None else "Simplified torque model"
     yield f"{kind} of {foreign(arm.title or arm.name)}, by gd-analyze {__version__}."
     yield ""
     if model is not None:
-        kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
-        yield f"Level {model.level.name}: {kept}; budget {foreign(model.accuracy.budget)}."
-    for function in given.functions:
+        size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
+        yield f"Level {model.level.name}: {size_text}; budget {foreign(model.accuracy.budget)}."
+    for function in subject.functions:
         yield f"{function.name}: {function.meaning};"
         yield f"  {function.count}."
     if model is not None:
@@ -41,47 +41,48 @@ def _contents(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
         if model.accuracy.gamma is not None:
             use = "torque only" if model.is_torque_only else "below 1: fit for feedback"
             yield f"Largest |eigenvalue of D^-1 Ds - I|, Ds this D: {up(model.accuracy.gamma):.3g} ({use})."
-    if given.torque is not None:
-        yield f"Inertia of the drives: {'included' if given.drives else 'left out'}."
-    apart = any(function.name == "friction" for function in given.functions)
-    yield f"Units: rad and m, s, N m and N. Friction is {'a separate function' if apart else 'not included'}."
+    if subject.torque is not None:
+        yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."
+    has_friction = any(function.name == "friction" for function in subject.functions)
+    friction = "a separate function" if has_friction else "not included"
+    yield f"Units: rad and m, s, N m and N. Friction is {friction}."
     yield f"Arm {foreign(arm.name)}, SHA-256 of all that affects its torque:"
-    yield f"  {fingerprint(arm, given.drives)}"
+    yield f"  {fingerprint(arm, subject.drives)}"
     if model is not None:
         yield "SHA-256 of the model file:"
         yield f"  {hashlib.sha256(model_text(model).encode()).hexdigest()}"
 
 
-def _joints(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+def _joints(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     yield "Joints in order, with their original names if these differ:"
-    for i, (joint, word) in enumerate(zip(given.arm.joints, given.joints, strict=True), start=1):
+    for i, (joint, word) in enumerate(zip(subject.arm.joints, subject.joints, strict=True), start=1):
         named = "" if word == joint.name else f" (named {foreign(joint.name)})"
         yield f"  {i}: {word}{named}, {joint.kind}: q in {joint.unit}, tau in {joint.effort_unit}"
-    yield f"Links: {', '.join(foreign(link.name) for link in given.arm.links)}"
+    yield f"Links: {', '.join(foreign(link.name) for link in subject.arm.links)}"
 
 
-def _errors(given: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
-    if given.model is None:
+def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    if subject.model is None:
         yield "Exact: no error but rounding."
         return
     yield "Torque errors, sampled where the model was fitted:"
-    fitted_on = given.model.accuracy.fitted_on
+    fitted_on = subject.model.accuracy.fitted_on
     yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
-    yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(given.model))
-    stated = given.model.accuracy.certificate
+    yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(subject.model))
+    stated = subject.model.accuracy.certificate
     if stated is not None:
         yield f"Proven, as the model's file states it: within {foreign(stated.where.replace('°', ' deg'))}"
         if stated.trajectory_fingerprint:
             yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
         yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])
-    if given.certificate is None:
-        yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {given.unproven}."
+    if subject.certificate is None:
+        yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {subject.unproven}."
         return
     # Joint by joint: one text for many joints would be cut.
-    where = ", ".join(map(foreign, given.certificate.box.where.split(", ")))
+    where = ", ".join(map(foreign, subject.certificate.box.where.split(", ")))
     yield f"Proven: no state of the following box ({where}) has an error above the bound."
     headings = ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"]
-    yield from _table(headings, proven_rows(given.certificate))
+    yield from _table(headings, proven_rows(subject.certificate))
 
 
 def sampled_rows(model: SimplifiedModel) -> list[list[str]]:

@@ -83,10 +83,10 @@ class Language:
             if step.operation == "input":
                 names[step.order] = step.arguments[0]
                 continue
-            first, *others = map(written, step.arguments)
+            first, *operands = map(written, step.arguments)
             name = f"t{len(statements) + 1}"
             if step.operation in self.operators:
-                value = f"{first} {self.operators[step.operation]} {others[0]}"
+                value = f"{first} {self.operators[step.operation]} {operands[0]}"
             elif step.operation == "negative":
                 value = f"-{first}"
             elif step.operation == "sign":
@@ -101,22 +101,22 @@ class Language:
         outputs = {output.name: [*islice(expressions, output.size)] for output in function.outputs}
         return Body(statements, outputs)
 
-    def notes(self, given: ExportInput) -> Sequence[str]:
+    def notes(self, subject: ExportInput) -> Sequence[str]:
         """Lines for the end of the header."""
         return ()
 
-    def values(self, given: ExportInput) -> dict[str, Any]:
+    def values(self, subject: ExportInput) -> dict[str, Any]:
         """Further values for the templates of this language."""
-        return {"functions": [(each, self.body(each)) for each in given.functions]}
+        return {"functions": [(function, self.body(function)) for function in subject.functions]}
 
-    def texts(self, given: ExportInput) -> dict[str, str]:
+    def texts(self, subject: ExportInput) -> dict[str, str]:
         """Write the files: texts by suffix."""
         values = {
-            "given": given,
-            "name": given.name,
-            "constants": given.constants,
-            "header": "\n".join([*header(given, self.foreign), *self.notes(given)]),
-        } | self.values(given)
+            "given": subject,
+            "name": subject.name,
+            "constants": subject.constants,
+            "header": "\n".join([*header(subject, self.foreign), *self.notes(subject)]),
+        } | self.values(subject)
         templates = environment(self).get_template
         return {suffix: templates(template).render(values) for suffix, template in self.files.items()}
 
@@ -158,9 +158,9 @@ class Python(Language):
         """What sin or cos is called."""
         return f"{self.short}.{name}"
 
-    def values(self, given: ExportInput) -> dict[str, Any]:
+    def values(self, subject: ExportInput) -> dict[str, Any]:
         """The module's names."""
-        return super().values(given) | {"module": self.module, "short": self.short}
+        return super().values(subject) | {"module": self.module, "short": self.short}
 
 
 class Jax(Python):

@@ -40,9 +40,9 @@ class Latex(Language):
         r"""Write a text from outside for the document."""
         return "".join(_SIGNS.get(sign, sign) for sign in self.foreign(text))
 
-    def values(self, given: ExportInput) -> dict[str, Any]:
+    def values(self, subject: ExportInput) -> dict[str, Any]:
         """The document's parts; `UsageError` for a decomposition, whose equations another verb prints."""
-        if given.torque is None:
+        if subject.torque is None:
             raise UsageError(
                 "a decomposition cannot be exported to LaTeX",
                 where="language",
@@ -51,23 +51,23 @@ class Latex(Language):
                 next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
             )
         printer = Printer(_DIGITS)
-        formulas, legend = _equations(given)
+        formulas, legend = _equations(subject)
         return {
-            "title": self.tex(given.arm.title or given.arm.name),
-            "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in given.arm.joints],
+            "title": self.tex(subject.arm.title or subject.arm.name),
+            "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in subject.arm.joints],
             "lines": [line for formula in formulas for line in _lines(formula)],
             "legend": printer.legend(legend),
-            "errors": [] if given.model is None else sampled_rows(given.model),
-            "bounds": [] if given.certificate is None else proven_rows(given.certificate),
+            "errors": [] if subject.model is None else sampled_rows(subject.model),
+            "bounds": [] if subject.certificate is None else proven_rows(subject.certificate),
             "digits": _DIGITS,
         }
 
 
-def _equations(given: ExportInput) -> tuple[tuple[Formula, ...], Legend]:
+def _equations(subject: ExportInput) -> tuple[tuple[Formula, ...], Legend]:
     """Formulas, and the meaning of their names; for exact dynamics those of the cheapest program's steps."""
-    if given.model is not None:
-        return given.model.formulas, given.model.legend
-    steps = NamedSteps(ExactForm(given.arm, given.drives).program)
+    if subject.model is not None:
+        return subject.model.formulas, subject.model.legend
+    steps = NamedSteps(ExactForm(subject.arm, subject.drives).program)
     return steps.formulas, steps.legend
 
 

@@ -66,12 +66,12 @@ def identifier(name: str, otherwise: str = "arm") -> str:
 
 def identifiers(names: Sequence[str], otherwise: str = "joint") -> tuple[str, ...]:
     """Turn names into identifiers that differ even without regard to capitals."""
-    made: dict[str, str] = {}
+    words: dict[str, str] = {}
     for name in names:
         base = word = identifier(name, otherwise)
         number = 1
-        while word.lower() in made:
+        while word.lower() in words:
             number += 1
             word = f"{base}_{number}"
-        made[word.lower()] = word
-    return tuple(made.values())
+        words[word.lower()] = word
+    return tuple(words.values())

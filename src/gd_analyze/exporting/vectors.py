@@ -19,38 +19,40 @@ from gd_analyze.simplification.effort import inputs_of
 # round differently, but a change of any coefficient by a thousandth shows.
 _STATES = 12
 _ALLOWED = {"double": 1e-9, "float": 3e-4}
-# Template and file of the test of each language that has one, and the build file for C and C++.
+# Template and file of the test of each language that has one.
 _TESTS = {
     "c": ("test.c.jinja", "{}_test.c"),
     "cpp": ("test.c.jinja", "{}_test.cpp"),
     "matlab": ("test.m.jinja", "{}_test.m"),
     "python": ("test.py.jinja", "test_{}.py"),
 }
-_CMAKE, _COMPILED = "CMakeLists.txt", {"c", "cpp"}
+# The build file, and the languages that it builds.
+_CMAKE = "CMakeLists.txt"
+_COMPILED = {"c", "cpp"}
 
 
 def names_of_tests(name: str, languages: Collection[str]) -> list[str]:
     """Names of the files of `tests_of`."""
     tests = [_TESTS[word][1].format(name) for word in languages if word in _TESTS]
-    return tests + [_CMAKE] * bool(_COMPILED & {*languages})
+    return [*tests, _CMAKE] if _COMPILED & {*languages} else tests
 
 
-def tests_of(given: ExportInput, languages: Mapping[str, Language]) -> dict[str, str]:
+def tests_of(subject: ExportInput, languages: Mapping[str, Language]) -> dict[str, str]:
     """Texts by file name: a test for each language that has one, and a CMake file for C and C++."""
-    values = _values(given)
+    values = _values(subject)
     files = {}
     for word, language in languages.items():
         if word not in _TESTS:
             continue
         template, file = _TESTS[word]
         share, number = _ALLOWED[language.scalar], language.number if word == "c" else repr
-        largest = {f.name: max(1e-3, *(max(map(abs, v[f.name])) for v in values)) for f in given.functions}
-        files[file.format(given.name)] = (
+        largest = {f.name: max(1e-3, *(max(map(abs, v[f.name])) for v in values)) for f in subject.functions}
+        files[file.format(subject.name)] = (
             environment(language)
             .get_template(template)
             .render(
-                given=given,
-                name=given.name,
+                given=subject,
+                name=subject.name,
                 vectors=values,
                 scalar=language.scalar,
                 cpp=word == "cpp",
@@ -64,7 +66,7 @@ def tests_of(given: ExportInput, languages: Mapping[str, Language]) -> dict[str,
     compiled = [word for word in languages if word in _COMPILED]
     if compiled:
         text = environment(languages[compiled[0]]).get_template("CMakeLists.txt.jinja")
-        files[_CMAKE] = text.render(name=given.name, c="c" in compiled, cpp="cpp" in compiled)
+        files[_CMAKE] = text.render(name=subject.name, c="c" in compiled, cpp="cpp" in compiled)
     return files
 
 
@@ -76,16 +78,16 @@ def _size(function: Function) -> int:
     return sum(output.size for output in function.outputs)
 
 
-def _values(given: ExportInput) -> list[dict[str, Any]]:
+def _values(subject: ExportInput) -> list[dict[str, Any]]:
     """States and outputs by name, state by state; accelerations serve as input torques."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
-        states = states_in_box(given.arm, _STATES, seed=1)
+        states = states_in_box(subject.arm, _STATES, seed=1)
     inputs = inputs_of(states)
     payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_STATES, PAYLOAD_SIZE))
     inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
     inputs |= {f"payload{i + 1}": row for i, row in enumerate(payloads.T)}
-    outputs = {function.name: function.program.run(inputs).T.tolist() for function in given.functions}
+    outputs = {function.name: function.program.run(inputs).T.tolist() for function in subject.functions}
     named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()}
     named |= {"payload": payloads.tolist()} | outputs
     return [{name: rows[s] for name, rows in named.items()} for s in range(_STATES)]
