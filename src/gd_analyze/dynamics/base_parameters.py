@@ -301,12 +301,12 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
         regrouping, link = passed[i], arm.links[i]
         arriving[:, i] += np.eye(len(KINDS))
         link_kinds = [(i, kind) for kind in regrouping.kept] + link_kinds
-        gone = arriving[list(regrouping.gone)]
+        lost_rows = arriving[list(regrouping.gone)]
         rows = [
-            arriving[kind] - np.tensordot(regrouping.coefficients[:, kind], gone, 1)
+            arriving[kind] - np.tensordot(regrouping.coefficients[:, kind], lost_rows, 1)
             for kind in regrouping.kept
         ] + rows
-        body = np.tensordot(regrouping.coefficients[:, :10].T, gone, 1)
+        body = np.tensordot(regrouping.coefficients[:, :10].T, lost_rows, 1)
         arriving = np.zeros_like(arriving)
         arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
     matrix = np.array(rows).reshape(-1, n, len(KINDS))

@@ -284,7 +284,8 @@ class Extremes:
             curves = np.vstack([parts, parts.sum(axis=0)])
             self._reach(self.peaks[k], self.reached[k, -1], curves)
             self.squares[k] += np.einsum("cn,cn->c", curves, curves)
-            if element.is_diagonal and (drive := self.drive_inertia[element.i]):
+            drive = self.drive_inertia[element.i]
+            if element.is_diagonal and drive:
                 curves = np.vstack([curves, np.full_like(curves[2], drive), curves[2] + drive])
             for joint, factor in element.torque_factors(block).items():
                 self._reach(self.torques[k, joint], self.reached[k, joint], curves * factor)

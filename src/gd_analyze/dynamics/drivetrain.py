@@ -76,7 +76,7 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_velocity: float = 0.
 
 
 def least_friction(arm: RobotArm) -> FloatArray:
-    """Coulomb friction at the joints in the direction with less friction, (n,); errors as above."""
+    """Coulomb friction at the joints in the direction with less friction, (n,); the same ArmErrors."""
     once = np.ones(arm.n_joints)
     return np.minimum(coulomb_friction(arm, once), -coulomb_friction(arm, -once))
 

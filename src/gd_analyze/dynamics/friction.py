@@ -58,9 +58,10 @@ def correlation_time(
 ) -> float:
     """Readings per independent one, 1 or more: 1 + 2 sum_k rho_k, with the correlation rho_k at distance k.
 
-    A mean over N readings is as uncertain as one over N divided by this. The same holds for coefficients of a
-    fit whose regressors change more slowly than the residuals, and is conservative otherwise. `residual`
-    gives a fit's residuals in a slice, `used` the set points used, `stretches` slices without a gap.
+    With T readings per independent one, a mean over N readings is as uncertain as one over N / T independent
+    readings. The same holds for coefficients of a fit whose regressors change more slowly than the residuals,
+    and is conservative otherwise. `residual` gives a fit's residuals in a slice, `used` the set points used,
+    `stretches` slices without a gap.
     """
     products, pairs = np.zeros(_BLOCK // 2), np.zeros(_BLOCK // 2)
     for stretch in stretches:

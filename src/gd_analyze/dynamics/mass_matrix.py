@@ -1,7 +1,7 @@
 """Check that the mass matrix D, with drives if included, is positive definite at given states.
 
-It is for physically consistent inertias, except for motions that move no mass. Inconsistent inertias can make
-it indefinite: then some motion has negative energy, and shares of torque are meaningless.
+Physically consistent inertias make D positive definite, unless some motion moves no mass. Inconsistent ones
+can make it indefinite: then some motion has negative energy, and shares of torque are meaningless.
 """
 
 from __future__ import annotations

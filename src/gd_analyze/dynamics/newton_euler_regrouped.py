@@ -98,21 +98,21 @@ class _Turn:
         return np.asarray(np.einsum("ba,bn->an", self.rotation, vector))
 
     def turned(self, vector: Array) -> Array:
-        """Express that in frame i."""
+        """Express a vector of frame i before it turns in frame i."""
         if self.about_z is None:
             return vector
         (cos, sin), (x, y, z) = self.about_z, vector
         return np.stack([cos * x + sin * y, cos * y - sin * x, z])
 
     def turned_back(self, vector: Array) -> Array:
-        """Express a vector of frame i in that before it turns."""
+        """Express a vector of frame i in frame i before it turns."""
         if self.about_z is None:
             return vector
         (cos, sin), (x, y, z) = self.about_z, vector
         return np.stack([cos * x - sin * y, sin * x + cos * y, z + 0.0 * x])
 
     def back_across(self, vector: Array) -> Array:
-        """Express that in frame i-1."""
+        """Express a vector of frame i before it turns in frame i-1."""
         return np.asarray(np.einsum("ab,bn->an", self.rotation, vector))
 
 

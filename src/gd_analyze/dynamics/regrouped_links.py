@@ -163,7 +163,7 @@ def _frames(
     revolute: Sequence[bool], axes: Sequence[FloatArray], origins: Sequence[Array], gravity: Array
 ) -> list[FloatArray]:
     """Base from every frame, including the first; x is perpendicular to this axis and the next, if any."""
-    revolute_joints = [i for i, does in enumerate(revolute) if does]
+    revolute_joints = [i for i, turns in enumerate(revolute) if turns]
     first = axes[revolute_joints[0]] if revolute_joints else np.array([0.0, 0.0, 1.0])
     frames = [_with_z(first, gravity, np.eye(3)[0])]
     for i, axis in enumerate(axes):
@@ -231,7 +231,7 @@ def _regrouped(
             link_moments[i][block] = _without_round_off(link_moments[i][block], original[:, *block])
         if i:
             link_moments[i - 1] = link_moments[i - 1] + _moved(fixed_moments, rotations[i], steps[i])
-    revolute_joints = [i for i, does in enumerate(revolute) if does]
+    revolute_joints = [i for i, turns in enumerate(revolute) if turns]
     for i in revolute_joints:
         if not _are_parallel(axes[revolute_joints[0]], axes[i]):
             break

@@ -129,16 +129,16 @@ def _span(matrices: FloatArray) -> FloatArray:
 
 def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
     """Choose one kind to leave for every change, and express each change by it."""
-    gone: list[int] = []
+    lost: list[int] = []
     remainder = changes
-    while len(gone) < len(changes):
+    while len(lost) < len(changes):
         # Remainder of each kind after those chosen.
         sizes = np.linalg.norm(remainder, axis=0)
         best = next(kind for kind in _LEAVES_FIRST if sizes[kind] >= _AS_GOOD * sizes[:_DRIVE].max())
-        gone.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
-        direction = remainder[:, gone[-1]] / sizes[gone[-1]]
+        lost.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
+        direction = remainder[:, lost[-1]] / sizes[lost[-1]]
         remainder = remainder - np.outer(direction, direction @ remainder)
-    coefficients = np.linalg.solve(changes[:, gone], changes)
+    coefficients = np.linalg.solve(changes[:, lost], changes)
     coefficients[np.abs(coefficients) < _STANDS_OUT] = 0.0
     # A unit of a kind in the arm's own length is scale units of it.
-    return Regrouping(tuple(gone), np.asarray(coefficients * scale / scale[gone, None], dtype=float))
+    return Regrouping(tuple(lost), np.asarray(coefficients * scale / scale[lost, None], dtype=float))

@@ -98,7 +98,7 @@ def inertials_of_other_links(arm: RobotArm) -> Findings:
         "after": (_distances(coms[:-2], lines[1:]), own_distances[1:]),
         "before": (_distances(coms[1:], lines), own_distances),
     }
-    shares = {name: _misfit(read, arm) / _misfit(of, arm) for name, (read, of) in neighbours.items()}
+    shares = {name: _misfit(read, arm) / _misfit(stated, arm) for name, (read, stated) in neighbours.items()}
     neighbour = min(shares, key=lambda name: shares[name])
     if shares[neighbour] < _SHIFTED:
         new_distance, distance = (number(_rms(distances)) for distances in neighbours[neighbour])
@@ -132,8 +132,11 @@ def inertias_about_the_joints(arm: RobotArm) -> Findings:
 def inertias_too_small(arm: RobotArm) -> Findings:
     """Half of the links denser than 2e5 kg/m^3; makers' files have 20 to 2000, 3e4 times more in g m^2."""
     densities = [ball_density(link) for _, link in described_links(arm) if weighs(link) and not link.is_point]
-    if len(densities) >= 3 and 2e5 < (middle := float(np.median(densities))) < 1e8:
-        text = f"with these inertias half of the links are denser than {middle:.0e} kg/m^3 (steel: 7900)"
+    if len(densities) < 3:
+        return
+    median = float(np.median(densities))
+    if 2e5 < median < 1e8:
+        text = f"with these inertias half of the links are denser than {median:.0e} kg/m^3 (steel: 7900)"
         yield f"arm {arm.name}", f"{text}; are they in kg m^2, and the masses in kg?"
 
 

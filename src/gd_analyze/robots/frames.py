@@ -104,15 +104,15 @@ class RightAngles:
             )
             self.suspects.append((link, doubt))
         near = round(value / quarter)
-        off = abs(value - near * quarter) * 2 * math.pi / turn
-        if off <= RIGHT:
+        deviation = abs(value - near * quarter) * 2 * math.pi / turn
+        if deviation <= RIGHT:
             # Rounding of the number as written is not a change.
-            if off > 8 * np.finfo(float).eps * max(1.0, abs(near)):
-                _note(self.angles, link, off)
+            if deviation > 8 * np.finfo(float).eps * max(1.0, abs(near)):
+                _note(self.angles, link, deviation)
             return repr(near * quarter)
-        if near and off <= _SUSPECT and off * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
+        if near and deviation <= _SUSPECT and deviation * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
             doubt = (
-                f"{place}: an angle of {text} is {off:.1g} rad off a right angle and used as written; "
+                f"{place}: an angle of {text} is {deviation:.1g} rad off a right angle and used as written; "
                 f"if {near * quarter:.6g} is meant, give six digits"
             )
             self.suspects.append((link, doubt))
@@ -138,9 +138,11 @@ class RightAngles:
     def rotation(self, rotation: FloatArray, words: Sequence[str], link: str, place: object) -> FloatArray:
         """A rotation with exact zeros, made orthonormal; `words` are its numbers as written."""
         cleaned = straight(rotation, RIGHT)
-        off, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
-        if RIGHT < off <= min(_SUSPECT, 4 * 10.0**-digits):
-            doubt = f"a rotation of {' '.join(words)} is {off:.1g} off a right angle and used as written"
+        deviation, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
+        if RIGHT < deviation <= min(_SUSPECT, 4 * 10.0**-digits):
+            doubt = (
+                f"a rotation of {' '.join(words)} is {deviation:.1g} off a right angle and used as written"
+            )
             self.suspects.append((link, f"{place}: {doubt}; if a right angle is meant, give six digits"))
         self._note_turn(link, float(np.linalg.norm(cleaned - rotation)) / math.sqrt(2))
         return cleaned

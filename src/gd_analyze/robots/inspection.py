@@ -26,7 +26,7 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
     document = {"suspicious": list(suspicious), **describe_in_full(arm), "fingerprint": fingerprint(arm)}
     places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
-    only = f"{files[0]}, " if len(files) == 1 else ""
+    file_prefix = f"{files[0]}, " if len(files) == 1 else ""
     gravity = " ".join(_cells(arm.gravity))
     return Result(
         f"{arm.title} ({arm.name})" if arm.title and arm.title != arm.name else arm.name,
@@ -36,7 +36,7 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
             Fact("", "Gravity", f"{gravity} m/s² along x, y, z of the base frame", shown="text"),
         ),
         parts=(
-            *_sentences("Suspicious", [text.removeprefix(only) for text in suspicious]),
+            *_sentences("Suspicious", [text.removeprefix(file_prefix) for text in suspicious]),
             _chain(arm),
             *(_dh_table(arm) if arm.dh_table else _placements(arm)),
             *_links(arm),

@@ -188,7 +188,8 @@ def parsed_yaml(path: Path, text: str, kind: str) -> Any:
             # Of two entries YAML keeps the last, so that the first limit would be lost.
             keys: set[object] = set()
             for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
-                if (name := (key.tag, str(key.value))) in keys:
+                name = (key.tag, str(key.value))
+                if name in keys:
                     problem = f"a second key {in_python(key.value)}"
                     raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
                 keys.add(name)
@@ -232,8 +233,8 @@ def box_limits(arm: RobotArm) -> BoxLimits:
             joints = zip(arm.joints, is_stated, strict=True)
             names = [joint.name for joint, is_known in joints if joint.kind == kind and not is_known]
             if names:
-                of = "every joint" if len(names) == arm.n_joints else f"joint {', '.join(names)}"
-                assumed.append(f"{text}{values[kind]:.4g} {unit}{per} of {of}")
+                subject = "every joint" if len(names) == arm.n_joints else f"joint {', '.join(names)}"
+                assumed.append(f"{text}{values[kind]:.4g} {unit}{per} of {subject}")
     if assumed:
         listed = "; ".join(assumed)
         message = f"arm {arm.name} does not state all limits: for a box of states, {listed} is assumed"

@@ -58,21 +58,25 @@ def checked(
 
 
 def _check(
-    owner: object, of: str, where: Location | str, nonnegative: Container[str] = (), **shapes: tuple[int, ...]
+    owner: object,
+    subject: str,
+    where: Location | str,
+    nonnegative: Container[str] = (),
+    **shapes: tuple[int, ...],
 ) -> None:
     """Replace fields of a frozen value by checked copies, floats if the shape is (); None stays."""
     for name, shape in shapes.items():
         value = getattr(owner, name)
         if value is not None or getattr(type(owner), name, ...) is not None:
-            array = checked(value, shape, f"{name} of {of}", where, nonnegative=name in nonnegative)
+            array = checked(value, shape, f"{name} of {subject}", where, nonnegative=name in nonnegative)
             object.__setattr__(owner, name, array if shape else float(array))
 
 
 def is_rotation(matrix: ArrayLike) -> bool:
     """Whether three rows are orthonormal and right-handed."""
     rows = np.asarray(matrix)
-    off = np.abs(rows.T @ rows - np.eye(3)).max()
-    return bool(off <= ORTHONORMAL_TOLERANCE and np.linalg.det(rows) > 0)
+    deviation = np.abs(rows.T @ rows - np.eye(3)).max()
+    return bool(deviation <= ORTHONORMAL_TOLERANCE and np.linalg.det(rows) > 0)
 
 
 def is_name(text: object) -> bool:
@@ -204,12 +208,12 @@ class LinkUncertainty:
     body_com: FloatArray | None = None  # (3,), m
 
     def __post_init__(self) -> None:
-        of, where = "a link's uncertainty", "link uncertainty"
-        _check(self, of, where, ("mass", "com", "inertia"), mass=(), com=(3,), inertia=(3, 3))
-        _check(self, of, where, ("body_mass",), body_mass=(), body_com=(3,))
+        subject, where = "a link's uncertainty", "link uncertainty"
+        _check(self, subject, where, ("mass", "com", "inertia"), mass=(), com=(3,), inertia=(3, 3))
+        _check(self, subject, where, ("body_mass",), body_mass=(), body_com=(3,))
         if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
             tensor_text = str(self.inertia.tolist())
-            raise ArmError(f"inertia of {of} is not symmetric", where=where, found=tensor_text)
+            raise ArmError(f"inertia of {subject} is not symmetric", where=where, found=tensor_text)
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,7 +80,8 @@ def payload(mass: float, position: ArrayLike, inertia: ArrayLike | None = None) 
 def parse_payload(line: str) -> Link:
     """Payload of a line mass,x,y,z[,xx,yy,zz[,xy,xz,yz]]; UsageError unless 4, 7 or 10 numbers."""
     words = line.split(",")
-    numbers = [value for word in words if (value := number_in(word)) is not None]
+    values = [number_in(word) for word in words]
+    numbers = [value for value in values if value is not None]
     if len(numbers) != len(words) or len(numbers) not in (4, 7, 10):
         wrong = next((word.strip() for word in words if number_in(word) is None), None)
         line_text = f"{len(words)} numbers" if wrong is None else repr(wrong)

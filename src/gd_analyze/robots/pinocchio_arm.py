@@ -69,9 +69,10 @@ def _arm_of_chain(
     carried = tree.beyond(joint.index for joint in moving)
     arms_links = {link for link, index in tree.links.items() if index in carried}
     inboard = set[str]()
-    link = moving[0].link
-    while (link := notes.above.get(link, "")) and link not in inboard:
+    link = notes.above.get(moving[0].link, "")
+    while link and link not in inboard:
         inboard.add(link)
+        link = notes.above.get(link, "")
     left_out = ", ".join(joint.name for joint in moving if _limits(tree.model, joint.index)[1])
     stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
     source = f"{visible(Path(notes.path).name)}: {tree.format}, read by {read_by}."

@@ -134,14 +134,16 @@ def massless_among_bodies(arm: RobotArm) -> Findings:
 def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
     """Gantries run along 100 m."""
     for joint in arm.joints:
-        if joint.kind == "prismatic" and 100.0 < (end := _end(joint)) < math.inf:
+        end = _end(joint)
+        if joint.kind == "prismatic" and 100.0 < end < math.inf:
             yield joint.place, f"the range goes to {end:g} m; if in mm, give m, or range_mm in TOML"
 
 
 def revolute_range_in_degrees(arm: RobotArm) -> Findings:
     """Ranges of real joints end within two turns, at a multiple of half a turn, or far out (no limit)."""
     for joint in arm.joints:
-        turns = (end := _end(joint)) / _FULL_TURN
+        end = _end(joint)
+        turns = end / _FULL_TURN
         if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
             continue
         if end.is_integer() or abs(2 * turns - round(2 * turns)) >= _TYPED:
@@ -152,7 +154,8 @@ def revolute_range_in_degrees(arm: RobotArm) -> Findings:
 def velocity_in_degrees(arm: RobotArm) -> Findings:
     """The fastest wrists turn at 40 rad/s; even slow joints reach 60 degrees per second."""
     for joint in arm.joints:
-        if joint.kind == "revolute" and 60.0 < (limit := joint.velocity_limit or 0.0) < math.inf:
+        limit = joint.velocity_limit or 0.0
+        if joint.kind == "revolute" and 60.0 < limit < math.inf:
             advice = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
             yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {advice}"
 
@@ -178,12 +181,11 @@ def torque_limit_in_newton_millimetres(arm: RobotArm) -> Findings:
         return
     lengths = _lengths_beyond(arm)
     # Above the weight's torque about a joint: each link's weight at its farthest.
-    torques = [
-        sum(9.81 * link.mass * (length - beyond + float(np.linalg.norm(link.com))) for link, beyond in pairs)
-        for length, pairs in (
-            (lengths[i], zip(links[i:], lengths[i:], strict=True)) for i in range(len(links))
-        )
-    ]
+    torques = []
+    for i, length in enumerate(lengths):
+        pairs = zip(links[i:], lengths[i:], strict=True)
+        levers = [(link.mass, length - beyond + float(np.linalg.norm(link.com))) for link, beyond in pairs]
+        torques.append(sum(9.81 * mass * lever for mass, lever in levers))
     for joint, drive, torque in zip(arm.joints, arm.drives, torques, strict=True):
         limit = drive.torque_limit or 0.0
         if joint.kind == "revolute" and torque > 0.2 * max(torques) and 150.0 * torque < limit:
@@ -239,7 +241,10 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
 
 def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
     """A negative principal moment, or one larger than the sum of the other two."""
-    yield from ((place, message) for place, link in described_links(arm) if (message := _inconsistency(link)))
+    for place, link in described_links(arm):
+        message = _inconsistency(link)
+        if message:
+            yield place, message
 
 
 def point_mass_among_bodies(arm: RobotArm) -> Findings:

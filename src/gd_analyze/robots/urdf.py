@@ -49,7 +49,8 @@ def _refuse_undeclared_links(links: list[Node], joints: list[Node]) -> None:
     names = [node.attributes["name"] for node in links]
     for joint in joints:
         for which in ("parent", "child"):
-            if (link := _end(joint, which)) and link not in names:
+            link = _end(joint, which)
+            if link and link not in names:
                 near = difflib.get_close_matches(link, names, n=1, cutoff=0.8)
                 hint = f"name {near[0]}, or add" if near else "add"
                 name = joint.attributes["name"]
