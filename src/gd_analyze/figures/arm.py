@@ -26,9 +26,13 @@ from gd_analyze.figures.run import Run
 from gd_analyze.robots.arm import RobotArm
 
 _POSES = 7
-# Points of the end effector's path, and poses that a page plays.
-_MOST_PLACES, MOST_FRAMES = 600, 240
-_OBLIQUE, _PLAIN = (212.0, 172.0), (WIDTH / 2, 130.0)
+# Most points of the end effector's path.
+_MOST_PLACES = 600
+# Most poses that a page plays.
+MOST_FRAMES = 240
+# Width and height of the oblique view, and of a view along an axis, pt.
+_OBLIQUE = (212.0, 172.0)
+_PLAIN = (WIDTH / 2, 130.0)
 # Torques this far below the largest are round-off of sums that cancel.
 _ROUND_OFF = 1e-14
 
@@ -49,11 +53,11 @@ def arm_figure(run: Run) -> Figure:
     """Poses of the arm along the trajectory above a grid with labelled step, and the end effector's path."""
     frame = upright_frame(run.arm)
     moved, path = (points @ frame.T for points in _moved(run))
-    every = np.concatenate([moved.reshape(-1, 3), path])
-    flat = flat_normal(every)
+    all_points = np.concatenate([moved.reshape(-1, 3), path])
+    flat = flat_normal(all_points)
     view = _turned(*view_angles(flat))
-    low, step, grid = _grid(every, flat)
-    x, y = _equal_axes(view.project(np.concatenate([every, *grid])), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
+    low, step, grid = _grid(all_points, flat)
+    x, y = _equal_axes(view.project(np.concatenate([all_points, *grid])), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
     items: list[Item] = [_spatial(view, line, "line", 0.5) for line in grid]
     gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
     if flat is None:
@@ -86,16 +90,16 @@ def arm_figure(run: Run) -> Figure:
 def views_figure(run: Run) -> Figure:
     """The arm along the axes of its base frame: two views, or one for a planar arm."""
     moved, path = _moved(run)
-    every = np.concatenate([moved.reshape(-1, 3), path])
+    all_points = np.concatenate([moved.reshape(-1, 3), path])
     panels, margins = [], (26.0, 12.0, 8.0, 14.0)
     gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
-    for view in _plain_views(upright_frame(run.arm), every):
+    for view in _plain_views(upright_frame(run.arm), all_points):
         wide, high = _PLAIN[0] - margins[0] - margins[2], _PLAIN[1] - margins[1] - margins[3]
-        x, y = _equal_axes(view.project(every), wide, high)
-        shown = view.project(broken(path.T, gaps).T)
+        x, y = _equal_axes(view.project(all_points), wide, high)
+        path_points = view.project(broken(path.T, gaps).T)
         items = [
             *_poses(view, moved),
-            Curve(shown[:, 0], shown[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
+            Curve(path_points[:, 0], path_points[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
         ]
         for k, hollow in ((0, True), (-1, False)):
             end = view.project(path[k])
@@ -223,17 +227,20 @@ def _equal_axes(points: FloatArray, width: float, height: float) -> tuple[Axis, 
 def _grid(points: FloatArray, flat: int | None) -> tuple[FloatArray, float, list[FloatArray]]:
     """Lowest coordinates, step, and lines of a grid under the arm, or in the plane of a flat one."""
     normal = 2 if flat is None else flat
-    one, two = (k for k in range(3) if k != normal)
+    first_axis, second_axis = (k for k in range(3) if k != normal)
     low, high = points.min(axis=0), points.max(axis=0)
-    found = ticks(0.0, max(high[one] - low[one], high[two] - low[two], 1e-3), 4)
-    step = found[1] - found[0]
+    extent = high - low
+    tick_values = ticks(0.0, max(extent[first_axis], extent[second_axis], 1e-3), 4)
+    step = tick_values[1] - tick_values[0]
     first = np.floor(low / step + 1e-6) * step
     last = np.maximum(np.ceil(high / step - 1e-6) * step, first + step)
     lines = []
-    for axis, other in ((one, two), (two, one)):
+    for axis, across in ((first_axis, second_axis), (second_axis, first_axis)):
         for value in np.arange(first[axis], last[axis] + step / 2, step):
             ends = np.zeros((2, 3))
-            ends[:, axis], ends[:, other], ends[:, normal] = value, (first[other], last[other]), low[normal]
+            ends[:, axis] = value
+            ends[:, across] = first[across], last[across]
+            ends[:, normal] = low[normal]
             lines.append(ends)
     return low, step, lines
 

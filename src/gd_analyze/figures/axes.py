@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     Given: TypeAlias = Axes | Sequence[Axes] | None
 
 _MARKERS = dict(zip(("circle", "square", "triangle", "diamond", "cross", "star"), "os^Dx*", strict=True))
-_LEGEND, _FOOT = 16.0, 8.0
+# Heights of the legend and of the space below all panels, pt.
+_LEGEND = 16.0
+_FOOT = 8.0
 
 
 @dataclass(frozen=True)
@@ -110,10 +112,10 @@ class Plots:
 
     def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
         is_short = self.run.trajectory.n_set_points <= MARKED
-        given: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
-        if "effects" in given:
-            given["effects"] = tuple(given["effects"])
-        return Look(**given)
+        fields: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
+        if "effects" in fields:
+            fields["effects"] = tuple(fields["effects"])
+        return Look(**fields)
 
 
 def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
@@ -137,35 +139,35 @@ def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:
         for key in figure.legend
     ]
     if ax is not None:
-        found = list(np.ravel(np.asarray(ax, dtype=object)))
-        if len(found) != len(figure.panels):
-            expected, count = f"{len(figure.panels)} axes, one per element", str(len(found))
+        all_axes = list(np.ravel(np.asarray(ax, dtype=object)))
+        if len(all_axes) != len(figure.panels):
+            expected, count = f"{len(figure.panels)} axes, one per element", str(len(all_axes))
             raise UsageError("the axes do not fit the figure", where="ax", expected=expected, found=count)
-        for axes, panel in zip(found, figure.panels, strict=True):
+        for axes, panel in zip(all_axes, figure.panels, strict=True):
             _draw(axes, panel)
             axes.set(
                 xlabel="time, s" if panel.x.unit == "s" else panel.x.unit,
                 ylabel=f"{panel.title}, {panel.y.unit}",
             )
             axes.legend(handles=handles, fontsize=6, frameon=False)
-        return found
+        return all_axes
     head = _LEGEND if figure.legend else 0.0
     wide, high = figure.columns * figure.width, len(figure.rows) * figure.height + head + _FOOT
     drawn = pyplot.figure(figsize=(wide / 72, high / 72))
-    found = []
+    all_axes = []
     for r, c, panel in figure.places:
         left, bottom, right, top = panel.margins
         x, y = c * figure.width + left, high - head - (r + 1) * figure.height + bottom
         below = [row[c] for row in figure.rows[r + 1 : r + 2] if c < len(row)]
         room = (figure.width - left - right, figure.height - top - bottom)
-        found.append(drawn.add_axes((x / wide, y / high, room[0] / wide, room[1] / high)))
-        _draw(found[-1], panel)
+        all_axes.append(drawn.add_axes((x / wide, y / high, room[0] / wide, room[1] / high)))
+        _draw(all_axes[-1], panel)
         if below in ([], [None]):
-            found[-1].set_xlabel(_abscissa(panel), fontsize=panel.text, labelpad=1.0)
+            all_axes[-1].set_xlabel(_abscissa(panel), fontsize=panel.text, labelpad=1.0)
     if handles:
         look: dict[str, Any] = {"fontsize": 6, "frameon": False, "handlelength": 1.2, "columnspacing": 1.0}
         drawn.legend(handles=handles, loc="upper left", ncols=len(handles), **look)
-    return found
+    return all_axes
 
 
 def _abscissa(panel: Panel) -> str:

@@ -26,13 +26,17 @@ from gd_analyze.figures.figure import (
 from gd_analyze.figures.run import Run
 from gd_analyze.text import amount, pretty
 
-# Most rows of elements, and most columns that can be distinguished.
-_ROWS, _COLUMNS = 30, 120
+# Most rows of elements.
+_ROWS = 30
+# Most columns that can be distinguished.
+_COLUMNS = 120
 # Shades by the element's torque, as a share of the peak torque of its joint.
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
 _MARGINS = (26.0, 13.0, 114.0, 16.0)
-# Height of a row, and of all rows on a first page, pt.
-_PITCH, _ROOM = 9.5, 165.0
+# Height of a row, pt.
+_PITCH = 9.5
+# Height of all rows on a first page, pt.
+_ROOM = 165.0
 _LEGEND = (
     *(
         Key(name, name, "area", hatching=HATCHING.get(name, ""))
@@ -57,7 +61,7 @@ def dominance_figure(run: Run) -> Figure:
     peaks = np.abs(run.exact_torque).max(axis=0)[ranking.torque_joint.values - 1, None]
     share = np.abs(torque) / np.where(peaks > 0.0, peaks, np.inf)
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
-    told = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
+    row_heads = zip(labels, ranking.torque_joint.values, ranking.torque_unit.values, strict=True)
     rounded = [[float(f"{value:.3g}") for value in row] for row in torque.tolist()]
     numbers = np.concatenate([np.rint(100 * parts), np.array(rounded)[..., None]], axis=-1)
     colours = np.where(words == "negligible", "", words)
@@ -73,7 +77,7 @@ def dominance_figure(run: Run) -> Figure:
         shades,
         tuple(
             f"{label}: translation {{0}} % of peak, rotation {{1}} %; {{2}} {pretty(str(unit))} at joint {k}"
-            for label, k, unit in told
+            for label, k, unit in row_heads
         ),
         numbers,
         hatching=HATCHING,
@@ -117,8 +121,10 @@ def element_figures(
     if not elements:
         out["dominance"] = dominance_figure(run)
     elif not out:
-        found = ", ".join(elements)
-        raise UsageError("there is no such element", where="element", expected="D12, h3, c2", found=found)
+        labels_text = ", ".join(elements)
+        raise UsageError(
+            "there is no such element", where="element", expected="D12, h3, c2", found=labels_text
+        )
     return out
 
 

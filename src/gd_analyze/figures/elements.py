@@ -75,22 +75,25 @@ class Look:
     hidden: tuple[str, ...] = ("centrifugal", "coriolis")  # curves that a page shows only when asked for
 
     def __post_init__(self) -> None:
-        for what, given, known in (("x", (self.x,), ABSCISSAE), ("effects", self.effects, tuple(_LOOKS))):
-            for name in given:
-                if name not in known:
-                    expected = ", ".join(known)
+        for field_name, words, allowed in (
+            ("x", (self.x,), ABSCISSAE),
+            ("effects", self.effects, tuple(_LOOKS)),
+        ):
+            for name in words:
+                if name not in allowed:
+                    expected = ", ".join(allowed)
                     raise UsageError(
-                        f"there is no {name!r} to draw", where=what, expected=expected, found=name
+                        f"there is no {name!r} to draw", where=field_name, expected=expected, found=name
                     )
 
     def chosen(self, run: Run, quantity: str) -> list[Element]:
         """Elements of a quantity that are asked for; UsageError for an unknown label."""
-        there = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
+        by_label = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
         for label in self.elements:
-            if label not in there:
-                expected = f"one of {', '.join(there)}"
+            if label not in by_label:
+                expected = f"one of {', '.join(by_label)}"
                 raise UsageError("there is no such element", where="elements", expected=expected, found=label)
-        return [there[label] for label in self.elements or there]
+        return [by_label[label] for label in self.elements or by_label]
 
 
 ABSCISSAE = ("time", "set point")
@@ -176,9 +179,9 @@ def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
     if look.marked:
         axis = replace(axis, dashes=tuple(time.tolist()))
     # An element that is zero up to round-off must not fill its panel with noise.
-    factor, shown = prefixed(float(peak), str(unit))
+    factor, unit_text = prefixed(float(peak), str(unit))
     y = value_axis(unit, *curves.values()) if peak else Axis(-1.0, 1.0, (0.0,))
-    y = replace(y, unit=pretty(shown), factor=factor)
+    y = replace(y, unit=pretty(unit_text), factor=factor)
     items: list[Item] = []
     for role, curve in curves.items():
         width, dashes = _LOOKS[role]

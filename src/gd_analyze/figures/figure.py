@@ -200,18 +200,18 @@ def value_axis(unit: str, *curves: FloatArray, floor: float = 0.0, most: int = 4
 
     Values up to `floor` are round-off: a range of (-1, 1) shows them as zero.
     """
-    known = np.concatenate([np.ravel(curve) for curve in curves] or [np.zeros(1)])
-    known = known[np.isfinite(known)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    values = np.concatenate([np.ravel(curve) for curve in curves] or [np.zeros(1)])
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
     if zero:
         low, high = min(low, 0.0), max(high, 0.0)
     if max(high, -low) <= floor or not high > low:
-        middle = 0.0 if zero or not known.size else low
+        middle = 0.0 if zero or not values.size else low
         return Axis(middle - 1.0, middle + 1.0, (middle,), pretty(unit))
     room = max(0.07 * (high - low), 1e-6 * max(abs(low), abs(high)) * (not zero))
     low, high = low - room, high + room
-    factor, shown = prefixed(max(abs(low), abs(high)), unit)
-    return Axis(low, high, tuple(ticks(low, high, most)), pretty(shown), factor)
+    factor, prefixed_unit = prefixed(max(abs(low), abs(high)), unit)
+    return Axis(low, high, tuple(ticks(low, high, most)), pretty(prefixed_unit), factor)
 
 
 def time_axis(time: FloatArray, most: int = 4) -> Axis:
@@ -226,8 +226,8 @@ def decades_axis(low: float, high: float, unit: str = "", most: int = 6) -> Axis
     """Logarithmic axis with ticks at 1, 2 and 5 of every decade, or at every decade if that is enough."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     leads = (1, 2, 5) if len(decades) < most else (1,)
-    every = [lead * 10.0**decade for decade in decades for lead in leads]
-    chosen = tuple(value for value in every if low <= value <= high)
+    candidates = [lead * 10.0**decade for decade in decades for lead in leads]
+    chosen = tuple(value for value in candidates if low <= value <= high)
     return Axis(low, high, chosen, unit, is_logarithmic=True, grid=True)
 
 
@@ -240,13 +240,13 @@ def ticks(low: float, high: float, most: int = 3) -> list[float]:
     # Rounding may put a round value at the end of the range outside it.
     low, high = low - 1e-9 * width, high + 1e-9 * width
     decade = 10.0 ** (math.floor(math.log10(width / most)) - 1)
-    found: list[float] = []
+    values: list[float] = []
     for lead in (5, 10, 20, 50, 100):
-        step, finer = lead * decade, found
-        found = [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-        if len(found) <= most + 1:
-            return finer if len(found) < 2 and finer else found
-    return found
+        step, finer = lead * decade, values
+        values = [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        if len(values) <= most + 1:
+            return finer if len(values) < 2 and finer else values
+    return values
 
 
 def tick_label(value: float) -> str:
@@ -304,7 +304,7 @@ def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0)
     """Number and short name of a joint, from 0; if too long for the width, pt, its distinctive end."""
     names = short_names([joint.name for joint in joints])
     name, most = names[i], max(int(room / (0.5 * size)) - 2, 3)
-    ends = zip(*(each[::-1] for each in names), strict=False)
+    ends = zip(*(text[::-1] for text in names), strict=False)
     alike = sum(1 for _ in takewhile(lambda signs: len(set(signs)) == 1, ends))
     if len(name) > most and len(joints) > 1 and alike:
         name = f"{name[:-alike]}…"

@@ -48,8 +48,10 @@ CONTRIBUTIONS = {
 _NEAR = 1.6
 # Height of the stacked torque, pt.
 _ROOM = 172.0
-# Length of the enlarged part, in periods of the cut-off, and its least number of readings.
-_PERIODS, _FEWEST = 6.0, 40
+# Length of the enlarged part, in periods of the cut-off.
+_PERIODS = 6.0
+# Least number of readings in the enlarged part.
+_FEWEST = 40
 
 
 def motion_figure(run: Run) -> Figure:
@@ -58,11 +60,11 @@ def motion_figure(run: Run) -> Figure:
     for i, joint in enumerate(run.arm.joints):
         name = joint_label(run.arm.joints, i, 90.0)
         panels = []
-        for what, letter in (("q", "q"), ("qd", "q̇"), ("qdd", "q̈")):
-            values = degrees(getattr(motion, what)[:, i], joint)
-            y = value_axis(motion_unit(joint, what), values, most=3, zero=what != "q")
+        for quantity, letter in (("q", "q"), ("qd", "q̇"), ("qdd", "q̈")):
+            values = degrees(getattr(motion, quantity)[:, i], joint)
+            y = value_axis(motion_unit(joint, quantity), values, most=3, zero=quantity != "q")
             curve = over_time(motion.time, values, motion.gaps, label=letter)
-            panels.append(Panel(f"{what}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
+            panels.append(Panel(f"{quantity}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
         rows.append(tuple(panels))
     return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(240.0 / run.arm.n_joints, 86.0))
 
@@ -74,16 +76,16 @@ def recording_figure(run: Run) -> Figure:
         near, unit = most_accelerated(run, i), motion_unit(joint, "q")
         read = degrees(run.tables["recording"].q_read.values[:, i], joint)
         smooth = degrees(motion.q[:, i], joint)
-        both = (
+        curves = (
             over_time(motion.time, read, motion.gaps, "combined", 2.6, label="readings"),
             over_time(motion.time, smooth, motion.gaps, "accent", 0.9, label="smoothed"),
         )
         name, y = joint_label(run.arm.joints, i, 190.0), value_axis(unit, read, most=3, zero=False)
-        left = Panel(f"reading{i + 1}", name, axis, y, both)
+        reading_panel = Panel(f"reading{i + 1}", name, axis, y, curves)
         time, difference = motion.time[near], (read - smooth)[near]
-        apart = (Curve(time, difference, "combined", 0.7, label="readings − smoothed"),)
+        residue = (Curve(time, difference, "combined", 0.7, label="readings − smoothed"),)
         name, y = f"{i + 1} readings − smoothed", value_axis(unit, difference, most=3)
-        rows.append((left, Panel(f"residue{i + 1}", name, time_axis(time), y, apart)))
+        rows.append((reading_panel, Panel(f"residue{i + 1}", name, time_axis(time), y, residue)))
     legend = (Key("readings", "combined"), Key("smoothed", "accent"))
     height = min(270.0 / run.arm.n_joints, 84.0)
     return Figure("Readings and smoothed motion", tuple(rows), WIDTH / 2, height, legend)
@@ -213,8 +215,8 @@ def error_figure(run: Run) -> Figure:
     ends = np.array([x.low, x.high])
     is_proven = bool(np.isfinite(tube.tube_along.values).all())
     # Steps of the proven error near each piece of the motion, interrupted where nothing is proven.
-    when = np.stack([tube.segment_from.values, tube.segment_to.values], axis=1).ravel()
-    breaks = 2 * np.flatnonzero(when[2::2] > when[1:-1:2]) + 2
+    edges = np.stack([tube.segment_from.values, tube.segment_to.values], axis=1).ravel()
+    breaks = 2 * np.flatnonzero(edges[2::2] > edges[1:-1:2]) + 2
     rows = []
     for i, joint in enumerate(run.arm.joints):
         exact, simplified = run.exact_torque[:, i], run.simplified_torque[:, i]
@@ -229,17 +231,18 @@ def error_figure(run: Run) -> Figure:
             right.append(Area(ends, np.full(2, -allowed), np.full(2, allowed), "accent-wash"))
         right.append(over_time(motion.time, error, motion.gaps, "accent", 1.2, label="error"))
         if is_proven:
-            steps = broken(when, breaks)
+            steps = broken(edges, breaks)
             right.append(Curve(steps, proven, "inertia", 0.8, label="proven"))
             right.append(Curve(steps, -proven, "inertia", 0.8))
         unit = joint.effort_unit
         torques = value_axis(unit, exact, simplified, floor=noise)
         errors = value_axis(unit, error, proven, -proven, np.array([-allowed, allowed]), floor=noise)
-        name, told = joint_label(run.arm.joints, i, 190.0), f"allowed ±{pretty(amount(allowed, unit))}"
+        name = joint_label(run.arm.joints, i, 190.0)
+        allowed_text = f"allowed ±{pretty(amount(allowed, unit))}"
         rows.append(
             (
                 Panel(f"torque{i + 1}", name, x, torques, left),
-                Panel(f"error{i + 1}", f"{i + 1} error", x, errors, tuple(right), told),
+                Panel(f"error{i + 1}", f"{i + 1} error", x, errors, tuple(right), allowed_text),
             )
         )
     legend = (

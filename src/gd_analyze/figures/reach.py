@@ -34,20 +34,20 @@ def reach_figure(run: Run) -> Figure:
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = {label: values / allowed for label, values, *_ in looks}
-    every = np.concatenate([*ratios.values(), [0.1, 10.0]])
-    known = every[np.isfinite(every) & (every > 0)]
-    low, high = max(known.min(), 1e-3) / 1.3, min(known.max(), 1e5) * 1.3
+    all_ratios = np.concatenate([*ratios.values(), [0.1, 10.0]])
+    positive = all_ratios[np.isfinite(all_ratios) & (all_ratios > 0)]
+    low, high = max(positive.min(), 1e-3) / 1.3, min(positive.max(), 1e5) * 1.3
     n = arm.n_joints
     names = tuple(joint_label(arm.joints, i, 80.0) for i in range(n))
     y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
     items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
     margins, right = (84.0, 30.0, 12.0, 6.0), -84.0
     for label, _, colour, marker in looks:
-        shown = np.isfinite(ratios[label])
-        if shown.any():
-            told = ratios[label][shown]
-            tips = tuple(f"{label}: {number(ratio)} times the allowed error" for ratio in told)
-            at = np.clip(told, low, high), -np.arange(1.0, n + 1)[shown]
+        is_finite = np.isfinite(ratios[label])
+        if is_finite.any():
+            finite_ratios = ratios[label][is_finite]
+            tips = tuple(f"{label}: {number(ratio)} times the allowed error" for ratio in finite_ratios)
+            at = np.clip(finite_ratios, low, high), -np.arange(1.0, n + 1)[is_finite]
             items.append(Curve(*at, colour, 0.0, marker=marker, size=5.0, tips=tips))
             key = f"{_SIGNS[marker]} {label}"
             items.append(Words(low, y.low, key, colour, size=7.0, right=right, up=-24.0))

@@ -41,8 +41,8 @@ class Run:
         """Decompose and rank, as needed by figures of elements."""
         dataset = decompose_on_demand(arm, trajectory, drives=drives)
         ranking = rank(dataset, threshold=threshold)
-        taken = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
-        over_time = dominance_over_time(taken, ranking)
+        selection = dataset.isel(time=evenly(trajectory.n_set_points, MOST_KEPT))
+        over_time = dominance_over_time(selection, ranking)
         tables = {"decomposition": dataset, "dominance": ranking, "dominance_over_time": over_time}
         return Run(arm=arm, trajectory=trajectory, tables=tables)
 

@@ -31,8 +31,10 @@ from gd_analyze.figures.joints import torque_by_cause
 from gd_analyze.figures.run import Run
 from gd_analyze.text import percent
 
-# Width of the matrix and of the bars beside it, pt.
-MATRIX, BARS = 318.0, 166.0
+# Width of the matrix, pt.
+MATRIX = 318.0
+# Width of the bars beside it, pt.
+BARS = 166.0
 # Largest side of a cell, pt.
 _CELL = 54.0
 # Colour and letter of every part, in the order in which they are drawn.
@@ -89,21 +91,21 @@ def _is_measured(cell: Cell) -> bool:
 
 def matrix_figure(run: Run) -> Figure:
     """D (upper triangle), h and c: a panel per element, whose area is its share of the peak torque."""
-    n, of = run.arm.n_joints, cells(run)
+    n, by_label = run.arm.n_joints, cells(run)
     side = min(MATRIX / (n + 2), _CELL)
     rows: list[list[Panel | None]] = [[None] * (n + 2) for _ in range(n)]
     for element in elements(n):
         place = {"coriolis_centrifugal": n, "gravity_loading": n + 1}.get(element.quantity)
         column = element.j if place is None else place
         assert column is not None  # an element of D has a column
-        panel = _cell(of[element.label], side)
+        panel = _cell(by_label[element.label], side)
         if place is not None:  # a line between D, h and c
             line = Curve(np.zeros(2), np.array([0.0, side]), "ink", 0.9)
             panel = replace(panel, items=(*panel.items, line))
         rows[element.i][column] = panel
     drives = ("drives",) if "drive_torque" in run.decomposition else ()
     legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))
-    if any(cell.verdict == "negligible" for cell in of.values()):
+    if any(cell.verdict == "negligible" for cell in by_label.values()):
         legend += (Key("negligible", "grid", "area"),)
     label = "Elements of D, h and c by their share of the joint's peak torque"
     return Figure(label, tuple(map(tuple, rows)), side, side, legend)
@@ -138,7 +140,8 @@ def _cell(cell: Cell, side: float) -> Panel:
     if cell.verdict == "zero":
         items.append(Words(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
     elif side > 26.0 and not is_grey:
-        share, small = f"{'↓' * cell.crosses}{_share(cell.share)}", size * (0.72 if cell.crosses else 0.8)
+        arrow, small = ("↓", 0.72 * size) if cell.crosses else ("", 0.8 * size)
+        share = f"{arrow}{_share(cell.share)}"
         items.append(Words(side - edge - 1.5, top, share, colour, "end", small))
     axis = Axis(0.0, side)
     return Panel(cell.label, "", axis, axis, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))
@@ -165,8 +168,8 @@ def shares_of_torque(run: Run) -> dict[str, FloatArray]:
 
     Zero at a joint without torque. Of a long motion, evenly spaced set points count.
     """
-    taken = run.decomposition.isel(time=evenly(run.trajectory.n_set_points, MOST_KEPT))
-    causes = torque_by_cause(taken)
+    selection = run.decomposition.isel(time=evenly(run.trajectory.n_set_points, MOST_KEPT))
+    causes = torque_by_cause(selection)
     rms = {name: np.sqrt((part**2).mean(axis=0)) for name, part in causes.items()}
     total = np.sum([*rms.values()], axis=0)
     floor = float(run.decomposition.attrs["torque_round_off"])
@@ -194,8 +197,8 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
         right = left + BARS * share
         if right - left > 0.2:
             items.append(_part(name, left, right, low, high))
-        said = f"{_PARTS[name][1]} {percent(share)}"
-        for words in (said, said.split()[0]):
+        label = f"{_PARTS[name][1]} {percent(share)}"
+        for words in (label, label.split()[0]):
             # Text on its area, on a piece of paper where lines would run through it.
             wide = 0.6 * size * len(words) + 3.0
             if wide < right - left:

@@ -75,7 +75,8 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
     for item in panel.items:
         if isinstance(item, Words):
             x, y = placed(np.array(item.x), np.array(item.y)).tolist()
-            look = ' font-weight="bold"' * item.bold + ' font-style="italic"' * item.italic
+            look = ' font-weight="bold"' if item.bold else ""
+            look += ' font-style="italic"' if item.italic else ""
             if item.space is not None and paint is on_page:
                 look += f' data-space3="{" ".join(f"{value:.4g}" for value in item.space)}"'
                 look += f' data-shift="{_int(item.right)} {_int(-item.up)}"'
@@ -126,13 +127,13 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     free = math.inf  # left end of the label to the right
     for k, (x, label) in reversed([*enumerate(zip(x_at, named, strict=True))]):
         is_last = k == len(named) - 1
-        shown = f"{label} {panel.x.unit}" if is_last and panel.x.unit else label
-        wide = 0.5 * size * len(shown)
+        text = f"{label} {panel.x.unit}" if is_last and panel.x.unit else label
+        wide = 0.5 * size * len(text)
         fits = x + wide / 2 <= end
         anchor, at = ("middle", x) if fits else ("end", end)
         if is_last or x + wide / 2 + 0.5 * size <= free:
             free = at - (wide / 2 if fits else wide)
-            yield _text(at, bottom + size + 2.5, shown, size, soft, anchor)
+            yield _text(at, bottom + size + 2.5, text, size, soft, anchor)
 
 
 def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
@@ -152,9 +153,9 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
     if dots == "circle" and len(points) > 1 and not item.hollow and not item.tips:
         # Round ends of lines without length: one path for all.
         path = "".join(f"M{_int(x)} {_int(y)}h0" for x, y in points.tolist() if math.isfinite(y))
-        shown = look if item.width and len(points) > 1 else marked
+        attributes = look if item.width and len(points) > 1 else marked
         round_ends = f'stroke-width="{_int(item.size)}" stroke-linecap="round"'
-        yield f'<path{shown} style="stroke:{colour}" {round_ends} d="{path}"/>'
+        yield f'<path{attributes} style="stroke:{colour}" {round_ends} d="{path}"/>'
     elif dots:
         fill = paint("paper") if item.hollow else colour
         edge = max(item.size / 4, 0.7)
@@ -193,8 +194,8 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
     for look in np.unique(looks[item.colours != ""]):
         colour, opacity = look.split()
         path, lines = [], []
-        for row, same in enumerate(looks == look):
-            ends = np.flatnonzero(np.diff(same, prepend=False, append=False))
+        for row, has_look in enumerate(looks == look):
+            ends = np.flatnonzero(np.diff(has_look, prepend=False, append=False))
             for pair in ends.reshape(-1, 2):
                 corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
                 (left, top), (right, bottom) = np.rint(UNIT * corners).astype(int).tolist()
@@ -204,17 +205,17 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
         yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
         yield _lines("".join(lines), paint)
     if paint is on_page:
-        told = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
-        cells = escape(json.dumps(told, ensure_ascii=False, separators=(",", ":")), quote=False)
+        data = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
+        cells = escape(json.dumps(data, ensure_ascii=False, separators=(",", ":")), quote=False)
         yield "<g data-cells='" + cells.replace("'", "&#39;") + "'/>"
 
 
 def _runs(points: FloatArray) -> list[FloatArray]:
     """Pieces of a line between points that are nan."""
-    known = np.isfinite(points).all(axis=1)
-    if known.all():
+    is_finite = np.isfinite(points).all(axis=1)
+    if is_finite.all():
         return [points]
-    cuts = np.flatnonzero(np.diff(known.astype(int))) + 1
+    cuts = np.flatnonzero(np.diff(is_finite.astype(int))) + 1
     return [run for run in np.split(points, cuts) if np.isfinite(run[0]).all()]
 
 
@@ -238,8 +239,8 @@ def _extremes(points: FloatArray) -> FloatArray:
     stretches = -(-count // length)
     padded = np.pad(points, ((0, stretches * length - count), (0, 0)), mode="edge")
     windows, starts = padded.reshape(stretches, length, 2), np.arange(stretches) * length
-    found = [(pick(axis=1) + starts[:, None]).ravel() for pick in (windows.argmin, windows.argmax)]
-    return points[np.unique(np.minimum(np.concatenate([[0, count - 1], *found]), count - 1))]
+    extremes = [(pick(axis=1) + starts[:, None]).ravel() for pick in (windows.argmin, windows.argmax)]
+    return points[np.unique(np.minimum(np.concatenate([[0, count - 1], *extremes]), count - 1))]
 
 
 def without_straights(points: FloatArray) -> FloatArray:

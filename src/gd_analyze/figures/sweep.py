@@ -29,8 +29,12 @@ from gd_analyze.text import pretty
 if TYPE_CHECKING:
     import xarray as xr
 
-# Most rows of elements, and maps; most marked draws.
-_ROWS, _MAPS, _MARKED = 30, 12, 500
+# Most rows of elements.
+_ROWS = 30
+# Most maps.
+_MAPS = 12
+# Most draws that are marked.
+_MARKED = 500
 # Least range of a map's shades, as a share of its largest value: less than this would look like much.
 _LEAST_SPAN = 0.1
 _COLOURS = {
@@ -49,38 +53,43 @@ _LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {
 }
 
 
-def changing(found: xr.Dataset) -> list[str]:
+def changing(sweep: xr.Dataset) -> list[str]:
     """Elements whose verdict changes."""
-    every = found.verdict.stack(point=[d for d in found.verdict.dims if d != "element"])
-    differs = (every != every.isel(point=0)).any("point").values
-    return [str(label) for label in found.element.values[differs]]
+    verdicts = sweep.verdict.stack(point=[d for d in sweep.verdict.dims if d != "element"])
+    is_changing = (verdicts != verdicts.isel(point=0)).any("point").values
+    return [str(label) for label in sweep.element.values[is_changing]]
 
 
-def verdict_figure(found: xr.Dataset) -> Figure:
+def verdict_figure(sweep: xr.Dataset) -> Figure:
     """Verdicts over one number, a row per element that is not always negligible, with changes marked."""
-    (name,) = found.verdict.dims[:-1]
-    every = found.verdict.transpose("element", name)
-    shown = np.isin(every.values, list(_COLOURS)).any(axis=1) & ~np.char.startswith(found.element.values, "c")
-    every = every.isel(element=np.flatnonzero(shown)[:_ROWS])
-    labels, values = every.element.values.tolist(), found[name].values
+    (name,) = sweep.verdict.dims[:-1]
+    verdicts = sweep.verdict.transpose("element", name)
+    is_coloured = np.isin(verdicts.values, list(_COLOURS)).any(axis=1)
+    is_gravity = np.char.startswith(sweep.element.values, "c")
+    verdicts = verdicts.isel(element=np.flatnonzero(is_coloured & ~is_gravity)[:_ROWS])
+    labels, values = verdicts.element.values.tolist(), sweep[name].values
     marks: list[Item] = []
-    for element, at in zip(found.change_element.values, found.change_at.values[:, 0], strict=True):
+    for element, at in zip(sweep.change_element.values, sweep.change_at.values[:, 0], strict=True):
         if element in labels:
             row = labels.index(element)
             marks.append(Curve(np.array([at, at]), np.array([row, row + 0.9]), "ink", 1.4))
     y = Axis(len(labels), 0.0, tuple(k + 0.45 for k in range(len(labels))), names=tuple(map(_named, labels)))
-    items = (_cells(values, every.values, [f"{label} at {name} = {{0}}" for label in labels], values), *marks)
-    panel = Panel("verdicts", "", _axis(found, name), y, items, margins=(72.0, 13.0, 12.0, 6.0))
+    items = (
+        _cells(values, verdicts.values, [f"{label} at {name} = {{0}}" for label in labels], values),
+        *marks,
+    )
+    panel = Panel("verdicts", "", _axis(sweep, name), y, items, margins=(72.0, 13.0, 12.0, 6.0))
     return Figure(f"Verdicts over {name}", ((panel,),), WIDTH, 9.5 * len(labels) + 22.0, _LEGEND)
 
 
-def torque_figure(found: xr.Dataset) -> Figure:
+def torque_figure(sweep: xr.Dataset) -> Figure:
     """Peak torque of every joint and its contributions over the first number; operations; draws as points."""
-    name, panels, drawn = str(found.parameter.values[0]), [], "sample" in found.dims
-    taken = evenly(found.sizes["sample"], _MARKED) if drawn else slice(None)
-    x, axis = found[name].values[taken], _axis(found, name)
-    for i, unit in enumerate(found.effort_unit.values.tolist()):
-        torque, parts = found.peak_torque[..., i].values[taken], found.contribution[:, i].values[taken].T
+    name, panels, drawn = str(sweep.parameter.values[0]), [], "sample" in sweep.dims
+    selection = evenly(sweep.sizes["sample"], _MARKED) if drawn else slice(None)
+    x, axis = sweep[name].values[selection], _axis(sweep, name)
+    for i, unit in enumerate(sweep.effort_unit.values.tolist()):
+        torque = sweep.peak_torque[..., i].values[selection]
+        parts = sweep.contribution[:, i].values[selection].T
         items = [Curve(x, torque, "accent", 0.0, marker="circle", size=1.6)]
         if not drawn:
             looks = zip(_LOOKS.items(), parts, strict=True)
@@ -93,8 +102,8 @@ def torque_figure(found: xr.Dataset) -> Figure:
         panels.append(
             Panel(f"peak{i + 1}", f"joint {i + 1}", axis, value_axis(unit, torque, parts), tuple(items))
         )
-    if found.operations.notnull().any():
-        counts = found.operations.values[taken]
+    if sweep.operations.notnull().any():
+        counts = sweep.operations.values[selection]
         curve = Curve(x, counts, "accent", 1.2 * (not drawn), marker="circle", size=2.6)
         panels.append(Panel("operations", "operations", axis, value_axis("", counts, zero=False), (curve,)))
     keys = [Key("torque", "ink"), *(Key(k, colour, dashes=dashes) for k, (colour, dashes) in _LOOKS.items())]
@@ -103,34 +112,35 @@ def torque_figure(found: xr.Dataset) -> Figure:
     )
 
 
-def maps_figure(found: xr.Dataset) -> Figure:
+def maps_figure(sweep: xr.Dataset) -> Figure:
     """Maps over two numbers: verdicts that change, with lines of change; operations; peak torques."""
-    across, upward = map(str, found.parameter.values)
-    x, grid = found[across].values, found[upward].values
+    across, upward = map(str, sweep.parameter.values)
+    x, grid = sweep[across].values, sweep[upward].values
     places = np.arange(len(grid)) + 0.5
-    at, axis = ticks(grid[0], grid[-1], 4), _axis(found, across)
+    at, axis = ticks(grid[0], grid[-1], 4), _axis(sweep, across)
     names = [tick_label(value) for value in at]
     # Above the panel the unit would seem to be that of the map.
-    names[-1:] = [f"{names[-1]} {pretty(str(found.unit.values[1]))}".rstrip()]
+    names[-1:] = [f"{names[-1]} {pretty(str(sweep.unit.values[1]))}".rstrip()]
     y = Axis(0.0, float(len(grid)), tuple(np.interp(at, grid, places).tolist()), names=tuple(names))
     panels = []
-    for label in changing(found)[:_MAPS]:
-        many = found.verdict.sel(element=label).transpose(upward, across).values
-        at = found.change_at.values[found.change_element.values == label]
+    for label in changing(sweep)[:_MAPS]:
+        verdicts = sweep.verdict.sel(element=label).transpose(upward, across).values
+        at = sweep.change_at.values[sweep.change_element.values == label]
         marks = Curve(at[:, 0], np.interp(at[:, 1], grid, places), "ink", 0.0, marker="circle", size=1.8)
         words = [f"{label}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
-        panels.append(Panel(label, _named(label), axis, y, (_cells(x, many, words, x, gap=0.0), marks)))
-    numbers = {"operations": (found.operations, "")} if found.operations.notnull().any() else {}
-    for i, effort in enumerate(found.effort_unit.values.tolist()):
-        numbers[f"peak torque {i + 1}"] = (found.peak_torque[..., i], effort)
+        panels.append(Panel(label, _named(label), axis, y, (_cells(x, verdicts, words, x, gap=0.0), marks)))
+    numbers = {"operations": (sweep.operations, "")} if sweep.operations.notnull().any() else {}
+    for i, effort in enumerate(sweep.effort_unit.values.tolist()):
+        numbers[f"peak torque {i + 1}"] = (sweep.peak_torque[..., i], effort)
     for title, (array, effort) in numbers.items():
-        held = array.transpose(upward, across).values
-        low, high = float(np.nanmin(held)), float(np.nanmax(held))
+        values = array.transpose(upward, across).values
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
         span = max(high - low, _LEAST_SPAN * max(abs(low), abs(high))) or 1.0
-        shade = 0.1 + 0.9 * np.round((np.nan_to_num(held, nan=low) - low) / span, 1)
+        shade = 0.1 + 0.9 * np.round((np.nan_to_num(values, nan=low) - low) / span, 1)
         words = [f"{title} {{1}} {effort}: {across} = {{0}}, {upward} = {value:g}" for value in grid]
-        told = np.stack([np.broadcast_to(x, held.shape), np.vectorize(_short)(held)], axis=-1)
-        cells = Cells(_edges(x), np.where(np.isnan(held), "", "accent"), shade, tuple(words), told, gap=0.0)
+        cell_numbers = np.stack([np.broadcast_to(x, values.shape), np.vectorize(_short)(values)], axis=-1)
+        colours = np.where(np.isnan(values), "", "accent")
+        cells = Cells(_edges(x), colours, shade, tuple(words), cell_numbers, gap=0.0)
         bar = _bar(axis, y, low, span)
         panels.append(Panel(title, title, axis, y, (cells, *bar), effort, margins=(24.0, 12.0, 34.0, 13.0)))
     label = f"Maps over {across} (across) and {upward} (upward)"
@@ -143,24 +153,24 @@ def _bar(x: Axis, y: Axis, low: float, span: float) -> tuple[Item, ...]:
     values = np.linspace(low, low + span, rows)
     edges = x.high + wide * np.array([0.04, 0.08])
     shade = (0.1 + 0.9 * np.round((values - low) / span, 1))[:, None]
-    words, told = ("{0}",) * rows, np.vectorize(_short)(values)[:, None, None]
-    cells = Cells(edges, np.full((rows, 1), "accent"), shade, words, told, gap=0.0)
+    words, cell_numbers = ("{0}",) * rows, np.vectorize(_short)(values)[:, None, None]
+    cells = Cells(edges, np.full((rows, 1), "accent"), shade, words, cell_numbers, gap=0.0)
     ends = ((0.0, 0.0, low), (y.high, -6.0, low + span))
     named = (Words(float(edges[1]), at, tick_label(_short(v)), right=2.0, up=up) for at, up, v in ends)
     return (cells, *named)
 
 
-def _axis(found: xr.Dataset, name: str) -> Axis:
-    values, unit = found[name].values, str(found.unit.sel(parameter=name).values)
+def _axis(sweep: xr.Dataset, name: str) -> Axis:
+    values, unit = sweep[name].values, str(sweep.unit.sel(parameter=name).values)
     low, high = float(values.min()), float(values.max())
     return Axis(low, high, tuple(ticks(low, high, 4)), pretty(unit))
 
 
 def _cells(
-    x: FloatArray, verdicts: np.ndarray, words: Sequence[str], told: FloatArray, gap: float = 0.1
+    x: FloatArray, verdicts: np.ndarray, words: Sequence[str], cell_values: FloatArray, gap: float = 0.1
 ) -> Cells:
     colours = np.vectorize(lambda verdict: _COLOURS.get(verdict, ""))(verdicts)
-    numbers = np.broadcast_to(np.vectorize(_short)(told)[:, None], (*verdicts.shape, 1))
+    numbers = np.broadcast_to(np.vectorize(_short)(cell_values)[:, None], (*verdicts.shape, 1))
     return Cells(_edges(x), colours, np.full(verdicts.shape, 0.85), tuple(words), numbers, gap)
 
 

@@ -208,7 +208,7 @@ def read_xml(path: Path) -> Node:
             message, hint = "the robot's file is cut off", "copy or export it again, whole"
         elif error.code == _OTHER_END:
             fault = f"the end of another element within {within}"
-        raise ArmError(message, where=where, fault=found, next_step=hint) from None
+        raise ArmError(message, where=where, found=fault, next_step=hint) from None
     except (LookupError, ValueError) as error:  # an encoding that Python does not know
         raise ArmError("the robot's file is not text", where=Location(path), found=str(error)) from None
     return roots[0]
