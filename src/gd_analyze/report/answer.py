@@ -23,10 +23,10 @@ from gd_analyze.results.rows import changes_text, element_rows
 from gd_analyze.results.run_result import margins, verdict_section
 from gd_analyze.text import amount, percent, pretty
 
-# Terms of an exact equation that the page writes out, and columns of dominance over time.
-_TERMS, _COLUMNS = 16, 120
-
-
+# Most terms of an exact equation that the page writes out.
+_TERMS = 16
+# Most columns of dominance over time.
+_COLUMNS = 120
 # Digits of verdicts in the strip of an element.
 _MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
 
@@ -62,7 +62,7 @@ def validity(findings: Findings) -> str:
 
 def element_details(findings: Findings) -> list[dict[str, Any]]:
     """Every element for the page that opens it: words, dominance over time, exact and kept equation."""
-    of, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
+    cells_by_label, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
     marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
@@ -78,7 +78,7 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
         detail = {
             "label": label,
             "name": subscripted(label),
-            "words": _words(row, of[label]),
+            "words": _words(row, cells_by_label[label]),
             "changes": changes_text(row),
             "over_time": "" if label[0] == "c" else "".join(map(str, at[label])),
         }
@@ -93,16 +93,16 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
 def _words(row: dict[str, Any], cell: Cell) -> str:
     """Parts and torque of an element in two sentences."""
     verdict = {"drive": "its drive counts, its links are negligible", "both": "both effects count"}
-    said = verdict.get(cell.verdict, cell.verdict)
+    finding = verdict.get(cell.verdict, cell.verdict)
     if cell.verdict in ("translation", "rotation"):
-        said = f"{cell.verdict} dominates"
+        finding = f"{cell.verdict} dominates"
     parts = [pretty(amount(row[f"part_peak_{name}"], row["unit"])) for name in ("translation", "rotation")]
     if row["quantity"] == "gravity_loading":
         split = f"up to {parts[0]}"
     else:
         split = f"translation up to {parts[0]}, rotation up to {parts[1]}"
     torque = pretty(amount(row["torque_peak"], row["torque_unit"]))
-    words = f"{said[:1].upper()}{said[1:]}: {split} at the set points."
+    words = f"{finding[:1].upper()}{finding[1:]}: {split} at the set points."
     words += f" Torque up to {torque} at joint {row['torque_joint']}"
     words += f", {percent(row['torque_share'])} of its peak torque."
     if "drives" in cell.parts:
@@ -114,8 +114,10 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
 def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
     """Elements of torques in plain characters, the largest terms first."""
     model = findings.model
-    own = model.form.velocities.in_joint_velocities(torques)
-    return dict(_plain(element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())))
+    joint_terms = model.form.velocities.in_joint_velocities(torques)
+    return dict(
+        _plain(element_formulas(joint_terms, model.arm.drive_inertia.tolist() if model.drives else ()))
+    )
 
 
 def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:

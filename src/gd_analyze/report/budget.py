@@ -24,8 +24,9 @@ from gd_analyze.results.run_result import near_bound, stop_rows
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.text import percent, pretty, share_up
 
-# Decades of the axis of errors over the budget.
-_LOW, _HIGH = -2, 1
+# Lowest and highest decade of the axis of errors over the budget.
+_LOW = -2
+_HIGH = 1
 _MATHS = PageMathML()
 _PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
 _QUANTITIES = {"D": "inertia", "J": "drive", "h": "coriolis_centrifugal", "c": "gravity_loading"}
@@ -54,14 +55,14 @@ class BudgetPath:
         if k == self.asked:
             return model.torques
         ranked = [*findings.ranked_terms.items()]
-        kept = (ranked[rank - 1] for rank in self.rows[k]["kept"])
-        return TERM.torques(model.form, {term: model.terms.get(term, weight) for term, weight in kept})
+        kept_terms = (ranked[rank - 1] for rank in self.rows[k]["kept"])
+        return TERM.torques(model.form, {term: model.terms.get(term, weight) for term, weight in kept_terms})
 
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position."""
         model = findings.model
-        own = model.form.velocities.in_joint_velocities(self.torques(findings, k))
-        return element_formulas(own, model.arm.drive_inertia.tolist() if model.drives else ())
+        joint_terms = model.form.velocities.in_joint_velocities(self.torques(findings, k))
+        return element_formulas(joint_terms, model.arm.drive_inertia.tolist() if model.drives else ())
 
     def proofs(self, findings: Findings) -> list[str]:
         """What is known of each model near the motion."""
@@ -70,8 +71,8 @@ class BudgetPath:
             share, gamma = row["proven_share"], row["gamma"]
             if row["position"] >= 0 and share is not None and share <= 1.0:
                 used = percent(share_up(share))
-                said = f"Near the motion the model uses at most {used} of this budget (proven)."
-                out[row["position"]] = said if gamma is None else f"{said} Gamma {gamma_size(gamma)}."
+                sentence = f"Near the motion the model uses at most {used} of this budget (proven)."
+                out[row["position"]] = sentence if gamma is None else f"{sentence} Gamma {gamma_size(gamma)}."
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)
@@ -112,7 +113,7 @@ def place(ratio: float) -> float:
 
 def budget_words(budget: str) -> str:
     """A budget with the reference of its percentages, numbers to three digits."""
-    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda found: f"{float(found[0]):.3g}", budget)
+    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", budget)
     words = re.sub(r"% limit", " % of the torque limit", pretty(rounded))
     words = re.sub(r"% (?=friction|uncertainty)", " % of ", words)
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
@@ -180,7 +181,7 @@ class _Writer(NamedTuple):
 
     def term(self, term: _Term, *, bracketed: bool, turned: bool, first: bool) -> str:
         negative = term.negative != turned
-        kind = "term" + " first" * first + " negative" * negative
+        kind = f"term{' first' if first else ''}{' negative' if negative else ''}"
         hidden = "" if self.asked in term.budgets else " hidden"
         flags = "".join("1" if k in term.budgets else "0" for k in range(self.budgets))
         inside = f"<wbr>{_sign(negative)}{term.body(bracketed=bracketed)}"
@@ -188,21 +189,23 @@ class _Writer(NamedTuple):
 
     def group(self, velocities: tuple[Power, ...], terms: list[_Term], *, first: bool) -> str:
         """Terms with the same velocities, in a bracket if there are several; the first sign precedes it."""
-        shown = self.shown(terms)
-        leads = shown[:1]
+        visible = self.shown(terms)
+        leads = visible[:1]
         if len(terms) == 1 or not velocities:
             return "".join(
                 self.term(term, bracketed=False, turned=False, first=first and term in leads)
                 for term in terms
             )
         turned = (leads or terms)[0].negative
-        kind = "bracket" + " first" * (first and bool(shown)) + " single" * (len(shown) == 1)
+        kind = "bracket first" if first and visible else "bracket"
+        kind += " single" if len(visible) == 1 else ""
+        kind += " negative" if turned else ""
         inside = "".join(
             self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms
         )
         behind = f"<math>{_MATHS.apart}{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>"
         return (
-            f'<span class="{kind}{" negative" * turned}"{"" if shown else " hidden"}><wbr>{_sign(turned)}'
+            f'<span class="{kind}"{"" if visible else " hidden"}><wbr>{_sign(turned)}'
             f"{_PAREN.format('(')}{inside}{_PAREN.format(')')}{behind}</span>"
         )
 
@@ -230,7 +233,8 @@ def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
     for k in sorted(range(len(path.rows)), key=lambda k: abs(k - path.asked)):
         for formula in path.formulas(findings, k):
             for summand in summands(formula):
-                written = _MATHS.product(Product(summand.weight)) + "-" * (summand.weight < 0.0)
+                written = _MATHS.product(Product(summand.weight))
+                written += "-" if summand.weight < 0.0 else ""
                 versions = elements[formula.left][summand.velocities][summand.factors]
                 versions.setdefault(written, _Term(summand)).budgets.add(k)
     writer, order = _Writer(len(path.rows), path.asked), [*_QUANTITIES]

@@ -48,7 +48,7 @@ def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str 
         styles.append("report.css")
         scripts.append("report.js")
     mark = f'<meta name="gd-analyze-run" content="{escape(run)}">\n' if run else ""
-    held = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
+    data_script = f'<script type="application/json" id="report-data">{data}</script>\n' if data else ""
     colours = (f"--{name}: light-dark({light}, {dark});" for name, (light, dark) in COLOURS.items())
     nav = "\n".join(f'    <a href="#{escape(key)}">{escape(name)}</a>' for key, name in links)
     return template("page.html").format(
@@ -58,7 +58,7 @@ def frame(title: str, links: Iterable[tuple[str, str]], body: str, *, data: str 
         style="".join(map(template, styles)),
         nav=nav,
         body=body,
-        held=held,
+        held=data_script,
         script="".join(map(template, scripts)),
     )
 
@@ -87,9 +87,9 @@ def notice_list(notices: Sequence[str], more: str = "") -> str:
 
 def _facts(facts: Iterable[Part]) -> str:
     """Values above their names."""
-    seen = [fact for fact in facts if isinstance(fact, Fact) and fact.label]
+    labelled = [fact for fact in facts if isinstance(fact, Fact) and fact.label]
     rows = "".join(
-        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n" for fact in seen
+        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n" for fact in labelled
     )
     return f'<dl class="facts">\n{rows}</dl>\n' if rows else ""
 

@@ -97,15 +97,15 @@ def _answer(findings: Findings, report: MainReport) -> str:
         f'<div class="{group.verdict}"><dt>{group.heading}</dt><dd>{_elements(group)}</dd></div>\n'
         for group in report.verdicts
     )
-    of, matrix, bars = structure.cells(findings), report.structure.figure, report.shares.figure
+    cells_by_label, matrix, bars = structure.cells(findings), report.structure.figure, report.shares.figure
     drawn = []
     for r, c, panel in matrix.places:
         column = c + 1 + (c >= n) + (c > n)  # gaps before h and before c
-        cell = of[panel.key]
-        said = f"{panel.key}, {cell.verdict}, {percent(cell.share)} of peak torque of joint {cell.joint}"
+        cell = cells_by_label[panel.key]
+        label = f"{panel.key}, {cell.verdict}, {percent(cell.share)} of peak torque of joint {cell.joint}"
         drawn.append(
             f'<button type="button" class="cell" data-element="{panel.key}" tabindex="-1" '
-            f'aria-label="{said}" style="grid-area:{r + 2}/{column}">{panel_svg(panel, matrix)}</button>\n'
+            f'aria-label="{label}" style="grid-area:{r + 2}/{column}">{panel_svg(panel, matrix)}</button>\n'
         )
     last, gap, side = n + 6, 6, f"{matrix.height:g}"
     rows = "".join(
@@ -166,13 +166,12 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
     if not path.moves:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
         nothing = "dropping terms would not save an operation"
-        why = f"No other model from {low} to {high}: "
-        why += f"{'the model stays the same' if model.saves else nothing}. "
-        why = "" if len(rows) == 1 or is_unreadable(findings) else why
-        return (
-            f'{_stops(findings)}<p class="note">{why}The exact torque takes <b>{full}</b> operations.</p>\n'
-        )
-    share, of = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
+        reason = f"No other model from {low} to {high}: "
+        reason += f"{'the model stays the same' if model.saves else nothing}. "
+        reason = "" if len(rows) == 1 or is_unreadable(findings) else reason
+        note = f"{reason}The exact torque takes <b>{full}</b> operations."
+        return f'{_stops(findings)}<p class="note">{note}</p>\n'
+    share, reference = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
     figures = ""
     if kind in ("terms", "parts"):
         figures += _figure("kept", len(row["kept"]), kind, f"of {thousands(model.size[1])}")
@@ -180,7 +179,8 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         full_apart = model.form.functions.operations.total
         figures += _figure("apart", row["operations_apart"], "operations", f"of {full_apart}: D, h, c")
     figures += _figure("count", row["operations"], "operations", f"of {full}: torque")
-    figures += _figure("worst", text(f"up to {percent(share)}"), f"of {of}", "at the set points")
+    figures += _figure("worst", text(f"up to {percent(share)}"), f"of {reference}", "at the set points")
+    between = " Those between the named budgets follow from this report's model."
     return template("budget.html").format(
         stops=_stops(findings),
         low=escape(budget_words(rows[0]["budget"])),
@@ -189,8 +189,7 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         last=len(rows) - 1,
         asked=path.asked,
         figures=figures,
-        between=" Those between the named budgets follow from this report's model."
-        * bool(stop_rows(findings)),
+        between=between if stop_rows(findings) else "",
         proof=text(path.proofs(findings)[path.asked]),
     )
 
@@ -231,9 +230,9 @@ def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
     model, kind = findings.model, made_of(findings)
     if kind != "terms":
         return parts_html(model_parts(findings), numbers)
-    own, _, gamma = structure_note(model).partition("\n")
+    structure_text, _, gamma = structure_note(model).partition("\n")
     inside = template("terms.html").format(
-        h=text(own),
+        h=text(structure_text),
         gamma=text(gamma),
         equations=budget_equations(findings, path),
         meanings=meanings_html(model.equations.legend),

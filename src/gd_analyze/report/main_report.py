@@ -48,13 +48,13 @@ class MainReport(NamedTuple):
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
-    every = (*notices(findings), *findings.warnings, *notes(findings))
+    all_notices = (*notices(findings), *findings.warnings, *notes(findings))
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=every[: min(_FIRST, len(every) - len(notes(findings)))],
+        notices=all_notices[: min(_FIRST, len(all_notices) - len(notes(findings)))],
         provenance=dict(provenance_lines(findings)),
     )
     matrix, bars = matrix_figure(findings), shares_figure(findings)
@@ -65,14 +65,15 @@ def main_report(findings: Findings) -> MainReport:
         "Every element of D (symmetric), h and c in its place.",
         replace(matrix, legend=legend),
         "Figure and area: its largest torque over the peak torque of its joint; the square is full from "
-        f"100 %, above which elements cancel.{' ↓: at the joint of the column.' * crosses(findings)}"
-        f"{' On the diagonal the drive is added.' * findings.model.drives}",
+        "100 %, above which elements cancel."
+        f"{' ↓: at the joint of the column.' if crosses(findings) else ''}"
+        f"{' On the diagonal the drive is added.' if findings.model.drives else ''}",
     )
     shares = Drawing(
         "shares",
         "What makes each joint's torque.",
         replace(bars, legend=()),
-        f"T, R: D q̈ by translation and rotation{'; J: drives' * findings.model.drives}. "
+        f"T, R: D q̈ by translation and rotation{'; J: drives' if findings.model.drives else ''}. "
         "Shares of the sum of RMS.",
     )
     effects = effect_drawings(findings)
@@ -90,7 +91,7 @@ def main_report(findings: Findings) -> MainReport:
         shares,
         effects,
         errors,
-        every[_FIRST:],
+        all_notices[_FIRST:],
         appendices,
         numbers,
     )
@@ -102,15 +103,15 @@ def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
     hidden = "combined", "centrifugal", "coriolis"
     look = Look(x="set point", marked=is_marked, hidden=hidden)
     is_shown = text_comparison(findings) is not None
-    like = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
+    orders = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
     marks = "Marks on curves and ticks below them: set points." if is_marked else ""
     matrix = "D by effect. At the right of a title: the verdict (J: drive, –: negligible, 0: zero)."
     vector = "h by effect."
     return (
-        Drawing("inertia", f"{matrix}{like[0]}", inertia_figure(findings, look), marks),
+        Drawing("inertia", f"{matrix}{orders[0]}", inertia_figure(findings, look), marks),
         Drawing(
             "coriolis_centrifugal",
-            f"{vector}{like[1]}",
+            f"{vector}{orders[1]}",
             vector_figure(findings, "coriolis_centrifugal", look),
         ),
     )

@@ -56,7 +56,7 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
     """The model itself as formulas, with explanations."""
     model, kind = findings.model, made_of(findings)
     if is_unreadable(findings):
-        return _instead(findings)
+        return _substitute_parts(findings)
     if kind == "parts":
         return (equations("model", "", findings.element_model.formulas, note=_PARTS),)
     if model.level.is_mechanical:
@@ -73,7 +73,7 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
     return (equations("model", "", model.formulas, model.legend, _STEPS),)
 
 
-def _instead(findings: Findings) -> tuple[Part, ...]:
+def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
     """What stands for a model that can be read: the dominant parts of the elements, and the exact torque."""
     elements, share = findings.element_model, _largest_share(findings.element_model)
     note = (
@@ -116,10 +116,10 @@ def _steps(model: SimplifiedModel) -> Table:
     steps = [("exact model", searched, full)]
     steps += [(step.name, searched, step.operations) for step in model.accuracy.steps]
     steps.append(("final program", "torque", model.operations.total))
-    names, what, counts = zip(*steps, strict=True)
+    names, quantities, counts = zip(*steps, strict=True)
     columns = (
         Column("", "step", names, shown="text"),
-        Column("", "computes", what, shown="text"),
+        Column("", "computes", quantities, shown="text"),
         Column("", "operations", counts, shown="count"),
     )
     return Table("steps", "Operations after each step of the search", columns)
@@ -130,10 +130,12 @@ def _tallies(model: SimplifiedModel) -> Table:
     n = model.form.velocities.n_joints
     heads = [f"p̈{joined((j,))}" for j in range(n)]
     if model.level.is_mechanical:
-        total, kept = (Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms))
+        energy_totals, energy_kept = (
+            Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms)
+        )
         cells = [
-            [_tally("inertia", kept[i, j], total[i, j]) if i <= j else "" for j in range(n)]
-            + [_tally("inertia", kept[-1, -1], total[-1, -1]) if i == 0 else ""]
+            [_tally("inertia", energy_kept[i, j], energy_totals[i, j]) if i <= j else "" for j in range(n)]
+            + [_tally("inertia", energy_kept[-1, -1], energy_totals[-1, -1]) if i == 0 else ""]
             for i in range(n)
         ]
         title = (
@@ -141,10 +143,15 @@ def _tallies(model: SimplifiedModel) -> Table:
         )
         names = [Symbol("D'", f"{i + 1}") for i in range(n)]
         return _matrix("kept", title, names, [*map(str, range(1, n + 1)), "U"], cells)
-    every, left = (Counter(map(_place, terms)) for terms in (model.form.torques, model.torques))
+    torque_totals, torque_kept = (
+        Counter(map(_place, terms)) for terms in (model.form.torques, model.torques)
+    )
     places = [("inertia", j) for j in range(n)] + [("coriolis_centrifugal", -1), ("gravity_loading", -1)]
     cells = [
-        [_tally(_CLASSES[quantity], left[i, quantity, j], every[i, quantity, j]) for quantity, j in places]
+        [
+            _tally(_CLASSES[quantity], torque_kept[i, quantity, j], torque_totals[i, quantity, j])
+            for quantity, j in places
+        ]
         for i in range(n)
     ]
     title = "Torque terms kept, of all, by joint (row): with each acceleration, in h, and in c"
@@ -156,8 +163,8 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
     return term.row, term.quantity, term.velocities[0].joint if term.quantity == "inertia" else -1
 
 
-def _tally(kind: str, kept: int, total: int) -> str:
-    return f"{kind if kept else 'none'} {kept}/{total}" if total else "none ·"
+def _tally(kind: str, count: int, total: int) -> str:
+    return f"{kind if count else 'none'} {count}/{total}" if total else "none ·"
 
 
 def _matrix(
@@ -171,12 +178,12 @@ def _matrix(
 def _kept_matrix(findings: Findings) -> Table:
     """Parts of D, h and c that the model by the founding text's own method keeps."""
     n = findings.arm.n_joints
-    kept = kept_effects(n, findings.element_model.terms)
-    kept |= {f"c{joined((i,))}": "gravity" for i in range(n) if kept[f"c{joined((i,))}"] != "nothing"}
+    effects = kept_effects(n, findings.element_model.terms)
+    effects |= {f"c{joined((i,))}": "gravity" for i in range(n) if effects[f"c{joined((i,))}"] != "nothing"}
     labels = [
         [*(inertia_label(i, j) for j in range(n)), f"h{joined((i,))}", f"c{joined((i,))}"] for i in range(n)
     ]
-    cells = [[f"{kept[label]} {LETTERS.get(kept[label], '0')}" for label in row] for row in labels]
+    cells = [[f"{effects[label]} {LETTERS.get(effects[label], '0')}" for label in row] for row in labels]
     title = "Parts kept of D (symmetric), h and c: T translation, R rotation, ✓ gravity, 0 nothing"
     heads = [*map(str, range(1, n + 1)), "h", "c"]
     return _matrix("kept_parts", title, [torque_symbol(i) for i in range(n)], heads, cells)
@@ -201,8 +208,8 @@ def _operations(key: str, model: SimplifiedModel) -> Table:
 def beyond_section(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
     rows = joint_rows(findings, "simplified_model", "beyond", "tube")
-    known = findings.tables["tube"].tube_worst_found.notnull().any()
-    near = [_near(findings, rows)] if known else []
+    has_tube = findings.tables["tube"].tube_worst_found.notnull().any()
+    near = [_near(findings, rows)] if has_tube else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
     parts: tuple[Part, ...] = (*near, ratios, _farther(findings, rows), _payload(rows))
@@ -213,7 +220,7 @@ _ERRORS = {"allowed_error": ("allowed", "@effort_unit"), "largest_error": ("at s
 
 
 def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
-    shown, letters = [], {"q": "± q", "qd": "± q̇", "qdd": "± q̈"}
+    table_rows, letters = [], {"q": "± q", "qd": "± q̇", "qdd": "± q̈"}
     tube, near = findings.tables["tube"], f"within {margins(findings)} of the motion"
     tried, proof = int(tube.attrs["tried"]), dict[str, tuple[str, ...]]()
     if tube_bound(findings) is not None:
@@ -225,7 +232,7 @@ def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
             value = row[f"tube_margin_{name}"]
             value = math.degrees(value) if joint.kind == "revolute" else value
             cells[f"tube_margin_{name}"] = f"{number(value)} {pretty(motion_unit(joint, name))}"
-        shown.append(row | cells)
+        table_rows.append(row | cells)
     labels = {
         **_ERRORS,
         "tube_worst_found": ("found near it", "@effort_unit"),
@@ -237,11 +244,11 @@ def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
     note += "The found error is the largest that a search met"
     note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
     note += str(tube.attrs["note"])
-    return table_of("tube", "Torque error near the motion", shown, labels, note)
+    return table_of("tube", "Torque error near the motion", table_rows, labels, note)
 
 
 def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
-    beyond, said = findings.tables["beyond"], []
+    beyond, sentences = findings.tables["beyond"], []
     drawn = int(beyond.attrs["states_drawn"])
     labels: dict[str, tuple[str, ...]] = {**_ERRORS, "largest_share": ("of peak", "", "percent")}
     if beyond.certified.notnull().all():
@@ -250,13 +257,13 @@ def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
             "certified": ("proven in the box", "@effort_unit", "bound"),
             "certified_share": ("of peak", "", "bound_percent"),
         }
-        said.append(
+        sentences.append(
             "The box holds every position, velocity and acceleration between the smallest and the largest of "
             "the trajectory, in any combination. The proven error holds in all of the box."
         )
         ratio = bound_ratio(findings)
         if ratio is not None:
-            said[0] += f" It is at most {number(math.ceil(100 * ratio) / 100)} times the found one."
+            sentences[0] += f" It is at most {number(math.ceil(100 * ratio) / 100)} times the found one."
     if drawn:
         labels |= {
             "within_limits": ("within limits", "@effort_unit"),
@@ -267,15 +274,15 @@ def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
         if over:
             everywhere = f"`gd-analyze simplify {findings.arm.name}` searches a model for all of them."
             where = f"above the allowed one at joints {', '.join(over)}. {everywhere}"
-        said.append(
+        sentences.append(
             f"{drawn} states were drawn within the arm's limits of position, velocity and acceleration; the "
             f"error is {where}"
         )
     else:
-        said.append(
+        sentences.append(
             "No states were drawn within the arm's limits, as it does not state all of them (`--limits`)."
         )
-    return table_of("beyond", "Torque error farther from the motion", rows, labels, "\n".join(said))
+    return table_of("beyond", "Torque error farther from the motion", rows, labels, "\n".join(sentences))
 
 
 def _payload(rows: Sequence[dict[str, Any]]) -> Table:
@@ -292,8 +299,8 @@ def _payload(rows: Sequence[dict[str, Any]]) -> Table:
         note += " The standard uncertainty follows from the stated uncertainties of the parameters."
     masses = [row["mass_within_budget"] for row in rows]
     any_mass = [{"mass_within_budget": mass if mass < math.inf else "any"} for mass in masses]
-    shown = [row | mass for row, mass in zip(rows, any_mass, strict=True)]
-    return table_of("payload", "Payload and uncertainty of the parameters", shown, labels, note)
+    table_rows = [row | mass for row, mass in zip(rows, any_mass, strict=True)]
+    return table_of("payload", "Payload and uncertainty of the parameters", table_rows, labels, note)
 
 
 def founding_section(findings: Findings) -> Section:
@@ -318,12 +325,14 @@ def founding_section(findings: Findings) -> Section:
 
 def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
     """Torque error and operations of models that keep only the dominant part of every element."""
-    table, whose = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
+    table, source_names = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
     errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
-    shares = (Column("", f"by {whose[name]}", own.tolist(), shown="percent") for name, own in errors)
+    shares = (
+        Column("", f"by {source_names[name]}", values.tolist(), shown="percent") for name, values in errors
+    )
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
-    operations = (Column("", name, own.tolist(), shown="count") for name, own in counts)
-    programs = [whose.get(name, name) for name in table.program.values.tolist()]
+    operations = (Column("", name, values.tolist(), shown="count") for name, values in counts)
+    programs = [source_names.get(name, name) for name in table.program.values.tolist()]
     title = "Largest torque error over peak torque if only the dominant parts of D and h are kept"
     note = (
         "Exact: the cheapest known program of each quantity. By element: D, h and c as [FGL87] writes them, "
@@ -361,6 +370,7 @@ def _dropped(findings: Findings) -> Iterator[Part]:
         "Dropped parts that are zero here": dropped.zero,
         "Dropped parts without torque here": dropped.idle,
     }
-    for label, gone in reasons.items():
-        if gone:
-            yield Fact("", label, len(gone), text=f"{len(gone)}: {', '.join(row['part'] for row in gone)}")
+    for label, dropped_rows in reasons.items():
+        if dropped_rows:
+            names = ", ".join(row["part"] for row in dropped_rows)
+            yield Fact("", label, len(dropped_rows), text=f"{len(dropped_rows)}: {names}")

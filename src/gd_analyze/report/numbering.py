@@ -19,9 +19,9 @@ class Numbers(NamedTuple):
     @classmethod
     def of(cls, parts: Sequence[Part]) -> Numbers:
         """Count drawings, and tables that people see."""
-        every = [*flat(parts)]
-        drawings = dict.fromkeys(part.key for part in every if isinstance(part, Drawing))
-        tables = dict.fromkeys(part.key for part in every if isinstance(part, Table) and is_seen(part))
+        all_parts = [*flat(parts)]
+        drawings = dict.fromkeys(part.key for part in all_parts if isinstance(part, Drawing))
+        tables = dict.fromkeys(part.key for part in all_parts if isinstance(part, Table) and is_seen(part))
         tables.pop("", None)
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 

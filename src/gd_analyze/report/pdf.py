@@ -60,8 +60,8 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     }
     # The legend of matrix and bars is as wide as both.
     matrix = report.structure.figure
-    apart = replace(report.structure, figure=replace(matrix, legend=()))
-    drawings = drawings_of((apart, *first[1:], *report.appendices))
+    matrix_drawing = replace(report.structure, figure=replace(matrix, legend=()))
+    drawings = drawings_of((matrix_drawing, *first[1:], *report.appendices))
     drawings["legend"] = figure_svg(replace(matrix, rows=(), width=WIDTH))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
@@ -150,24 +150,24 @@ def _part(part: Part, numbers: Numbers, most_rows: int | None) -> dict[str, Any]
 
 def _shortened(table: Table, most_rows: int | None) -> Table:
     """The first rows of a long table, with a note that says how many are left out."""
-    shown = table.n_rows if table.top is None else min(table.top, table.n_rows)
-    if most_rows is None or shown <= most_rows:
+    n_shown = table.n_rows if table.top is None else min(table.top, table.n_rows)
+    if most_rows is None or n_shown <= most_rows:
         return table
-    note = f"{table.note}\n{shown - most_rows} more rows stand in the page and in `--json`.".lstrip()
+    note = f"{table.note}\n{n_shown - most_rows} more rows stand in the page and in `--json`.".lstrip()
     return replace(table, top=most_rows, note=note)
 
 
 def _table(table: Table, numbers: Numbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
-    shown = table.shown()
-    columns = [column for column, _, _ in shown]
-    cells = [_cells(column, written) for column, _, written in shown]
+    printed = table.shown()
+    columns = [column for column, _, _ in printed]
+    cells = [_cells(column, written) for column, _, written in printed]
     lengths = [max((len(str(cell)) for cell in of_column), default=0) for of_column in cells]
     return {
         "kind": "table",
         "number": numbers.tables.get(table.key),
         "title": pretty(table.title),
-        "heads": [[column.label, unit] for column, unit, _ in shown],
+        "heads": [[column.label, unit] for column, unit, _ in printed],
         "left": [column.is_text or column.shown in ("math", "effect") for column in columns],
         "long": [column.is_text and length > 40 for column, length in zip(columns, lengths, strict=True)],
         "rows": [list(row) for row in zip(*cells, strict=True)],

@@ -40,7 +40,7 @@ _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c",
 
 def sections(findings: Findings) -> tuple[Section, ...]:
     """All appendices that have something to show, in order."""
-    every = (
+    candidates = (
         _torque(findings),
         _motion(findings),
         _recording(findings) if "recording" in findings.tables else None,
@@ -54,7 +54,7 @@ def sections(findings: Findings) -> tuple[Section, ...]:
         _equations(findings),
         _data(findings),
     )
-    return tuple(section for section in every if section is not None)
+    return tuple(section for section in candidates if section is not None)
 
 
 def _motion(findings: Findings) -> Section:
@@ -92,7 +92,7 @@ def _recording(findings: Findings) -> Section:
     used = zip(*(row for row in rows if row[1] != "unused"), strict=True)
     heads = ("column", "holds", "joint", "unit", "understood by")
     columns = tuple(_words(head, cells) for head, cells in zip(heads, used, strict=False))
-    unused = [f"{name} ({why})" if why else name for name, role, *_, why in rows if role == "unused"]
+    unused = [f"{name} ({reason})" if reason else name for name, role, *_, reason in rows if role == "unused"]
     drawing = Drawing(
         "recording",
         "Left: readings and smoothed motion. Right: their difference near the joint's largest acceleration.",
@@ -166,37 +166,39 @@ def _ranking(findings: Findings) -> Section:
     }
     rows = []
     for row in element_rows(findings):
-        effect, found = effect_of(row), row["text_verdict"]
-        shown = {
+        effect, text_verdict = effect_of(row), row["text_verdict"]
+        cells = {
             "symbol": _symbol(row["element"]),
             "verdict": f"{effect} {effect}",
             "sure": row_parts.sure_text(row),
-            "beside": f"{'✓' if found == row['dominant'] else '≠'} {found}" if found else "–",
+            "beside": f"{'✓' if text_verdict == row['dominant'] else '≠'} {text_verdict}"
+            if text_verdict
+            else "–",
         }
         if row["quantity"] == "gravity_loading":
             split = ("part_peak", "change_without")
-            shown |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
-        rows.append(row | shown)
+            cells |= {f"{name}_{effect}": None for name in split for effect in ("translation", "rotation")}
+        rows.append(row | cells)
     parts: list[Part] = [table_of("ranking", "Elements by torque", rows, labels)]
     if text:
-        said = [
+        sentences = [
             f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "
             "trajectory (✓). It states neither its trajectory nor its inertial parameters; verdicts depend "
             "on both."
         ]
         if text["remarks"]:
-            said.append(f"The founding text contradicts itself on {len(text['remarks'])} of them:")
+            sentences.append(f"The founding text contradicts itself on {len(text['remarks'])} of them:")
         for row, remark, finding in text["remarks"]:
             moving, turning = (number(row[f"part_peak_{effect}"]) for effect in ("translation", "rotation"))
-            said.append(
+            sentences.append(
                 f"{row['element']}, called {row['text_verdict']} dominant: {remark}. Here its translation "
                 f"peaks at {moving} and its rotation at {turning} {row['unit']}: {finding}."
             )
-        said.append(f"[FGL87] {text['source']}.")
-        parts.append(Section("", "Comparison with the founding text", (), "\n".join(said)))
+        sentences.append(f"[FGL87] {text['source']}.")
+        parts.append(Section("", "Comparison with the founding text", (), "\n".join(sentences)))
     note = (
-        f"Largest torque of each element{', of the links alone' * findings.model.drives}, as a share of the "
-        "joint's peak torque; it exceeds 100 % where elements cancel. "
+        f"Largest torque of each element{', of the links alone' if findings.model.drives else ''}, as a "
+        "share of the joint's peak torque; it exceeds 100 % where elements cancel. "
         f"Verdict: {row_parts.threshold_text(findings)}."
     )
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
@@ -222,8 +224,8 @@ def _motions(findings: Findings) -> Section:
         columns = [Column("", "element", [_symbol(row["element"]) for row in changing], shown="math")]
         if len(rows) <= motion_result.MOST_COLUMNS:
             for k, motion in enumerate(rows):
-                found = [row["verdicts"][k] for row in changing]
-                marks = [f"{verdict} {LETTERS[verdict]}" for verdict in found]
+                motion_verdicts = [row["verdicts"][k] for row in changing]
+                marks = [f"{verdict} {LETTERS[verdict]}" for verdict in motion_verdicts]
                 columns.append(Column("", f"{k + 1} {motion['motion']}", marks, shown="effect"))
         else:
             for verdict in LISTS:
@@ -244,15 +246,15 @@ def _terms(findings: Findings) -> Section:
             "terms", title, (), f"Too many terms to rank here; {rank} ranks those that matter most."
         )
     total, stated = table.attrs["total"], not_worth_keeping(findings)
-    kept = findings.model.torques if made_of(findings) == "terms" else None
+    kept_terms = findings.model.torques if made_of(findings) == "terms" else None
     rows = []
-    shown = rows_of(table.isel(rank=slice(_TERMS)), "rank")
-    for row, (term, weight) in zip(shown, findings.ranked_terms.items(), strict=False):
+    ranked_rows = rows_of(table.isel(rank=slice(_TERMS)), "rank")
+    for row, (term, weight) in zip(ranked_rows, findings.ranked_terms.items(), strict=False):
         cells = {
             "of": _SYMBOLS[row["quantity"]],
             "in": torque_symbol(term.row),
             "term": Formula(Symbol(""), term_formula(term, weight).pieces),
-            "kept": "" if kept is None else "✓" if term in kept else "–",
+            "kept": "" if kept_terms is None else "✓" if term in kept_terms else "–",
             "above": "–" if row["below_uncertainty"] else "✓",
         }
         rows.append(row | cells)
@@ -266,7 +268,7 @@ def _terms(findings: Findings) -> Section:
         "alone_joint": ("joint", "", "count"),
         "without_share": ("without it and below", "", "percent"),
         "without_joint": ("joint", "", "count"),
-        **({} if kept is None else {"kept": ("kept", "", "text")}),
+        **({} if kept_terms is None else {"kept": ("kept", "", "text")}),
         **({} if stated is None else {"above": ("above uncertainty", "", "text")}),
     }
     note = (
@@ -282,7 +284,7 @@ def _terms(findings: Findings) -> Section:
     parts: list[Part] = [
         table_of("terms", f"The {len(rows)} terms that matter most, of {total}", rows, labels)
     ]
-    if kept is None:  # else the model explains its symbols
+    if kept_terms is None:  # else the model explains its symbols
         legend = torque_legend(findings.model.form.velocities, findings.ranked_terms)
         parts.append(Equations("names", "", (), (), legend))
     return Section("terms", title, tuple(parts), note)
@@ -326,10 +328,10 @@ def _data(findings: Findings) -> Section:
             ]
             joints.append(_words(name, with_variable))
     joints.append(_words("range", [_range(joint) for joint in arm.joints]))
-    for what, per in (("velocity", "s"), ("acceleration", "s²")):
-        limits = [(getattr(joint, f"{what}_limit"), f"{joint.unit}/{per}") for joint in arm.joints]
+    for quantity, per in (("velocity", "s"), ("acceleration", "s²")):
+        limits = [(getattr(joint, f"{quantity}_limit"), f"{joint.unit}/{per}") for joint in arm.joints]
         texts = ["not given" if limit is None else f"{given(limit)} {unit}" for limit, unit in limits]
-        joints.append(_words(f"{what} limit", texts))
+        joints.append(_words(f"{quantity} limit", texts))
     if arm.drives:
         units = ["kg m^2" if joint.kind == "revolute" else "kg" for joint in arm.joints]
         joints.append(Column("", "drive inertia", [drive.inertia for drive in arm.drives], units))

@@ -31,15 +31,15 @@ def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str
     for notice in result.notices:
         lines += ["", *wrapped(notice, width)]
     if result.notes:
-        lines += [f"{len(result.notes)} note{'s' * (len(result.notes) > 1)} in the report."]
+        lines += [f"{len(result.notes)} {'notes' if len(result.notes) > 1 else 'note'} in the report."]
     return "\n".join(lines) + "\n"
 
 
 def wrapped(text: str, width: int, indent: str = "") -> list[str]:
     """Wrap a text between words, each number together with its unit; `indent` begins further lines."""
-    held = _UNIT.sub(lambda found: found[0].replace(" ", "\u00a0"), visible(text))
+    unbroken = _UNIT.sub(lambda match: match[0].replace(" ", "\u00a0"), visible(text))
     lines = textwrap.wrap(
-        held, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+        unbroken, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
     return [line.replace("\u00a0", " ") for line in lines]
 
@@ -87,9 +87,9 @@ def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
         *above, label = wrapped(fact.label, room)
         yield from above
         start = label + " " * (room - _length(label)) + "  "
-        first, *rest = wrapped(fact.written, max(width - _length(start), 16)) or [""]
+        first, *further = wrapped(fact.written, max(width - _length(start), 16)) or [""]
         yield (start + first).rstrip()
-        yield from (" " * (room + 2) + line for line in rest)
+        yield from (" " * (room + 2) + line for line in further)
 
 
 def _table(table: Table, width: int) -> list[str]:
@@ -121,8 +121,8 @@ def _table(table: Table, width: int) -> list[str]:
     deepest = max(len(heading) for heading, _ in blocks)
     whole = [[""] * (deepest - len(heading)) + heading + cells for heading, cells in blocks]
     padded = [
-        [_padded(cell, max(map(_length, cells)), left) for cell in cells]
-        for cells, left in zip(whole, sides, strict=True)
+        [_padded(cell, max(map(_length, cells)), is_left) for cell in cells]
+        for cells, is_left in zip(whole, sides, strict=True)
     ]
     lines = ["  ".join(row).rstrip() for row in zip(*padded, strict=True)]
     rule = "  ".join("─" * _length(cells[0]) for cells in padded)
@@ -218,9 +218,9 @@ def _width(heading: Sequence[str], cells: Sequence[str]) -> int:
     return max(map(_length, (*heading, *cells)))
 
 
-def _padded(cell: str, room: int, left: bool) -> str:
+def _padded(cell: str, room: int, is_left: bool) -> str:
     gap = " " * (room - _length(cell))
-    return cell + gap if left else gap + cell
+    return cell + gap if is_left else gap + cell
 
 
 def _length(text: str) -> int:
