@@ -134,7 +134,7 @@ def peak_magnitude(torque: FloatArray, explained: float = 0.0) -> FloatArray:
 
 
 def falling(value: float) -> float:
-    """Sort key for falling magnitude, the same for values that only round-off tells apart."""
+    """Sort key for falling magnitude; values that differ only by round-off have the same key."""
     return -float(f"{abs(value):.9e}")
 
 
@@ -150,8 +150,8 @@ def array_of(values: Any, name: str, error: type[GdAnalyzeError]) -> FloatArray:
     except ValueError:
         array = np.array(None)
     if array.dtype.kind not in "fiub":
-        what, found = f"{name} is not made of numbers", in_python(values)
-        raise error(what, where=name, expected="an array of numbers", found=found)
+        message, value_text = f"{name} is not made of numbers", in_python(values)
+        raise error(message, where=name, expected="an array of numbers", found=value_text)
     return array.astype(float, copy=False)
 
 

@@ -41,8 +41,10 @@ _PIECE = 2**20  # bytes read at once
 # Seconds in which somebody has to begin to write to a pipe.
 _PATIENCE = 60.0
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
-# that writes there on the same machine, or after a day.
-_TEMPORARY, _ABANDONED_AFTER = ".gd-analyze.", 86400.0
+# that writes there on the same machine.
+_TEMPORARY = ".gd-analyze."
+# Seconds after which any process removes them.
+_ABANDONED_AFTER = 86400.0
 _MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
 
 # Searched for in the bytes of any kind of file.
@@ -123,12 +125,12 @@ def appending_alone(path: Path) -> Iterator[BinaryIO]:
 
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            taken = error.errno in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+            is_locked = error.errno in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
             raise OutputError(
-                "another run writes there" if taken else "the file cannot be locked",
+                "another run writes there" if is_locked else "the file cannot be locked",
                 where=Location(path),
-                found=None if taken else error.strerror,
-                next_step=f"{'wait for its end, or ' * taken}choose another folder with --out",
+                found=None if is_locked else error.strerror,
+                next_step=f"{'wait for its end, or ' if is_locked else ''}choose another folder with --out",
             ) from None
         yield file
 
@@ -226,8 +228,8 @@ def mark_in(path: Path) -> str:
     with suppress(OSError), path.open("rb") as file:
         before = b""
         while piece := file.read(_PIECE):
-            if found := _MARK.search(before + piece):
-                return found[0].decode()
+            if match := _MARK.search(before + piece):
+                return match[0].decode()
             before = piece[-40:]  # longer than a mark
     return ""
 
@@ -236,10 +238,10 @@ def warn_of_others(path: Path, mark: str) -> None:
     """Warn where a file of results was read and others of its set, beside it, are not of its run."""
     if path.name not in RESULT_FILES.values():
         return
-    others = _others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
-    if others:
+    foreign = _others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
+    if foreign:
         warnings.warn(
-            f"files of different runs in {path.parent}: {', '.join(others)} differ from {path.name}; "
+            f"files of different runs in {path.parent}: {', '.join(foreign)} differ from {path.name}; "
             "`gd-analyze report` with the folder's analysis.h5 rebuilds them",
             GdAnalyzeWarning,
             stacklevel=3,
@@ -260,18 +262,18 @@ def require_one_run(
     written = [files[name] for name in formats]
     for name in written:
         require_writable(folder / name)
-    others = _others(folder, files.values(), mark)
-    asked_else = [name for name in others if mark_in(folder / name)[:_ASKED] != mark[:_ASKED]]
-    left = [name for name in others if name not in written]
-    if (asked_else or left) and not overwrite:
+    foreign = _others(folder, files.values(), mark)
+    asked_else = [name for name in foreign if mark_in(folder / name)[:_ASKED] != mark[:_ASKED]]
+    remaining = [name for name in foreign if name not in written]
+    if (asked_else or remaining) and not overwrite:
         raise OutputError(
             f"the folder {folder} holds files of another run",
             where=Location(folder),
             expected="no files, or those of a run with the same arm, motion and options",
-            found=", ".join(asked_else or left),
+            found=", ".join(asked_else or remaining),
             next_step="choose another folder with --out, write all formats, or replace them with --overwrite",
         )
-    return tuple(folder / name for name in left)
+    return tuple(folder / name for name in remaining)
 
 
 def _others(folder: Path, names: Iterable[str], mark: str) -> list[str]:
@@ -284,16 +286,16 @@ def _own_prefix() -> str:
 
 
 def _remove_abandoned(folder: Path) -> None:
-    for left in folder.glob(f"{_TEMPORARY}*"):
+    for path in folder.glob(f"{_TEMPORARY}*"):
         with suppress(OSError):
-            if _is_dead(left.name) or time.time() - left.lstat().st_mtime > _ABANDONED_AFTER:
-                shutil.rmtree(left) if left.is_dir() and not left.is_symlink() else left.unlink()
+            if _is_dead(path.name) or time.time() - path.lstat().st_mtime > _ABANDONED_AFTER:
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 
 def _is_dead(name: str) -> bool:
     """Whether the process that a temporary name states ran on this machine and has ended."""
-    machine, _, rest = name.removeprefix(_TEMPORARY).partition(".")
-    number = rest.partition(".")[0]
+    machine, _, process = name.removeprefix(_TEMPORARY).partition(".")
+    number = process.partition(".")[0]
     # On Windows a signal of 0 would end the process.
     if os.name != "posix" or machine != _MACHINE or not number.isdecimal():
         return False
@@ -319,13 +321,13 @@ def _require_no_obstacle(path: Path) -> None:
 
 
 @contextmanager
-def _named(what: str, where: Path) -> Iterator[None]:
+def _named(message: str, where: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
         bad_place = error.errno in _BAD_PLACE
         raise (OutputError if bad_place else StorageError)(
-            what,
+            message,
             where=Location(where),
             found=error.strerror or str(error),
             next_step="choose another folder, one you may write to"

@@ -186,9 +186,9 @@ class Result:
 
     def document(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""
-        found = {"headline": self.headline} if self.headline else {}
-        found |= _document((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
-        return found | ({"provenance": dict(self.provenance)} if self.provenance else {})
+        document = {"headline": self.headline} if self.headline else {}
+        document |= _document((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
+        return document | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
 def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
@@ -206,7 +206,8 @@ def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
 def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Column]:
     """Columns of attributes that the rows have: name, label, and how it is shown."""
     return [
-        Column(name, label, [getattr(row, name) for row in rows], shown=how) for name, label, how in columns
+        Column(name, label, [getattr(row, name) for row in rows], shown=shown)
+        for name, label, shown in columns
     ]
 
 
@@ -249,12 +250,12 @@ def _is_number(value: Any) -> bool:
 
 
 def _document(parts: Sequence[Part]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    document: dict[str, Any] = {}
     for key, value in _entries(parts):
-        if key in found:
+        if key in document:
             raise ValueError(f"two parts of a result are called {key!r}")
-        found[key] = value
-    return found
+        document[key] = value
+    return document
 
 
 def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:

@@ -88,22 +88,22 @@ class Declared:
 
         `values` may be an array that is read from the file on access; numbers of any sign are not read.
         """
-        what = f"{self.name} of {self.group}"
+        subject = f"{self.name} of {self.group}"
         if dims != self.dims:
-            raise StoreError(f"{what} has other dimensions", expected=str(self.dims), found=str(dims))
+            raise StoreError(f"{subject} has other dimensions", expected=str(self.dims), found=str(dims))
         if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
-            raise StoreError(f"{what} has another type", expected=_TYPES[self.kind], found=str(dtype))
+            raise StoreError(f"{subject} has another type", expected=_TYPES[self.kind], found=str(dtype))
         if self.among in ("nonnegative", "positive"):
-            held = np.asarray(values)
-            wrong = held[held < 0 if self.among == "nonnegative" else held <= 0]
+            numbers = np.asarray(values)
+            wrong = numbers[numbers < 0 if self.among == "nonnegative" else numbers <= 0]
             if wrong.size:
-                raise StoreError(f"{what} is not {self.among}", found=str(wrong.min()))
+                raise StoreError(f"{subject} is not {self.among}", found=str(wrong.min()))
         elif self.among:
             choices, words = self.choices(n_joints), np.asarray(values).astype(str)
             for word in np.setdiff1d(words, choices).tolist():
-                raise StoreError(f"{what} cannot be {word!r}", expected=", ".join(choices), found=word)
+                raise StoreError(f"{subject} cannot be {word!r}", expected=", ".join(choices), found=word)
             if self.role == "coordinate" and self.dims == (self.name,) and words.tolist() != choices:
-                raise StoreError(f"{what} is not in order", expected=", ".join(choices), found=str(words))
+                raise StoreError(f"{subject} is not in order", expected=", ".join(choices), found=str(words))
 
 
 def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
@@ -111,9 +111,9 @@ def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
     groups: dict[str, dict[str, Declared]] = {}
     lines = (Path(__file__).parent / "schema.csv").read_text(encoding="utf-8").splitlines()
     for row in csv.DictReader(lines):
-        one = Declared(**(row | {"dims": tuple(row["dims"].split())}))
-        if one.role in roles:
-            groups.setdefault(one.group, {})[one.name] = one
+        declared = Declared(**(row | {"dims": tuple(row["dims"].split())}))
+        if declared.role in roles:
+            groups.setdefault(declared.group, {})[declared.name] = declared
     return groups
 
 
@@ -157,8 +157,8 @@ def table(
     }
     dims = {dim for name in values for dim in declared[name].dims}
     joints = np.arange(1, len(revolute) + 1)
-    given = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
-    dataset = xr.Dataset(variables, given | _units_by_row(group, values, revolute), dict(attrs or {}))
+    coordinates = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
+    dataset = xr.Dataset(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
     validate(dataset, group, revolute)
     return dataset
 
@@ -171,28 +171,32 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
     n, names = len(revolute), [str(name) for name in dataset.data_vars]
     variables = _known(group, names)
     units = _units_by_row(group, names, revolute)
-    coordinates = {k: one for k, one in COORDINATES.get(group, {}).items() if {*one.dims} <= {*dataset.dims}}
+    coordinates = {
+        k: declared
+        for k, declared in COORDINATES.get(group, {}).items()
+        if {*declared.dims} <= {*dataset.dims}
+    }
     attributes = ATTRIBUTES.get(group, {})
-    for kind, expected, found in (
+    for kind, expected, present in (
         ("variable", set(variables) - OPTIONAL.get(group, set()), names),
         ("coordinate", {*coordinates, *units}, dataset.coords),
         ("attribute", set(attributes), dataset.attrs),
     ):
-        if missing := sorted(expected - set(map(str, found))):
+        if missing := sorted(expected - set(map(str, present))):
             raise StoreError(
                 f"{group} lacks the {kind} {missing[0]}",
                 expected=", ".join(sorted(expected)),
-                found=", ".join(map(str, found)) or f"no {kind}s",
+                found=", ".join(map(str, present)) or f"no {kind}s",
             )
     for name in names:
-        array, one = dataset[name], variables[name]
-        one.require(array.dims, array.dtype, array, n)
-        declared = one.attributes(revolute)
+        array, declared = dataset[name], variables[name]
+        declared.require(array.dims, array.dtype, array, n)
+        attrs = declared.attributes(revolute)
         for word in ("units", "units_in"):
-            if array.attrs.get(word) != declared.get(word):
+            if array.attrs.get(word) != attrs.get(word):
                 raise StoreError(
                     f"{name} of {group} has other units than declared",
-                    expected=declared.get(word, f"no {word}"),
+                    expected=attrs.get(word, f"no {word}"),
                     found=str(array.attrs.get(word, f"no {word}")),
                 )
     for key, array in dataset.coords.items():
@@ -205,11 +209,11 @@ def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
             raise StoreError(f"{group} has no coordinate {name}", expected=", ".join([*coordinates, *units]))
         elif array.dims != units[name][0] or not np.array_equal(array, units[name][1]):
             raise StoreError(f"{name} of {group} does not fit the joints of the arm")
-    for name, one in attributes.items():
+    for name, declared in attributes.items():
         value = np.asarray(dataset.attrs[name])
-        if value.shape != (n,) * len(one.dims):
+        if value.shape != (n,) * len(declared.dims):
             raise StoreError(f"{name} of {group} has another shape", found=str(value.shape))
-        one.require(one.dims, value.dtype, value, n)
+        declared.require(declared.dims, value.dtype, value, n)
         if value.dtype.kind == "f" and not np.isfinite(value).all():
             raise StoreError(f"{name} of {group} is not a finite number", found=str(dataset.attrs[name]))
 

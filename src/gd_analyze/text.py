@@ -73,8 +73,8 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 def amount(value: float, unit: str) -> str:
     """Format to three significant digits with the unit, prefixed where that saves a power of ten."""
-    factor, shown = prefixed(value, unit)
-    return f"{number(value / factor)} {shown}"
+    factor, prefixed_unit = prefixed(value, unit)
+    return f"{number(value / factor)} {prefixed_unit}"
 
 
 def with_error(value: float, error: float, digits: int = 2) -> str:
@@ -86,8 +86,8 @@ def with_error(value: float, error: float, digits: int = 2) -> str:
     if not 1e-3 <= max(abs(value), error) < 1e5:
         return f"{number(value)} ± {error:.{digits - 1}e}"
     place = digits - 1 - math.floor(math.log10(float(f"{error:.{digits - 1}e}")))
-    shown, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
-    return " ± ".join(f"{x:.{decimals}f}" for x in shown)
+    rounded, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
+    return " ± ".join(f"{x:.{decimals}f}" for x in rounded)
 
 
 def percent(share: float) -> str:
@@ -217,13 +217,13 @@ def parted(index: str, n_joints: int, lengths: Container[int]) -> tuple[int, ...
 
     None where this names no joints (from 0) of the arm, or could name several.
     """
-    found = set()
+    matches = set()
     for reading in {tuple(index.split(",")), (index,) if "," in index else tuple(index)}:
         if len(reading) in lengths and all(number.isdecimal() for number in reading):
             joints = tuple(int(number) - 1 for number in reading)
             if all(0 <= joint < n_joints for joint in joints):
-                found.add(joints)
-    return found.pop() if len(found) == 1 else None
+                matches.add(joints)
+    return matches.pop() if len(matches) == 1 else None
 
 
 def inertia_label(i: int, j: int) -> str:
@@ -250,7 +250,7 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 
 def joint_name(number: int, name: str) -> str:
-    """A joint's number, and its name where that says more."""
+    """A joint's number and name; only the number if the name is the same."""
     return name if name == str(number) else f"{number} {name}"
 
 
@@ -283,12 +283,12 @@ def html_of(
 ) -> str:
     """Write a value as HTML for notebooks: a table, a note below, lines folded away; names are escaped."""
 
-    def text(shown: str) -> str:
-        return str(escape(visible(shown)))
+    def text(value: str) -> str:
+        return str(escape(visible(value)))
 
-    def cell(shown: str) -> str:
-        style = ' style="text-align: left"' if shown[:1].isalpha() else ""
-        return f"<td{style}>{text(shown)}</td>"
+    def cell(value: str) -> str:
+        style = ' style="text-align: left"' if value[:1].isalpha() else ""
+        return f"<td{style}>{text(value)}</td>"
 
     head = "".join(f"<th>{text(heading)}</th>" for heading in headings)
     body = "".join(f"<tr>{''.join(map(cell, row))}</tr>" for row in rows)
