@@ -14,9 +14,9 @@ _Sum = frozenset[tuple[str, float]]
 
 
 def priced(program: Program, sine_price: int) -> int:
-    """Multiplications, additions, and the price of each sine and cosine, `with_sums` if that is cheaper."""
-    ways = [program, with_sums(program)] if sine_price else [program]
-    return min(way.count.total + sine_price * way.count.sines_cosines for way in ways)
+    """Operations plus the price of all sines and cosines; those `with_sums` if that is cheaper."""
+    candidates = [program, with_sums(program)] if sine_price else [program]
+    return min(candidate.count.total + sine_price * candidate.count.sines_cosines for candidate in candidates)
 
 
 def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
@@ -33,37 +33,38 @@ def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
     def of(x: Any) -> Any:
         return values[x.order] if isinstance(x, Expression) else x
 
-    def sum_of(angle: Any) -> _Sum | None:
-        return sums.get(angle.order) if isinstance(angle, Expression) else None
+    def sum_of(x: Any) -> _Sum | None:
+        return sums.get(x.order) if isinstance(x, Expression) else None
 
     for step in program.steps:
         if step.order in sums:
             values[step.order] = trace.record(step.operation, *map(of, step.arguments))
     angles: dict[_Sum, Any] = {}
-    taken: dict[_Sum, set[str]] = defaultdict(set)
+    functions: dict[_Sum, set[str]] = defaultdict(set)
     for step in program.steps:
-        if step.operation in ("sin", "cos") and (one := sum_of(step.arguments[0])) is not None:
-            angles[one] = of(step.arguments[0])
-            taken[one] |= {"sin", "cos"} if in_pairs else {step.operation}
+        angle = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
+        if angle is not None:
+            angles[angle] = of(step.arguments[0])
+            functions[angle] |= {"sin", "cos"} if in_pairs else {step.operation}
     # Short sums first: the others are built from them.
-    ordered = sorted(angles, key=lambda one: (sum(abs(c) for _, c in one), angles[one].order))
-    for place, one in enumerate(ordered):
-        pairs[one] = angles[one].sin(), angles[one].cos()
+    ordered = sorted(angles, key=lambda angle: (sum(abs(c) for _, c in angle), angles[angle].order))
+    for place, angle in enumerate(ordered):
+        pairs[angle] = angles[angle].sin(), angles[angle].cos()
         for first, sign in itertools.product(ordered[:place], (1.0, -1.0)):
-            second = _added(one, first, -1.0) if sign > 0.0 else _added(first, one, -1.0)
-            if second not in pairs or second == one:
+            second = _added(angle, first, -1.0) if sign > 0.0 else _added(first, angle, -1.0)
+            if second not in pairs or second == angle:
                 continue
-            if sum(2 - len(taken[summand]) for summand in {first, second}) < len(taken[one]):
+            if sum(2 - len(functions[summand]) for summand in {first, second}) < len(functions[angle]):
                 (s, c), (sine, cosine) = pairs[first], pairs[second]
                 sine = sign * sine
-                pairs[one] = s * cosine + c * sine, c * cosine - s * sine
-                for summand in (first, second, one):
-                    taken[summand] = {"sin", "cos"}
+                pairs[angle] = s * cosine + c * sine, c * cosine - s * sine
+                for summand in (first, second, angle):
+                    functions[summand] = {"sin", "cos"}
                 break
     for step in program.steps:
-        one = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
-        if one is not None:
-            values[step.order] = pairs[one][step.operation == "cos"]
+        angle = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
+        if angle is not None:
+            values[step.order] = pairs[angle][step.operation == "cos"]
         elif step.order not in sums:
             values[step.order] = trace.record(step.operation, *map(of, step.arguments))
     return Program.of(trace, [of(output) for output in program.outputs])

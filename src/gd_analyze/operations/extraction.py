@@ -49,7 +49,7 @@ class _Factor(NamedTuple):
 class _Product(NamedTuple):
     """A product of two, and the operations saved by evaluating it once."""
 
-    two: PairProduct
+    pair: PairProduct
     gain: int
 
 
@@ -82,7 +82,7 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
             if score > best_score:
                 best, best_score = grown, score
         if isinstance(best, _Product):
-            _name_product(sums, best.two)
+            _name_product(sums, best.pair)
         elif best is not None:
             _name_divisor(sums, best)
 
@@ -90,16 +90,16 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
 def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     """Re-evaluate the candidates that involve touched terms."""
     for changed in sums.touched:
-        found: list[tuple[_Candidate, _Step | None]]
+        updates: list[tuple[_Candidate, _Step | None]]
         if isinstance(changed, Pair):
-            found = [(changed, _pair(sums, changed))]
+            updates = [(changed, _pair(sums, changed))]
         elif isinstance(changed, PairProduct):
-            found = [(changed, _Product(changed, len(sums.products[changed]) - 1))]
+            updates = [(changed, _Product(changed, len(sums.products[changed]) - 1))]
         else:
             for factor in [c for c in steps if isinstance(c, _Factor) and c.v == changed]:
                 del steps[factor]
-            found = list(_factors(sums, changed))
-        for candidate, step in found:
+            updates = list(_factors(sums, changed))
+        for candidate, step in updates:
             if step is not None and step.gain > 0:
                 steps[candidate] = step
             else:
@@ -116,11 +116,11 @@ def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
         ((common, scale),) = occurrences.values()
         if not common and (abs(pair.ratio) != 1.0 or abs(scale) == 1.0):
             return None
-    taken: set[tuple[int, Monomial]] = set()
+    used: set[tuple[int, Monomial]] = set()
     places = []
     for (v, first, second), (common, scale) in occurrences.items():
-        if (v, first) not in taken and (v, second) not in taken:
-            taken |= {(v, first), (v, second)}
+        if (v, first) not in used and (v, second) not in used:
+            used |= {(v, first), (v, second)}
             places.append(_Place(v, common, scale))
     return _divisor(sums, {pair.a: 1.0, pair.b: pair.ratio}, places)
 
@@ -164,42 +164,45 @@ def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
 def _grown(sums: Sums, divisor: _Divisor) -> _Divisor:
     """The best of a divisor and all common sums of two of its places."""
     best = divisor
-    for k, one in enumerate(divisor.places):
-        for other in divisor.places[:k]:
-            shared = _shared(sums, one, other)
+    for k, first in enumerate(divisor.places):
+        for second in divisor.places[:k]:
+            shared = _shared(sums, first, second)
             if len(shared) > len(divisor.terms):
-                grown = _divisor(sums, shared, [_Place(one.v, one.beside, 1.0), _scaled(sums, one, other)])
+                grown = _divisor(
+                    sums, shared, [_Place(first.v, first.beside, 1.0), _scaled(sums, first, second)]
+                )
                 if grown.gain > best.gain:
                     best = grown
     return best
 
 
-def _scaled(sums: Sums, one: _Place, other: _Place) -> _Place:
-    return _Place(other.v, other.beside, sums.magnitude(other.scale / one.scale))
+def _scaled(sums: Sums, first: _Place, second: _Place) -> _Place:
+    """The second place with its scale relative to that of the first."""
+    return _Place(second.v, second.beside, sums.magnitude(second.scale / first.scale))
 
 
-def _shared(sums: Sums, one: _Place, other: _Place) -> Terms:
+def _shared(sums: Sums, first: _Place, second: _Place) -> Terms:
     """Terms that two places have in the same proportion."""
-    ratio = _scaled(sums, one, other).scale
-    there, shared, taken = sums.terms[other.v], {}, set()
-    for monomial, c in sums.terms[one.v].items():
-        inner = over(monomial, one.beside)
+    ratio = _scaled(sums, first, second).scale
+    second_terms, shared, used = sums.terms[second.v], {}, set()
+    for monomial, c in sums.terms[first.v].items():
+        inner = over(monomial, first.beside)
         if inner is None:
             continue
-        image = times(other.beside, inner)
-        if image not in there or sums.magnitude(c * ratio) != there[image]:
+        image = times(second.beside, inner)
+        if image not in second_terms or sums.magnitude(c * ratio) != second_terms[image]:
             continue
-        if one.v == other.v and (monomial in taken or image in taken or image == monomial):
+        if first.v == second.v and (monomial in used or image in used or image == monomial):
             continue
-        taken |= {monomial, image}
+        used |= {monomial, image}
         shared[inner] = c
     return shared
 
 
-def _name_product(sums: Sums, two: PairProduct) -> None:
+def _name_product(sums: Sums, product: PairProduct) -> None:
     """Define a product of two, and use it wherever it occurs."""
-    coefficient, variables = two
-    occurrences = list(sums.products[two])
+    coefficient, variables = product
+    occurrences = list(sums.products[product])
     number = sums.define({variables: coefficient})
     for v, monomial in occurrences:
         c = sums.terms[v][monomial]
@@ -207,10 +210,10 @@ def _name_product(sums: Sums, two: PairProduct) -> None:
         if len(variables) == 1:
             sums.add(v, times(without(monomial, *variables), (number,)), math.copysign(1.0, c))
             continue
-        rest = over(monomial, variables)
-        while rest is not None:
-            monomial = times(rest, (number,))
-            rest = over(monomial, variables)
+        quotient = over(monomial, variables)
+        while quotient is not None:
+            monomial = times(quotient, (number,))
+            quotient = over(monomial, variables)
         sums.add(v, monomial, c)
 
 

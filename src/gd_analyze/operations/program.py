@@ -31,9 +31,12 @@ _ARGUMENTS: dict[str, int] = {"input": 1} | {
 # Bytes that vector instructions load at once; loads across such a boundary take twice as long.
 _ALIGNED = 64
 
-# Nanoseconds of a multiplication or addition and of a sine or cosine in exported C, gcc -O2, fitted to the
-# ten programs of analysis/exported_c.md, whose times it meets within 22 %.
-_OPERATION, _SINE = 0.19, 3.4
+# Times in exported C, gcc -O2, are fitted to the ten programs of analysis/exported_c.md. The estimated time
+# of each program is within 22 % of its measured time.
+# Time of a multiplication or addition, ns.
+_OPERATION_TIME = 0.19
+# Time of a sine or cosine, ns.
+_SINE_TIME = 3.4
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class OperationCount:
     @property
     def nanoseconds(self) -> float:
         """Estimated time of one evaluation in exported C, ns, see docs/simplification.md."""
-        return _OPERATION * self.total + _SINE * self.sines_cosines
+        return _OPERATION_TIME * self.total + _SINE_TIME * self.sines_cosines
 
     def __str__(self) -> str:
         return (
@@ -98,21 +101,24 @@ class Program:
             lambda name: values[name] if name in values else trace.record("input", name), trace.apply
         )
 
-    def carried_out(self, given: Callable[[str], Any], apply: Callable[..., Any]) -> Callable[[Any], Any]:
-        """Evaluate it with any kind of value: of an input by name, of an operation on its arguments.
+    def carried_out(
+        self, input_value: Callable[[str], Any], apply: Callable[..., Any]
+    ) -> Callable[[Any], Any]:
+        """Evaluate it with any kind of value.
 
-        Returns the value of an expression; constants are returned unchanged.
+        `input_value` returns the value of an input by name, `apply` that of an operation on its arguments.
+        The function returned gives the value of an expression, and returns constants unchanged.
         """
-        known: dict[int, Any] = {}
+        values: dict[int, Any] = {}
 
         def of(x: Any) -> Any:
-            return known[x.order] if isinstance(x, Expression) else x
+            return values[x.order] if isinstance(x, Expression) else x
 
         for step in self.steps:
             if step.operation == "input":
-                known[step.order] = given(step.arguments[0])
+                values[step.order] = input_value(step.arguments[0])
             else:
-                known[step.order] = apply(step.operation, *map(of, step.arguments))
+                values[step.order] = apply(step.operation, *map(of, step.arguments))
         return of
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
@@ -221,19 +227,21 @@ def slopes_of(
             elif direction is not None:
                 slopes[step.order] = direction
             continue
-        own = [slope(x) for x in step.arguments]
-        if not any(isinstance(x, Expression) or x != 0.0 for x in own):
+        argument_slopes = [slope(x) for x in step.arguments]
+        if not any(isinstance(x, Expression) or x != 0.0 for x in argument_slopes):
             continue
         if step.operation in ("cos", "sin"):
             (x,) = step.arguments
-            other = trace.apply("sin" if step.operation == "cos" else "cos", value(x))
-            outer = trace.negative(other) if step.operation == "cos" else other
-            slopes[step.order] = trace.multiply(outer, own[0])
+            partner = trace.apply("sin" if step.operation == "cos" else "cos", value(x))
+            outer = trace.negative(partner) if step.operation == "cos" else partner
+            slopes[step.order] = trace.multiply(outer, argument_slopes[0])
         elif step.operation == "multiply":
             x, y = step.arguments
-            slopes[step.order] = trace.add(trace.multiply(own[0], value(y)), trace.multiply(value(x), own[1]))
+            slopes[step.order] = trace.add(
+                trace.multiply(argument_slopes[0], value(y)), trace.multiply(value(x), argument_slopes[1])
+            )
         else:
-            slopes[step.order] = trace.apply(step.operation, *own)
+            slopes[step.order] = trace.apply(step.operation, *argument_slopes)
     return [slope(output) for output in program.outputs]
 
 
@@ -263,16 +271,16 @@ def read_back(
     ValueError if a step is not an operation, refers to a later one, occurs twice, or has an invalid input.
     """
     trace = Trace()
-    made: dict[str, Expression] = {}
+    expressions: dict[str, Expression] = {}
 
     def value(x: str | float) -> Any:
         if not isinstance(x, str):
             if not abs(x) <= LARGEST_COEFFICIENT:
                 raise ValueError(f"{x} is not a number of a torque")
             return float(x)
-        if x not in made:
+        if x not in expressions:
             raise ValueError(f"{x!r} is not an earlier step")
-        return made[x]
+        return expressions[x]
 
     for k, (operation, *arguments) in enumerate(steps):
         if _ARGUMENTS.get(str(operation)) != len(arguments):
@@ -280,9 +288,9 @@ def read_back(
         if operation == "input":
             if arguments[0] not in inputs:
                 raise ValueError(f"step s{k}: there is no input {arguments[0]!r}")
-            made[f"s{k}"] = trace.record("input", arguments[0])
+            expressions[f"s{k}"] = trace.record("input", arguments[0])
         else:
-            made[f"s{k}"] = trace.record(cast("Operation", operation), *(value(x) for x in arguments))
-        if len(trace.expressions) != len(made):
+            expressions[f"s{k}"] = trace.record(cast("Operation", operation), *(value(x) for x in arguments))
+        if len(trace.expressions) != len(expressions):
             raise ValueError(f"step s{k} occurs twice")
-    return Program(tuple(made.values()), tuple(value(output) for output in outputs))
+    return Program(tuple(expressions.values()), tuple(value(output) for output in outputs))

@@ -12,11 +12,15 @@ from random import Random
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
-# Numbers of variables to inline, and random gains in the following extraction: the best of those tried on
-# models of the built-in arms. Temporarily accepting more operations gained nothing.
+# The settings of a try are the best of those tested on models of the built-in arms. Accepting more operations
+# for some time gained nothing.
+# Numbers of variables to inline, one of which is drawn.
 _PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
+# Largest random gains in the following extraction, operations, one of which is drawn.
 _NOISE = (0.3, 0.9, 1.5)
+# Probability that all variables to inline are neighbours of the first.
 _NEAR = 0.7
+# Probability of each way to rewrite terms.
 _REWRITE = 0.5
 # Tries per operation without gain, after which the search stops.
 _PATIENCE = 5
@@ -64,20 +68,20 @@ def _put_back(sums: Sums, random: Random) -> None:
 
 def _use_circle(sums: Sums, circles: Mapping[int, int], random: Random) -> None:
     """Replace the x^2 of one term by 1 - y^2."""
-    found = [
+    squares = [
         (v, m, x)
         for v, terms in sums.terms.items()
         for m in terms
         for x in dict.fromkeys(m)
         if x in circles and m.count(x) > 1
     ]
-    if found:
-        v, m, x = random.choice(found)
+    if squares:
+        v, m, x = random.choice(squares)
         c = sums.terms[v][m]
-        rest = without(without(m, x), x)
+        cofactor = without(without(m, x), x)
         sums.put(v, m, 0.0)
-        sums.add(v, rest, c)
-        sums.add(v, times(rest, (circles[x], circles[x])), -c)
+        sums.add(v, cofactor, c)
+        sums.add(v, times(cofactor, (circles[x], circles[x])), -c)
 
 
 def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
@@ -87,18 +91,18 @@ def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
         return
     v = random.choice(several)
     inside = dict(sums.terms[v])
-    one = min(inside, key=len)
+    shortest = min(inside, key=len)
     # A sum that contains all terms of v cannot be part of v, so definitions stay acyclic.
-    found = [
-        (user, beside)
-        for user in dict.fromkeys(user for m in inside for x in m for user in sums.users[x])
-        for m in sums.terms[user]
-        if (beside := over(m, one)) is not None
-        and user != v
-        and all(times(beside, inner) in sums.terms[user] for inner in inside)
-    ]
-    if found:
-        user, beside = random.choice(found)
+    places = []
+    for user in dict.fromkeys(user for m in inside for x in m for user in sums.users[x]):
+        for m in sums.terms[user]:
+            beside = over(m, shortest)
+            if beside is None or user == v:
+                continue
+            if all(times(beside, inner) in sums.terms[user] for inner in inside):
+                places.append((user, beside))
+    if places:
+        user, beside = random.choice(places)
         gone = random.choice(list(inside))
         w = sums.magnitude(sums.terms[user][times(beside, gone)] / inside[gone])
         if v < 0:
@@ -113,19 +117,21 @@ def _fold(sums: Sums, _: Mapping[int, int], random: Random) -> None:
 
 def _rescale_term(sums: Sums, _: Mapping[int, int], random: Random) -> None:
     """Replace a term c x .. by (c / d) v .. where v = d x is defined: (c / d) v .. may already exist."""
-    found = []
+    uses = []
     for v in sums.defined:
         if len(sums.terms[v]) == 1:
             ((product, d),) = sums.terms[v].items()
-            found += [
-                (v, d, user, m, beside)
-                for user in sums.users[product[0]]
-                if user != v
-                for m, c in sums.terms[user].items()
-                if abs(c) != 1.0 and abs(d) != 1.0 and (beside := over(m, product)) is not None
-            ]
-    if found:
-        v, d, user, m, beside = random.choice(found)
+            if abs(d) == 1.0:
+                continue
+            for user in sums.users[product[0]]:
+                if user == v:
+                    continue
+                for m, c in sums.terms[user].items():
+                    beside = over(m, product) if abs(c) != 1.0 else None
+                    if beside is not None:
+                        uses.append((v, d, user, m, beside))
+    if uses:
+        v, d, user, m, beside = random.choice(uses)
         c = sums.terms[user][m]
         sums.put(user, m, 0.0)
         sums.add(user, times(beside, (v,)), sums.magnitude(c / d))

@@ -21,8 +21,10 @@ Circles = Mapping[Hashable, Hashable]
 
 # Rearrangements to try at most.
 TRIES = 500
-# Most rearrangements of a program, and most of these times operations, as those of a long one take longer.
-REARRANGEMENTS, _TIMES_OPERATIONS = 400, 200_000
+# Most rearrangements of a program.
+REARRANGEMENTS = 400
+# Most rearrangements times operations, as a rearrangement of a long program takes longer.
+_REARRANGED_OPERATIONS = 200_000
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
@@ -39,9 +41,9 @@ def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
         # Ties between variables are broken consistently: equal polynomials nest equally.
         common = max((variable for variable, count in counts.items() if count == most), key=repr)
         inside = {without(variables, common): c for variables, c in terms.items() if common in variables}
-        rest = {variables: c for variables, c in terms.items() if common not in variables}
+        outside = {variables: c for variables, c in terms.items() if common not in variables}
         nested = value(common) * factored(inside, value)
-        return nested + factored(rest, value) if rest else nested
+        return nested + factored(outside, value) if outside else nested
     total: Any = 0.0
     equal = Magnitudes(EQUAL)
     alike: dict[float, list[tuple[Hashable, ...]]] = defaultdict(list)
@@ -70,15 +72,16 @@ class SharedSums:
 
     def values(self, value: Callable[[Any], Any]) -> list[Any]:
         """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
-        known: dict[int, Any] = {}
+        values: dict[int, Any] = {}
 
         def of(v: int) -> Any:
-            if v not in known:
-                known[v] = value(self.variables[v]) if 0 <= v < len(self.variables) else total(v)
-            return known[v]
+            if v not in values:
+                values[v] = value(self.variables[v]) if 0 <= v < len(self.variables) else total(v)
+            return values[v]
 
         def total(v: int) -> Any:
-            # Positive terms first, or the sign of all last: a - b and b - a would be two operations.
+            # Positive terms come first; if there are none, the sum is negated last. Otherwise a - b and b - a
+            # would be two operations.
             terms = sorted(self.definitions.get(v, {}).items(), key=lambda term: term[1] < 0.0)
             sign = 1.0 if terms and terms[0][1] > 0.0 else -1.0
             result: Any = 0.0
@@ -101,9 +104,9 @@ def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSu
 def shared_sums(
     polynomials: Sequence[Polynomial], circles: Circles | None = None, rearranging: int = 6_000
 ) -> Iterator[SharedSums]:
-    """Shared parts of polynomials: by extraction, then, on request, by rearranging its result.
+    """Yield the polynomials with shared parts: by extraction, then, on request, with its result rearranged.
 
-    The second does not increase operations. `rearranging` is tries times operations.
+    Rearranging does not increase operations. `rearranging` is tries times operations.
     """
     numbers: dict[Hashable, int] = {}
     for variable in (x for polynomial in polynomials for product in polynomial for x in product):
@@ -129,9 +132,10 @@ def shared_sums(
 
 
 def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
-    """Rewrite a program in fewer operations, by `times` a second or two of rearranging.
+    """Rewrite a program in fewer operations.
 
-    Sines, cosines and their arguments are unchanged; outputs are equal up to round-off.
+    The rearrangement takes `times` one to two seconds. Sines, cosines and their arguments are unchanged. The
+    outputs are equal up to round-off.
     """
     leaves = [step for step in program.steps if step.operation in ("input", *_PARTNER)]
     sums = _sums_of(program, leaves)
@@ -142,12 +146,12 @@ def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    tries = times * min(REARRANGEMENTS, _TIMES_OPERATIONS // max(sums.operations, 1))
+    tries = times * min(REARRANGEMENTS, _REARRANGED_OPERATIONS // max(sums.operations, 1))
     rearrange(sums, tries, partners, seed)
     trace = Trace()
-    found = _shared(sums, tuple(leaves), len(program.outputs))
-    fewer = Program.of(trace, found.values(program.folded(trace, {})))
-    return min(program, fewer, key=lambda one: one.count.total)
+    shared = _shared(sums, tuple(leaves), len(program.outputs))
+    fewer = Program.of(trace, shared.values(program.folded(trace, {})))
+    return min(program, fewer, key=lambda candidate: candidate.count.total)
 
 
 def _sums_of(program: Program, leaves: list[Expression]) -> Sums:

@@ -61,25 +61,27 @@ def multiplications(monomial: Monomial, coefficient: float) -> int:
 
 
 class Magnitudes:
-    """Replaces numbers that are equal within a relative tolerance by the first seen; keeps their signs."""
+    """Replaces numbers that are equal within a relative tolerance by the first of them; keeps their signs."""
 
     def __init__(self, tolerance: float) -> None:
         self.tolerance = tolerance
         self._sorted = [1.0]
-        self.known = {1.0: 1.0}
+        self.representatives = {1.0: 1.0}
 
     def __call__(self, x: float) -> float:
         """Look up a number other than 0."""
         magnitude = abs(x)
-        found = self.known.get(magnitude)
-        if found is None:
+        representative = self.representatives.get(magnitude)
+        if representative is None:
             place = bisect.bisect_left(self._sorted, magnitude)
             near = self._sorted[max(place - 1, 0) : place + 1]
-            found = next((y for y in near if abs(y - magnitude) <= self.tolerance * magnitude), magnitude)
-            if found is magnitude:
+            representative = next(
+                (y for y in near if abs(y - magnitude) <= self.tolerance * magnitude), magnitude
+            )
+            if representative is magnitude:
                 self._sorted.insert(place, magnitude)
-            self.known[magnitude] = found
-        return found if x > 0.0 else -found
+            self.representatives[magnitude] = representative
+        return representative if x > 0.0 else -representative
 
 
 def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:
@@ -116,10 +118,10 @@ _new = tuple.__new__
 @lru_cache(maxsize=1 << 16)
 def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]:
     """Products of two in a term: of its variables, and of its coefficient and one of them."""
-    found = {PairProduct(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
+    products = {PairProduct(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
     if coefficient != 1.0:
-        found |= {PairProduct(coefficient, (y,)) for y in monomial}
-    return tuple(sorted(found))
+        products |= {PairProduct(coefficient, (y,)) for y in monomial}
+    return tuple(sorted(products))
 
 
 class Sums:
@@ -187,10 +189,10 @@ class Sums:
             while self.users[v][user]:
                 for monomial, coefficient in list(self.terms[user].items()):
                     if v in monomial:
-                        rest = without(monomial, v)
+                        cofactor = without(monomial, v)
                         self.put(user, monomial, 0.0)
                         for inner, factor in definition.items():
-                            self.add(user, times(rest, inner), self.magnitude(coefficient * factor))
+                            self.add(user, times(cofactor, inner), self.magnitude(coefficient * factor))
         for monomial in definition:
             self.put(v, monomial, 0.0)
 
@@ -226,9 +228,9 @@ class Sums:
         (user,) = users
         return abs(self.terms[user].get((v,), 0.0)) == 1.0
 
-    def _count(self, v: int, monomial: Monomial, c: float, others: Terms, sign: int) -> None:
-        """Add a term to the index with the others of its sum (sign 1), or remove it (sign -1)."""
-        self.operations += sign * (multiplications(monomial, c) + (1 if others else 0))
+    def _count(self, v: int, monomial: Monomial, c: float, other_terms: Terms, sign: int) -> None:
+        """Add a term to the index (sign 1), or remove it (sign -1); `other_terms` are those of its sum."""
+        self.operations += sign * (multiplications(monomial, c) + (1 if other_terms else 0))
         for x in monomial:
             self.users[x][v] += sign
             if x >= self.first:
@@ -236,21 +238,21 @@ class Sums:
             if not self.users[x][v]:
                 del self.users[x][v]
         touched, add = self.touched, sign > 0
-        for two in _products(monomial, abs(c)):
-            touched[two] = None
+        for product in _products(monomial, abs(c)):
+            touched[product] = None
             if add:
-                self.products[two][v, monomial] = None
+                self.products[product][v, monomial] = None
             else:
-                del self.products[two][v, monomial]
-        known, pairs = self.magnitude.known, self.pairs
-        for other, c_other in others.items():
-            common, a, b = split(monomial, other)
+                del self.products[product][v, monomial]
+        magnitudes, pairs = self.magnitude.representatives, self.pairs
+        for other_monomial, c_other in other_terms.items():
+            common, a, b = split(monomial, other_monomial)
             if a < b:
-                ratio, place, scale = c_other / c, (v, monomial, other), c
+                ratio, place, scale = c_other / c, (v, monomial, other_monomial), c
             else:
                 a, b = b, a
-                ratio, place, scale = c / c_other, (v, other, monomial), c_other
-            size = known.get(abs(ratio)) or self.magnitude(abs(ratio))
+                ratio, place, scale = c / c_other, (v, other_monomial, monomial), c_other
+            size = magnitudes.get(abs(ratio)) or self.magnitude(abs(ratio))
             pair = _new(Pair, (a, b, size if ratio > 0.0 else -size))
             touched[pair] = None
             if add:

@@ -24,18 +24,18 @@ def structure_fault(program: Program) -> str:
         if step.operation in ("cos", "sin"):
             if degrees[0]:
                 return f"step s{number} is a {step.operation} of the motion"
-            own = 0
+            step_degree = 0
         elif step.operation == "multiply":
-            own = sum(degrees)
+            step_degree = sum(degrees)
         else:
-            own = max(degrees)
-            if own == 1 and min(degrees) == 0:
+            step_degree = max(degrees)
+            if step_degree == 1 and min(degrees) == 0:
                 return f"step s{number} adds degrees 0 and 1 in the motion"
-            if own == 2 and min(degrees) == 1:
+            if step_degree == 2 and min(degrees) == 1:
                 return f"step s{number} adds degrees 1 and 2 in the motion"
-        if own > 2:
-            return f"step s{number} is of degree {own} in the motion"
-        degree[step.order] = own
+        if step_degree > 2:
+            return f"step s{number} is of degree {step_degree} in the motion"
+        degree[step.order] = step_degree
     for joint, output in enumerate(program.outputs, start=1):
         if isinstance(output, Expression) and degree[output.order] == 1:
             return f"the torque of joint {joint} is linear in velocities"

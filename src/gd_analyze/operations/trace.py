@@ -68,8 +68,8 @@ class Trace:
 
     def inputs(self, name: str, count: int) -> Array:
         """Make named inputs for one set point, shape (count, 1)."""
-        made = [self.record("input", f"{name}{i + 1}") for i in range(count)]
-        return np.array(made, dtype=object).reshape(count, 1)
+        expressions = [self.record("input", f"{name}{i + 1}") for i in range(count)]
+        return np.array(expressions, dtype=object).reshape(count, 1)
 
     def add(self, a: Any, b: Any) -> Any:
         """Sum; zeros are left out, and adding a negative is a difference."""
@@ -146,12 +146,12 @@ class Trace:
     def record(self, operation: Operation, *arguments: Any) -> Expression:
         """Record an operation without folding, as for a program read from a file."""
         key = (operation, *arguments)
-        known = self._known.get(key)
-        if known is None:
+        expression = self._known.get(key)
+        if expression is None:
             arguments = tuple(a if isinstance(a, _SYMBOLIC) else float(a) for a in arguments)
-            known = self._known[key] = Expression(self, len(self.expressions), operation, arguments)
-            self.expressions.append(known)
-        return known
+            expression = self._known[key] = Expression(self, len(self.expressions), operation, arguments)
+            self.expressions.append(expression)
+        return expression
 
 
 _SYMBOLIC = (Expression, str)
