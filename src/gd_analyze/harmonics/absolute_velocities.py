@@ -46,17 +46,17 @@ class AbsoluteVelocities:
         # The last run of revolute joints, and its last axis in the frame before the next joint.
         last, axis = -1, np.zeros(3)
         for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
-            own = joint.placement.rotation @ joint.axis
+            joint_axis = joint.placement.rotation @ joint.axis
             # Parallel to 1e-9 rad, finer than any table; linear in a small angle, which the cosine is not.
-            if arm.is_revolute[i] and last >= 0 and np.abs(np.cross(axis, own)).max() < 1e-9:
-                signs.append(signs[runs[last][-1]] * (1 if axis @ own > 0.0 else -1))
+            if arm.is_revolute[i] and last >= 0 and np.abs(np.cross(axis, joint_axis)).max() < 1e-9:
+                signs.append(signs[runs[last][-1]] * (1 if axis @ joint_axis > 0.0 else -1))
                 runs[last] += (i,)
             else:
                 runs.append((i,))
                 signs.append(1)
                 last = len(runs) - 1 if arm.is_revolute[i] else last
             if arm.is_revolute[i]:
-                axis = own
+                axis = joint_axis
             axis = (joint.placement.rotation @ link.frame.rotation).T @ axis
         return cls(tuple(runs), tuple(signs))
 
@@ -69,8 +69,8 @@ class AbsoluteVelocities:
     def before(self) -> dict[int, Signed]:
         """For each joint, the one before it in its run, with their relative direction."""
         pairs = (pair for run in self.runs for pair in itertools.pairwise(run))
-        found = {outer: Signed(inner, self.signs[inner] * self.signs[outer]) for inner, outer in pairs}
-        return dict(sorted(found.items()))
+        predecessors = {outer: Signed(inner, self.signs[inner] * self.signs[outer]) for inner, outer in pairs}
+        return dict(sorted(predecessors.items()))
 
     @cached_property
     def carried(self) -> dict[int, Signed]:
@@ -102,9 +102,9 @@ class AbsoluteVelocities:
         within = multiples[[*run]] * np.array([self.signs[k] * self.signs[used[0]] for k in run])
         return bool((within[within != 0] == 1).all()) and int(np.ptp(np.flatnonzero(within))) + 1 == len(used)
 
-    def absolute(self, own: Iterable[Any]) -> list[Any]:
+    def absolute(self, joint_velocities: Iterable[Any]) -> list[Any]:
         """Absolute velocities p from the joints' own, or other quantities that sum in the same way."""
-        out = list(own)
+        out = list(joint_velocities)
         for joint, (inner, sign) in self.before.items():
             out[joint] = _sum(out[joint], sign, out[inner])
         return out
@@ -122,15 +122,15 @@ class AbsoluteVelocities:
         sizes: dict[TorqueTerm, float] = defaultdict(float)
         for (row, velocities, monomial), weight in torques.items():
             of_velocities = [self.inboard(velocity.joint) for velocity in velocities]
-            for carrier, *own in itertools.product(self.inboard(row), *of_velocities):
-                pairs = zip(velocities, own, strict=True)
+            for carrier, *signed_joints in itertools.product(self.inboard(row), *of_velocities):
+                pairs = zip(velocities, signed_joints, strict=True)
                 moving = tuple(sorted(Velocity(old.order, new.joint) for old, new in pairs))
                 term = TorqueTerm(carrier.joint, moving, monomial)
-                out[term] += math.prod((one.sign for one in own), start=carrier.sign * weight)
+                out[term] += math.prod((signed.sign for signed in signed_joints), start=carrier.sign * weight)
                 sizes[term] += abs(weight)
         # Terms that cancel leave the round-off of their summands.
         return {term: weight for term, weight in out.items() if abs(weight) > 1e-14 * sizes[term]}
 
 
-def _sum(one: Any, sign: int, other: Any) -> Any:
-    return one + other if sign > 0 else one - other
+def _sum(a: Any, sign: int, b: Any) -> Any:
+    return a + b if sign > 0 else a - b

@@ -95,7 +95,7 @@ def each_equation(
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
     """Elements named by labels: letter, joints from 0, and whether named individually."""
     labels = (labels,) if isinstance(labels, str) else labels
-    return [each for label in labels or ("D", "h", "c") for each in _resolve(label, n)]
+    return [element for label in labels or ("D", "h", "c") for element in _resolve(label, n)]
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
@@ -151,8 +151,8 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     shares = sizes / sizes.max(initial=0.0)
     large = shares >= min_share
     table = table.only(large)
-    found = zip(table.monomials(), table.weights, shares[large].tolist(), strict=True)
-    terms = [_term(factors, row, links, noise, share) for factors, row, share in found]
+    rows = zip(table.monomials(), table.weights, shares[large].tolist(), strict=True)
+    terms = [_term(factors, row, links, noise, share) for factors, row, share in rows]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
 
@@ -174,5 +174,5 @@ def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> Trigo
     """Contribution of link s to an element."""
     if kind == "c":
         return harmonics.potential_by_link[[s]].derivative(*indices)
-    own = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}
-    return (own[indices[0], indices[1]] if kind == "D" else christoffel(own, *indices)).total()
+    inertia = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}
+    return (inertia[indices[0], indices[1]] if kind == "D" else christoffel(inertia, *indices)).total()

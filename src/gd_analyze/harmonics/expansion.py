@@ -31,9 +31,12 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 # Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia in the base frame
 # multiplied by three axes has more until sines and cosines cancel.
 HIGHEST = 3 * DEGREE
-# Most terms formed at one step, and in total: about a second and 0.3 GB, and ten seconds. The exact torque of
-# an arm of seven joints and 19 358 terms forms 2.8 million, all parts of the PUMA's elements 0.7 million.
-_MOST_AT_ONCE, _MOST = 2**22, 2**26
+# The exact torque of an arm of seven joints and 19 358 terms forms 2.8 million terms, all parts of the PUMA's
+# elements 0.7 million.
+# Most terms formed at one step, which takes about a second and 0.3 GB.
+_MOST_AT_ONCE = 2**22
+# Most terms formed in total, which takes about ten seconds.
+_MOST_IN_TOTAL = 2**26
 # Number of roundings of the summands below which a sum counts as cancelled.
 _CANCELLED = 32
 _EPS = float(np.finfo(float).eps)
@@ -99,15 +102,15 @@ def expanded(program: Program, prismatic: Sequence[bool]) -> Expansion:
     """Write out a program with inputs among q1, qd1, qdd1, ...; `ModelError` if it is not a torque."""
     algebra = _TorqueAlgebra(prismatic)
     with np.errstate(all="ignore"):
-        value = program.carried_out(algebra.given, algebra.apply)
+        value = program.carried_out(algebra.input_value, algebra.apply)
         sums = [algebra.as_sum(value(output)) for output in program.outputs]
-    if not all((np.abs(one.numbers) <= LARGEST_COEFFICIENT).all() for one in sums):
+    if not all((np.abs(total.numbers) <= LARGEST_COEFFICIENT).all() for total in sums):
         raise no_torque("its numbers overflow")
     return Expansion(
         program,
-        tuple(algebra.polynomial(one) for one in sums),
-        np.array([one.roundings for one in sums], dtype=np.int64),
-        np.array([one.degrees for one in sums], dtype=np.int64).reshape(-1, len(prismatic)),
+        tuple(algebra.polynomial(total) for total in sums),
+        np.array([total.roundings for total in sums], dtype=np.int64),
+        np.array([total.degrees for total in sums], dtype=np.int64).reshape(-1, len(prismatic)),
     )
 
 
@@ -156,7 +159,7 @@ class _TorqueAlgebra:
         if (2 * HIGHEST + 1) ** self.n * len(moving) >= 2**62:
             raise no_torque(f"it has {self.n} joints, too many to be written out")
 
-    def given(self, name: str) -> _Angle | _Sum:
+    def input_value(self, name: str) -> _Angle | _Sum:
         """An input: an angle, or a sum of one term."""
         kind, joint = name.rstrip("0123456789"), int(name.lstrip("qd")) - 1
         if kind != "q":
@@ -190,29 +193,29 @@ class _TorqueAlgebra:
 
     def _angle(self, operation: str, *arguments: Any) -> _Angle:
         """Sum, difference or negative of angles and constants."""
-        none = (0,) * self.n
-        angles = [x if isinstance(x, _Angle) else _Angle(none, x) for x in arguments]
+        no_multiples = (0,) * self.n
+        angles = [x if isinstance(x, _Angle) else _Angle(no_multiples, x) for x in arguments]
         if any(isinstance(x.constant, _Sum) for x in angles):
             raise no_torque("it adds an angle to something that is not an angle")
-        first, second = angles if len(angles) == 2 else (_Angle(none), angles[0])
+        first, second = angles if len(angles) == 2 else (_Angle(no_multiples), angles[0])
         sign = 1 if operation == "add" else -1
         multiples = (a + sign * b for a, b in zip(first.multiples, second.multiples, strict=True))
         return _Angle(tuple(multiples), first.constant + sign * second.constant)
 
-    def polynomial(self, one: _Sum) -> TrigonometricPolynomial:
+    def polynomial(self, total: _Sum) -> TrigonometricPolynomial:
         """Write a sum in harmonics, one polynomial per `velocity_factors`."""
-        angles, moving = np.divmod(one.keys, len(self.products))
+        angles, moving = np.divmod(total.keys, len(self.products))
         if (moving >= len(self.factors)).any():
             raise no_torque("an output is linear in a velocity")
         multiples = self._multiples(angles)
         # m and -m are conjugate; the one of positive sign stands for both.
         sign = numbers(multiples * ~np.array(self.prismatic))
-        kept = sign >= 0
-        values = (one.numbers * np.where(sign > 0, 2.0, 1.0))[kept]
-        _, first, column = np.unique(numbers(multiples[kept]), return_index=True, return_inverse=True)
+        is_written = sign >= 0
+        values = (total.numbers * np.where(sign > 0, 2.0, 1.0))[is_written]
+        _, first, column = np.unique(numbers(multiples[is_written]), return_index=True, return_inverse=True)
         out = np.zeros((len(self.factors), len(first)), dtype=complex)
-        out[moving[kept], column] = values
-        return TrigonometricPolynomial(self.prismatic, multiples[kept][first], out)
+        out[moving[is_written], column] = values
+        return TrigonometricPolynomial(self.prismatic, multiples[is_written][first], out)
 
     def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
         out = np.empty((len(angles), self.n), dtype=np.int64)
@@ -265,7 +268,7 @@ class _TorqueAlgebra:
 
     def _spend(self, terms: int) -> None:
         self.work += terms
-        if terms > _MOST_AT_ONCE or self.work > _MOST:
+        if terms > _MOST_AT_ONCE or self.work > _MOST_IN_TOTAL:
             raise TooLongError(
                 "the program is too long to be written out",
                 where="program",
@@ -274,9 +277,9 @@ class _TorqueAlgebra:
                 next_step="`gd-analyze evaluate` tests the model at states",
             )
 
-    def _degrees(self, one: _Sum) -> NDArray[np.int64]:
+    def _degrees(self, total: _Sum) -> NDArray[np.int64]:
         """Largest multiple of every joint that occurs."""
-        return np.abs(self._multiples(one.keys // len(self.products))).max(axis=0, initial=0)
+        return np.abs(self._multiples(total.keys // len(self.products))).max(axis=0, initial=0)
 
     def _require_low(self, degrees: NDArray[Any]) -> None:
         if (degrees > HIGHEST).any():
@@ -287,11 +290,11 @@ class _TorqueAlgebra:
 def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
     """Index of the product of two factors; -1 if no torque contains it."""
     out = np.full((len(moving), len(moving)), -1, dtype=np.int64)
-    for (a, (kind, one)), (b, (_, other)) in itertools.product(enumerate(moving), repeat=2):
+    for (a, (kind, joints_a)), (b, (_, joints_b)) in itertools.product(enumerate(moving), repeat=2):
         if a == 0 or b == 0:
             out[a, b] = a + b
-        elif kind == "qd" == moving[b][0] and len(one) == len(other) == 1:
-            out[a, b] = place["qd", tuple(sorted(one + other))]
+        elif kind == "qd" == moving[b][0] and len(joints_a) == len(joints_b) == 1:
+            out[a, b] = place["qd", tuple(sorted(joints_a + joints_b))]
     return out
 
 
@@ -309,10 +312,10 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
     return _Sum(keys[starts][~cancelled], totals[~cancelled], degrees, roundings)
 
 
-def no_torque(what: str) -> ModelError:
+def no_torque(reason: str) -> ModelError:
     """Error for a program that computes something else."""
     return ModelError(
-        f"the program does not compute a torque of an arm: {what}",
+        f"the program does not compute a torque of an arm: {reason}",
         where="program",
         expected="sines and cosines of sums of angles, times at most two velocities or one acceleration",
         next_step="make the model again with `gd-analyze simplify`",

@@ -86,10 +86,10 @@ def torques_of(term: EnergyTerm, velocities: AbsoluteVelocities) -> Torques:
         return {TorqueTerm(m, (), inner): weight for m, inner, weight in slopes}
     out: dict[TorqueTerm, float] = defaultdict(float)
     half = 0.5 if i == j else 1.0
-    for row, other in ((i, j), (j, i)):
-        out[TorqueTerm(row, (Velocity(2, other),), monomial)] += half
+    for row, column in ((i, j), (j, i)):
+        out[TorqueTerm(row, (Velocity(2, column),), monomial)] += half
         for m, inner, weight in slopes:
-            out[TorqueTerm(row, _pair(other, m), inner)] += half * weight
+            out[TorqueTerm(row, _pair(column, m), inner)] += half * weight
     for m, inner, weight in slopes:
         out[TorqueTerm(m, _pair(i, j), inner)] -= half * weight
     return {key: weight for key, weight in out.items() if weight != 0.0}
@@ -122,10 +122,10 @@ def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]
         weight = float(np.dot(multiples, direction))
         if weight == 0.0:
             continue
-        rest = monomial[:place] + monomial[place + 1 :]
+        cofactor = monomial[:place] + monomial[place + 1 :]
         if kind == "power":
-            out[rest] += weight
+            out[cofactor] += weight
         else:
             partner = Factor("sin" if kind == "cos" else "cos", multiples)
-            out[tuple(sorted((*rest, partner)))] += -weight if kind == "cos" else weight
+            out[tuple(sorted((*cofactor, partner)))] += -weight if kind == "cos" else weight
     return {inner: weight for inner, weight in out.items() if weight != 0.0}

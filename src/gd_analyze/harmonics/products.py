@@ -47,8 +47,8 @@ class ProductTable:
         """Group numbers of products that are equal in all runs but r, by first occurrence, shape (T,)."""
         if len(self.names) == 1:
             return np.zeros(len(self), dtype=np.int64)
-        others = numbers(np.delete(self.codes, r, axis=1))
-        _, first, group = np.unique(others, return_index=True, return_inverse=True)
+        other_codes = numbers(np.delete(self.codes, r, axis=1))
+        _, first, group = np.unique(other_codes, return_index=True, return_inverse=True)
         return np.argsort(np.argsort(first))[group]
 
     def monomials(self) -> list[Monomial]:
@@ -81,8 +81,8 @@ def to_products(
     out, and weights that differ by up to twice as much count as equal.
     """
     keys, weights = _split(polynomial, velocities)
-    kept = (np.abs(weights[:deciding]) > noise).any(axis=0)
-    table = _table(keys[kept], weights.T[kept], polynomial.prismatic, velocities)
+    is_above = (np.abs(weights[:deciding]) > noise).any(axis=0)
+    table = _table(keys[is_above], weights.T[is_above], polynomial.prismatic, velocities)
     for r, run in enumerate(velocities.runs):
         if not polynomial.prismatic[run[0]]:
             if has_one_double(table, r):
@@ -136,21 +136,23 @@ def _table(
     codes = np.empty((len(keys), len(velocities.runs)), dtype=np.int64)
     start = 0
     for r, run in enumerate(velocities.runs):
-        own = keys[:, start : start + len(run) + 1]
-        _, first, codes[:, r] = np.unique(numbers(own), return_index=True, return_inverse=True)
-        names.append(tuple(_factors(key, run, prismatic) for key in own[first].tolist()))
+        run_keys = keys[:, start : start + len(run) + 1]
+        _, first, codes[:, r] = np.unique(numbers(run_keys), return_index=True, return_inverse=True)
+        names.append(tuple(_factors(key, run, prismatic) for key in run_keys[first].tolist()))
         start += len(run) + 1
     return ProductTable(tuple(names), codes, weights)
 
 
 def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) -> Monomial:
     """Factors of one run, from its multiples or power and whether it is a sine."""
-    *own, sine = key
+    *multiples, sine = key
     joints = range(len(prismatic))
     if prismatic[run[0]]:
-        return (Factor("power", tuple(int(j == run[0]) for j in joints)),) * own[0]
-    part = dict(zip(run, own, strict=True))
-    return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),) if any(own) else ()
+        return (Factor("power", tuple(int(j == run[0]) for j in joints)),) * multiples[0]
+    if not any(multiples):
+        return ()
+    part = dict(zip(run, multiples, strict=True))
+    return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),)
 
 
 def has_one_double(table: ProductTable, r: int) -> bool:
@@ -177,8 +179,8 @@ def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
             names.append((Factor("cos", half), Factor("sin", half)))
         elif () in names:
             constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
-            _, one, other = np.intersect1d(group[constants], group[doubles], return_indices=True)
-            constants, doubles = constants[one], doubles[other]
+            _, at_constant, at_double = np.intersect1d(group[constants], group[doubles], return_indices=True)
+            constants, doubles = constants[at_constant], doubles[at_double]
             # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second form if only it cancels the constant.
             with_cos, with_sin = (
                 np.abs(weights[constants] - sign * weights[doubles]).max(axis=1, initial=0.0) <= close
@@ -223,13 +225,13 @@ def _paired(
 ) -> dict[Monomial, FloatArray]:
     """Turn two functions of equal weight, of the sum and difference of two angles, into one product."""
     out = dict(group)
-    for one, other in itertools.combinations(list(group), 2):
-        if one not in out or other not in out or not one or not other:
+    for first, second in itertools.combinations(list(group), 2):
+        if first not in out or second not in out or not first or not second:
             continue
-        (f,), (g,) = one, other
+        (f,), (g,) = first, second
         # 1 if all weights are equal, -1 if all are opposite, 0 otherwise.
-        ratio = int(np.abs(out[one] - out[other]).max() <= close)
-        ratio -= int(np.abs(out[one] + out[other]).max() <= close)
+        ratio = int(np.abs(out[first] - out[second]).max() <= close)
+        ratio -= int(np.abs(out[first] + out[second]).max() <= close)
         if f.kind != g.kind or ratio == 0:
             continue
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
@@ -241,9 +243,9 @@ def _paired(
                 same_sign = ratio * (sign if u.kind == "sin" else 1) > 0
                 kinds, factor = _product_kinds(u.kind, same_sign)
                 product = tuple(sorted((Factor(kinds[0], a), Factor(kinds[1], b))))
-                weight = out[one] if u is f else out[other]
+                weight = out[first] if u is f else out[second]
                 out[product] = out.get(product, 0.0) + factor * weight
-                del out[one], out[other]
+                del out[first], out[second]
                 break
     return out
 
@@ -273,13 +275,13 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
     weights = [out.pop(product) for product, _ in doubles]
 
     # w cos 2a = 2 w C^2 - w = w - 2 w S^2: choose so that the constant vanishes if it can.
-    def left(signs: tuple[int, ...]) -> FloatArray:
+    def constant_with(signs: tuple[int, ...]) -> FloatArray:
         return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
 
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
-    best = min(choices, key=lambda signs: (float(np.abs(left(signs)).max()) > close, -sum(signs)))
+    best = min(choices, key=lambda signs: (float(np.abs(constant_with(signs)).max()) > close, -sum(signs)))
     for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
         out[(Factor("cos" if sign > 0 else "sin", half),) * 2] = 2.0 * sign * weight
-    if float(np.abs(left(best)).max()) > close:
-        out[()] = left(best)
+    if float(np.abs(constant_with(best)).max()) > close:
+        out[()] = constant_with(best)
     return out

@@ -173,13 +173,13 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
         return
     n = arm.n_joints
     outer = next((i for i in range(first, n) if _bytes(arm, i) <= MOST_BYTES), None)
-    some = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are possible; "
+    affordable = "" if outer is None else f"elements from D{joined((outer, outer))} on, and c, are possible; "
     raise ArmError(
         f"finding the exact equations of arm {arm.name} takes too much memory",
         where=f"arm {arm.name}",
         expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 revolute joints",
         found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
-        next_step=f"{some}without exact equations any number of joints is possible: `gd-analyze ROBOT "
+        next_step=f"{affordable}without exact equations any number of joints is possible: `gd-analyze ROBOT "
         "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
     )
 
@@ -248,7 +248,7 @@ def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArra
     Values have shape (2 (n - i), 5, 5, ...).
     """
     n = arm.n_joints
-    # All rows on the first one's grid would take n times its memory; separate grids take a quarter more time.
+    # All rows on the grid of the first take n times its memory, separate grids a quarter more time.
     for i in range(first, n):
         shape, q = _grid(arm, range(i + 1, n), DEGREE)
         for joint in range(1, i + 1):
@@ -256,9 +256,9 @@ def _inertia_on_grid(arm: RobotArm, first: int) -> Iterator[tuple[int, FloatArra
         out = np.empty((2, n - i, q.shape[1]))
         for chunk in chunks(q.shape[1]):
             moments = composite.composite_moments(arm, solve_kinematics(arm, q[:, chunk]))
-            every = np.empty((2, n, n, q[:, chunk].shape[1]))
-            composite.inertia(moments, every)
-            out[..., chunk] = every[:, i, i:]
+            inertia = np.empty((2, n, n, q[:, chunk].shape[1]))
+            composite.inertia(moments, inertia)
+            out[..., chunk] = inertia[:, i, i:]
         yield i, out.reshape(-1, *shape)
 
 
@@ -297,9 +297,10 @@ def _polynomials(
     table = (table * (1 + np.sign(number))).reshape(len(table), -1)
     amplitudes = np.abs(table)
     left_out = float(amplitudes[amplitudes <= cut].max(initial=0.0)) / cut if cut else 0.0
-    found = np.flatnonzero((amplitudes > cut).any(axis=0))
-    multiples = np.zeros((len(found), arm.n_joints), dtype=np.int64)
-    for joint, digit, place in zip(joints, digits, np.unravel_index(found, shape), strict=False):
+    columns = np.flatnonzero((amplitudes > cut).any(axis=0))
+    multiples = np.zeros((len(columns), arm.n_joints), dtype=np.int64)
+    for joint, digit, place in zip(joints, digits, np.unravel_index(columns, shape), strict=False):
         multiples[:, joint] = digit[place]
     prismatic = tuple(not revolute for revolute in arm.is_revolute)
-    return TrigonometricPolynomial(prismatic, multiples, table[:, found].astype(complex)).above(cut), left_out
+    polynomials = TrigonometricPolynomial(prismatic, multiples, table[:, columns].astype(complex))
+    return polynomials.above(cut), left_out

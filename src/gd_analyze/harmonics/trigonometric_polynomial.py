@@ -23,8 +23,10 @@ from gd_analyze.arrays import Array, FloatArray
 DEGREE = 2
 # Positions evaluated at once: the values of some twenty polynomials fit the cache.
 _CHUNK = 8192
-# A dense sum is as fast up to this many coefficients, or above this share of nonzero ones.
-_SPARSE = (1 << 16, 0.3)
+# Number of coefficients up to which a dense sum is as fast as a sparse one.
+_DENSE_COUNT = 1 << 16
+# Share of nonzero coefficients above which a dense sum is as fast as a sparse one.
+_DENSE_SHARE = 0.3
 # Numbers in the tables held at once, 32 MB.
 _MOST = 1 << 22
 
@@ -105,17 +107,19 @@ class TrigonometricPolynomial:
 
     def above(self, floor: float | FloatArray) -> TrigonometricPolynomial:
         """Drop coefficients up to `floor`, and harmonics without any left."""
-        kept = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
-        return TrigonometricPolynomial(self.prismatic, self.multiples, kept).only((kept != 0.0).any(axis=0))
+        coefficients = np.where(np.abs(self.coefficients) > floor, self.coefficients, 0.0)
+        polynomials = TrigonometricPolynomial(self.prismatic, self.multiples, coefficients)
+        return polynomials.only((coefficients != 0.0).any(axis=0))
 
     def derivative(self, joint: int) -> TrigonometricPolynomial:
         """Derivative with respect to q_joint (from 0); exact."""
-        there = self.only(self.multiples[:, joint] != 0)
-        m = there.multiples[:, joint]
+        dependent = self.only(self.multiples[:, joint] != 0)
+        multiples, coefficients = dependent.multiples, dependent.coefficients
+        m = multiples[:, joint]
         if not self.prismatic[joint]:
-            return TrigonometricPolynomial(self.prismatic, there.multiples, there.coefficients * (1j * m))
-        lowered = there.multiples - np.eye(len(self.prismatic), dtype=np.int64)[joint]
-        return TrigonometricPolynomial(self.prismatic, lowered, there.coefficients * m)
+            return TrigonometricPolynomial(self.prismatic, multiples, coefficients * (1j * m))
+        lowered = multiples - np.eye(len(self.prismatic), dtype=np.int64)[joint]
+        return TrigonometricPolynomial(self.prismatic, lowered, coefficients * m)
 
     @cached_property
     def degrees(self) -> tuple[int, ...]:
@@ -153,14 +157,14 @@ class TrigonometricPolynomial:
         """Real and imaginary coefficients, shape (P, W); sparse arrays if most of many are zero."""
         parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
         size = self.coefficients.size
-        if size <= _SPARSE[0] or np.count_nonzero(self.coefficients) > _SPARSE[1] * size:
+        if size <= _DENSE_COUNT or np.count_nonzero(self.coefficients) > _DENSE_SHARE * size:
             return parts
         from scipy.sparse import csr_array
 
         return csr_array(parts[0]), csr_array(parts[1])
 
     def magnitudes(self) -> TrigonometricPolynomial:
-        """One polynomial with the summed magnitudes of all: its sizes are the sums of theirs."""
+        """One polynomial whose coefficients are the summed magnitudes of those of all polynomials."""
         total = np.abs(self.coefficients).sum(axis=0, keepdims=True)
         return TrigonometricPolynomial(self.prismatic, self.multiples, total.astype(complex))
 
@@ -197,13 +201,13 @@ class TrigonometricPolynomial:
         shape = tuple((1 + self.revolute) * self.degrees + 1)
         out = np.zeros((len(self.coefficients), *shape))
         for p, row in enumerate(self.coefficients):
-            there = np.flatnonzero(row)
+            nonzero = np.flatnonzero(row)
             # Most single polynomials depend on few joints.
-            multiples = self.multiples[there]
+            multiples = self.multiples[nonzero]
             degrees = np.abs(multiples).max(axis=0, initial=0)
             lowest = degrees * self.revolute
             table: Array = np.zeros((1, *(degrees + lowest + 1)), dtype=complex)
-            table[(0, *(multiples + lowest).T)] = row[there]
+            table[(0, *(multiples + lowest).T)] = row[nonzero]
             small = table.shape[1:]
             bases = [
                 _euler(int(d)).T if turns else np.eye(d + 1)
