@@ -81,7 +81,7 @@ class Legend(NamedTuple):
     factors: tuple[Formula, ...]
 
 
-def one(base: Symbol | Function) -> Product:
+def alone(base: Symbol | Function) -> Product:
     """A symbol or function by itself."""
     return Product(1.0, (Power(base),))
 

@@ -18,11 +18,11 @@ _EVERYDAY = range(-4, 6)
 
 def rounded(value: float, digits: int) -> tuple[str, int]:
     """Mantissa and power of ten of a positive number; power 0 for numbers written without exponent."""
-    shown, _, power = f"{value:.{digits - 1}e}".partition("e")
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
     if exponent not in _EVERYDAY:
-        return _trimmed(shown), exponent
-    return _trimmed(f"{float(f'{shown}e{power}'):.{max(digits - 1 - exponent, 0)}f}"), 0
+        return _trimmed(mantissa), exponent
+    return _trimmed(f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - exponent, 0)}f}"), 0
 
 
 def number(value: float, digits: int) -> str:
@@ -32,8 +32,8 @@ def number(value: float, digits: int) -> str:
     return f"{sign}{mantissa}e{exponent}" if exponent else f"{sign}{mantissa}"
 
 
-def _trimmed(shown: str) -> str:
-    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+def _trimmed(digits: str) -> str:
+    return digits.rstrip("0").rstrip(".") if "." in digits else digits
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,9 @@ class Printer(ABC):
 
     digits: int = 3  # significant digits of weights
 
-    # Between factors, between a multiple and its angle, between summands, and around brackets' content.
-    apart: ClassVar[str] = " "
-    close: ClassVar[str] = " "
-    between: ClassVar[str] = " "
+    between_factors: ClassVar[str] = " "
+    before_angle: ClassVar[str] = " "  # between a multiple and its angle
+    between_summands: ClassVar[str] = " "
     brackets: ClassVar[tuple[str, str]] = ("(", ")")
 
     @abstractmethod
@@ -65,24 +64,26 @@ class Printer(ABC):
         """Write a number times a power of ten other than 1."""
 
     def sign(self, negative: bool, first: bool) -> str:
-        """Write the sign of a summand; the first one's only if it is negative."""
-        return ("-" if first else "- ") if negative else "" if first else "+ "
+        """Write the sign of a summand; of the first only a minus sign."""
+        if negative:
+            return "-" if first else "- "
+        return "" if first else "+ "
 
     def power(self, power: Power) -> str:
         """Write a power."""
         base, exponent = power
         if isinstance(base, Function):
-            return self.function(base.name, self.sum(base.argument, self.close), exponent)
+            return self.function(base.name, self.sum(base.argument, self.before_angle), exponent)
         return self.symbol(base, exponent)
 
-    def sum(self, products: Sequence[Product], apart: str | None = None) -> str:
+    def sum(self, products: Sequence[Product], separator: str | None = None) -> str:
         """Write a sum of products."""
-        return self.between.join(
-            self.sign(product.weight < 0, place == 0) + self.product(product, apart)
+        return self.between_summands.join(
+            self.sign(product.weight < 0, place == 0) + self.product(product, separator)
             for place, product in enumerate(products)
         )
 
-    def product(self, product: Product, apart: str | None = None) -> str:
+    def product(self, product: Product, separator: str | None = None) -> str:
         """Write the magnitude of a product, without a factor 1 beside another."""
         factors = [self.power(power) for power in product.powers]
         mantissa, exponent = rounded(abs(product.weight), self.digits)
@@ -90,7 +91,7 @@ class Printer(ABC):
             factors.insert(0, self.scientific(mantissa, exponent))
         elif mantissa != "1" or not factors:
             factors.insert(0, self.plain_number(mantissa))
-        return (self.apart if apart is None else apart).join(factors)
+        return (self.between_factors if separator is None else separator).join(factors)
 
     def plain_number(self, digits: str) -> str:
         """Write a number without a power of ten."""
@@ -100,7 +101,8 @@ class Printer(ABC):
         """Write a piece without its sign."""
         opening, closing = self.brackets
         behind = [closing, *map(self.power, piece.behind)] if piece.behind else []
-        return (opening if piece.opens else "") + self.product(piece.product) + self.apart.join(behind)
+        front = opening if piece.opens else ""
+        return front + self.product(piece.product) + self.between_factors.join(behind)
 
     def pieces(self, formula: Formula) -> tuple[str, ...]:
         """Write the right-hand side in pieces, between which lines may break."""
@@ -110,7 +112,7 @@ class Printer(ABC):
 
     def right(self, formula: Formula) -> str:
         """Write the right-hand side in one line."""
-        return self.between.join(self.pieces(formula))
+        return self.between_summands.join(self.pieces(formula))
 
     def line(self, formula: Formula) -> str:
         """Write a formula in one line."""
@@ -119,12 +121,13 @@ class Printer(ABC):
 
     def legend(self, legend: Legend) -> tuple[str, ...]:
         """Write the meaning of names, one entry each; one for all velocities of single joints."""
-        others = ", ".join(
-            f"{self.symbol(other.left)}{self.words(' is ')}{self.right(other)}" for other in legend.others
+        velocities = ", ".join(
+            f"{self.symbol(formula.left)}{self.words(' is ')}{self.right(formula)}"
+            for formula in legend.others
         )
-        if others and legend.shared:
-            others = self.words("any other ") + others
-        entries = [*map(self.line, legend.shared), others, *map(self.line, legend.factors)]
+        if velocities and legend.shared:
+            velocities = self.words("any other ") + velocities
+        entries = [*map(self.line, legend.shared), velocities, *map(self.line, legend.factors)]
         return tuple(filter(None, entries))
 
     def words(self, words: str) -> str:
@@ -155,9 +158,9 @@ class Plain(Printer):
     def wrapped(self, formula: Formula, width: int) -> str:
         """Write a formula in lines of up to this width, with a hanging indent."""
         start = f"{self.symbol(formula.left)} = "
-        first, *others = self.pieces(formula)
+        first, *following = self.pieces(formula)
         lines = [start + first]
-        for piece in others:
+        for piece in following:
             if len(lines[-1]) + 1 + len(piece) <= width:
                 lines[-1] += " " + piece
             else:
@@ -182,7 +185,7 @@ def equations(
 class Latex(Printer):
     r"""LaTeX for mathematics mode: C_{23}, 5.85 \cdot 10^{-5}."""
 
-    apart = r" \, "
+    between_factors = r" \, "
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         r"""Write \tau_{1}, \ddot{q}_{2}, C_{23}^{2}, D_{12}^{\mathrm{tran}}."""
@@ -231,7 +234,7 @@ class Written:
 class Typst(Printer):
     """Typst's mathematics: C_(23), 5.85 times 10^(-5)."""
 
-    apart = close = " thin "
+    between_factors = before_angle = " thin "
     brackets = ("paren.l ", " paren.r")
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
@@ -259,12 +262,14 @@ class Typst(Printer):
 class MathML(Printer):
     """Presentation MathML, which browsers show without a script or font: one element per formula."""
 
-    apart = close = between = ""
+    between_factors = before_angle = between_summands = ""
     brackets = ("<mo>(</mo>", "<mo>)</mo>")
 
     def sign(self, negative: bool, first: bool) -> str:
         """Write the sign of a summand; the first one's only if it is negative."""
-        return "<mo>−</mo>" if negative else "" if first else "<mo>+</mo>"
+        if negative:
+            return "<mo>−</mo>"
+        return "" if first else "<mo>+</mo>"
 
     def symbol(self, symbol: Symbol, exponent: int = 1) -> str:
         """Write a letter with its accent, index and superscript."""
@@ -317,18 +322,18 @@ class MathML(Printer):
     def legend(self, legend: Legend) -> tuple[str, ...]:
         """Write the meaning of names, one entry each."""
         otherwise = self.words("otherwise") if legend.shared else ""
-        others = (
-            f"<math>{self.symbol(other.left)}<mo>=</mo>{self.right(other)}{otherwise}</math>"
-            for other in legend.others
+        velocities = (
+            f"<math>{self.symbol(formula.left)}<mo>=</mo>{self.right(formula)}{otherwise}</math>"
+            for formula in legend.others
         )
-        return (*map(self.line, legend.shared), *others, *map(self.line, legend.factors))
+        return (*map(self.line, legend.shared), *velocities, *map(self.line, legend.factors))
 
 
 class PageMathML(MathML):
     """MathML in several elements per formula, between which a browser may break a line."""
 
     # By default browsers set factors without space between them, and brackets larger than their content.
-    apart = '<mspace width=".16em"/>'
+    between_factors = '<mspace width=".16em"/>'
     brackets = ('<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>')
 
     def left(self, formula: Formula) -> str:

@@ -109,7 +109,9 @@ def sympy_line(equation: Equation) -> str:
     left = f"{equation.symbol.replace(',', '_')} = "
     products = []
     for term in equation.terms:
-        factors = (f"{_sympy(factor)}{f'**{n}' * (n > 1)}" for factor, n in exponents(term.factors))
+        factors = (
+            f"{_sympy(factor)}**{n}" if n > 1 else _sympy(factor) for factor, n in exponents(term.factors)
+        )
         products.append("*".join([repr(term.coefficient), *factors]))
     if len(products) > _SUMMED:
         return f"{left}Add(\n" + "".join(f"    {product},\n" for product in products) + ")"
@@ -144,7 +146,9 @@ class Heading:
     def __str__(self) -> str:
         arm = self.harmonics.arm
         cut = f", shares of at least {100 * self.min_share:g} %" if self.min_share > 0 else ""
-        units = "Units: kg, m, s, rad" + "; D is symmetric, and elements not shown are zero" * self.whole
+        units = "Units: kg, m, s, rad"
+        if self.whole:
+            units += "; D is symmetric, and elements not shown are zero"
         if self.has_christoffel:
             units += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
         legend = ", ".join(Plain().legend(factor_legend(self.factors)))
@@ -158,15 +162,16 @@ class Heading:
 
 
 def equations_result(
-    harmonics: Harmonics, found: Sequence[Equation], terms: int, form: str, body: str, digits: int
+    harmonics: Harmonics, elements: Sequence[Equation], terms: int, form: str, body: str, digits: int
 ) -> Result:
-    """Facts of the exact equations, and a table of terms for each of those found."""
+    """Facts of the exact equations, and a table of terms for each of the elements."""
 
     def document(term: Term) -> dict[str, Any]:
         factors = [factor._asdict() | {"exponent": power} for factor, power in exponents(term.factors)]
         return asdict(term) | {"factors": factors}
 
     arm = harmonics.arm
+    documents = [asdict(equation) | {"terms": [*map(document, equation.terms)]} for equation in elements]
     return Result(
         title=f"{arm.title or arm.name}: exact equations",
         facts=(
@@ -174,11 +179,11 @@ def equations_result(
             Fact("", "Terms", terms, shown="count"),
             Fact("noise", "", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
             Fact("gap", "", harmonics.gap),
-            Fact("equations", "", [asdict(one) | {"terms": [*map(document, one.terms)]} for one in found]),
+            Fact("equations", "", documents),
             Fact("format", "", form),
             Fact("written", "", body),
         ),
-        parts=tuple(_table(equation, digits) for equation in found),
+        parts=tuple(_table(equation, digits) for equation in elements),
     )
 
 
@@ -209,15 +214,17 @@ def _spans(links: tuple[int, ...]) -> str:
 def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str]:
     """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
     printer = Latex(digits) if form == "latex" else Plain(digits)
-    for one in base:
-        unit = rf" \; \mathrm{{{one.unit.replace(' ', '~')}}}" if form == "latex" else f" {one.unit}"
-        yield f"{printer.line(base_formula(one))} = {printer.sum((Product(one.number),))}{unit}"
+    for parameter in base:
+        unit = f" {parameter.unit}"
+        if form == "latex":
+            unit = rf" \; \mathrm{{{parameter.unit.replace(' ', '~')}}}"
+        yield f"{printer.line(base_formula(parameter))} = {printer.sum((Product(parameter.number),))}{unit}"
 
 
 def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
     """The parameters with their combinations, the acting parameters of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
-    of_effects = {name: [number(getattr(one, name), digits) for one in base] for name in effects}
+    of_effects = {name: [number(getattr(parameter, name), digits) for parameter in base] for name in effects}
     links = range(1, base.arm.n_joints + 1)
     acting = zip(*(_acting(base, link) for link in links), strict=True)
     axes = {"origin": lambda frame: frame.translation} | {
@@ -227,14 +234,18 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
         name: [" ".join(number(x, digits) for x in of(frame)) for frame in base.frames]
         for name, of in axes.items()
     }
-    parameters = [asdict(one) | {"combination": [s._asdict() for s in one.combination]} for one in base]
+    zeros = sum(parameter.number == 0.0 for parameter in base)
+    parameters = [
+        asdict(parameter) | {"combination": [s._asdict() for s in parameter.combination]}
+        for parameter in base
+    ]
     return Result(
         title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
         facts=(
             Fact("arm", "", base.arm.name),
             Fact("drives", "Drives included", base.drives),
             Fact("", "Base parameters", len(base), shown="count", note=f"of {len(base.original)} parameters"),
-            Fact("", "Base parameters that are zero", sum(one.number == 0.0 for one in base), shown="count"),
+            Fact("", "Base parameters that are zero", zeros, shown="count"),
             Fact("parameters", "", parameters),
             Fact("acting_alone", "", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
             Fact("never_acting", "", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
@@ -247,9 +258,9 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
                 "Base parameters",
                 "Translation: masses at their centres. Rotation: inertias about these. Pxx, Pxy, ... are "
                 "second moments, Ixx = Pyy + Pzz, Ixy = -Pxy; m3..6 = m3 + m4 + m5 + m6.",
-                symbol=[one.symbol for one in base],
+                symbol=[parameter.symbol for parameter in base],
                 **of_effects,
-                unit=[one.unit for one in base],
+                unit=[parameter.unit for parameter in base],
             ),
             written_equations("", "Combinations", map(base_formula, base), digits=digits),
             _texts(
@@ -273,7 +284,7 @@ def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:
 
 def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:
     """Parameters of a link that act alone, in combination only, and never."""
-    of_link = [kind for kind, one in base.original if one == link]
+    of_link = [kind for kind, parameter_link in base.original if parameter_link == link]
     alone = [kind for kind in of_link if (kind, link) in base.acting_alone]
     never = [kind for kind in of_link if (kind, link) in base.never_acting]
     combined = [kind for kind in of_link if kind not in (*alone, *never)]
@@ -281,8 +292,8 @@ def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:
 
 
 def _named(kinds: Sequence[str], of_link: Sequence[str]) -> str:
-    """Names of a link's parameters, or "all but" the others if these are fewer."""
-    others = [kind for kind in of_link if kind not in kinds]
-    if len(others) < len(kinds) - 1:
-        return f"all but {' '.join(others)}" if others else "all"
+    """Names of a link's parameters, or "all but" and the names excluded if these are fewer."""
+    excluded = [kind for kind in of_link if kind not in kinds]
+    if len(excluded) < len(kinds) - 1:
+        return f"all but {' '.join(excluded)}" if excluded else "all"
     return " ".join(kinds)

@@ -15,8 +15,8 @@ from gd_analyze.formulas.formula import (
     Power,
     Product,
     Symbol,
+    alone,
     as_formula,
-    one,
 )
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression
@@ -54,18 +54,18 @@ class NamedSteps:
 
     @property
     def legend(self) -> Legend:
-        """One plain cosine and sine, which explain the others, and all that are not plain."""
-        shown: list[Formula] = []
+        """The longest plain cosine and sine, which explain the shorter ones, and all that are not plain."""
+        formulas: list[Formula] = []
         for letter in ("C", "S"):
-            own = {symbol: of for symbol, of in self._functions.items() if symbol.letter == letter}
-            plain = [symbol for symbol, of in own.items() if not symbol.primes and _is_plain(of)]
+            functions = {symbol: of for symbol, of in self._functions.items() if symbol.letter == letter}
+            plain = [symbol for symbol, of in functions.items() if not symbol.primes and _is_plain(of)]
             longest = max(plain, key=lambda symbol: len(symbol.index), default=None)
-            shown += [
-                Formula(symbol, (Piece(one(of)),))
-                for symbol, of in own.items()
+            formulas += [
+                Formula(symbol, (Piece(alone(of)),))
+                for symbol, of in functions.items()
                 if symbol == longest or symbol not in plain
             ]
-        return Legend((), (), tuple(shown))
+        return Legend((), (), tuple(formulas))
 
     def _function(self, step: Expression) -> Symbol:
         """Name of a sine or cosine by the joints of its angle: S23; of equal joints with primes."""

@@ -54,7 +54,7 @@ def element_formulas(torques: kinds.Torques, drives: Sequence[float] = ()) -> tu
     J is the drive inertia (kg m^2 or kg) contained in the constants of D.
     """
     inertia: dict[tuple[int, int], dict[Monomial, float]] = {}
-    rest: dict[str, list[Piece]] = defaultdict(list)
+    vector_pieces: dict[str, list[Piece]] = defaultdict(list)
     n = max((term.row for term in torques), default=-1) + 1
     for row, groups in enumerate(grouped(n, torques)):
         for before, terms in groups:
@@ -64,18 +64,23 @@ def element_formulas(torques: kinds.Torques, drives: Sequence[float] = ()) -> tu
             else:
                 products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
                 left = _OF[quantity] + joined((row,))
-                rest[left] += parts.bracketed(quantity, products, velocity_powers(before, "q"))
-    elements, held = [], []
+                vector_pieces[left] += parts.bracketed(quantity, products, velocity_powers(before, "q"))
+    elements, drive_formulas = [], []
     for (i, j), element in sorted(inertia.items()):
         if i > j and element == inertia.get((j, i)):
             continue
         if i == j and drives and () in element:
             element = element | {(): element[()] - drives[i]}
-            held.append(Formula(Symbol("J", joined((i,))), (Piece(Product(drives[i], ()), "inertia"),)))
+            drive = Piece(Product(drives[i], ()), "inertia")
+            drive_formulas.append(Formula(Symbol("J", joined((i,))), (drive,)))
         large = (Product(w, powers(m)) for m, w in element.items() if abs(w) > _SAME * max(drives, default=0))
-        elements.append(Formula(Symbol("D", joined((i, j))), tuple(Piece(one, "inertia") for one in large)))
-    vectors = [Formula(Symbol(left[0], left[1:]), tuple(rest[left])) for left in sorted(rest, reverse=False)]
-    return (*elements, *held, *sorted(vectors, key=lambda formula: formula.left.letter, reverse=True))
+        pieces = tuple(Piece(product, "inertia") for product in large)
+        elements.append(Formula(Symbol("D", joined((i, j))), pieces))
+    vectors = [
+        Formula(Symbol(left[0], left[1:]), tuple(vector_pieces[left])) for left in sorted(vector_pieces)
+    ]
+    vectors.sort(key=lambda formula: formula.left.letter, reverse=True)
+    return (*elements, *drive_formulas, *vectors)
 
 
 def grouped(
@@ -170,20 +175,20 @@ def torque_legend(velocities: AbsoluteVelocities, terms: Iterable[TorqueTerm]) -
     terms = tuple(terms)
     used = sorted({velocity for term in terms for velocity in term.velocities})
     shared, orders = [], set()
-    for order, of in sorted(used, key=lambda velocity: velocity.joint):
-        own = [
-            Product(float(sign), (Power(_joint_symbol("q", joint, order)),))
-            for joint, sign in velocities.inboard(of)
+    for order, joint in sorted(used, key=lambda velocity: velocity.joint):
+        summands = [
+            Product(float(sign), (Power(_joint_symbol("q", inner, order)),))
+            for inner, sign in velocities.inboard(joint)
         ]
-        if len(own) > 1:
-            shared.append(parts.as_formula(_joint_symbol("p", of, order), own))
+        if len(summands) > 1:
+            shared.append(parts.as_formula(_joint_symbol("p", joint, order), summands))
         else:
             orders.add(order)
-    others = tuple(
+    single = tuple(
         _equal(Symbol("p", "j", dots=order), Symbol("q", "j", dots=order)) for order in sorted(orders)
     )
     factors = {factor for term in terms for factor in term.monomial}
-    return Legend(tuple(shared), others, _factor_formulas(factors))
+    return Legend(tuple(shared), single, _factor_formulas(factors))
 
 
 def _factor_formulas(factors: set[Factor]) -> tuple[Formula, ...]:
@@ -195,12 +200,14 @@ def _factor_formulas(factors: set[Factor]) -> tuple[Formula, ...]:
             longest = max(plain, key=lambda factor: len(factor.joints))
             out.append(_equal(_abbreviation(longest), _written_out(longest)))
     prismatic = sorted((factor for factor in factors if factor.kind == "power"), key=lambda f: f.joints)
-    out += [_equal(_abbreviation(one), Symbol("q", joined(one.joints)), unit="m") for one in prismatic]
+    out += [
+        _equal(_abbreviation(factor), Symbol("q", joined(factor.joints)), unit="m") for factor in prismatic
+    ]
     return tuple(out)
 
 
 def _equal(left: Symbol, right: Symbol | Function, unit: str = "") -> Formula:
-    return Formula(left, (Piece(parts.one(right)),), unit)
+    return Formula(left, (Piece(parts.alone(right)),), unit)
 
 
 def part_symbol(label: str, effect: str = "both") -> Symbol:
@@ -218,27 +225,27 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
     """
     out = []
     for i in range(n_joints):
-        own = joined((i,))
+        index = joined((i,))
         pieces: list[Piece] = []
         for j in range(n_joints):
             label = inertia_label(i, j)
             symbols = [] if kept[label] == "nothing" else [part_symbol(label, kept[label])]
-            symbols += [Symbol("J", own)] if drives and i == j else []
+            symbols += [Symbol("J", index)] if drives and i == j else []
             acceleration = (Power(_joint_symbol("q", j, 2)),)
-            pieces += parts.bracketed("inertia", tuple(map(parts.one, symbols)), acceleration)
-        for label, quantity in ((f"h{own}", "coriolis_centrifugal"), (f"c{own}", "gravity_loading")):
+            pieces += parts.bracketed("inertia", tuple(map(parts.alone, symbols)), acceleration)
+        for label, quantity in ((f"h{index}", "coriolis_centrifugal"), (f"c{index}", "gravity_loading")):
             if kept[label] != "nothing":
-                pieces.append(Piece(parts.one(part_symbol(label, kept[label])), quantity))
-        out.append(Formula(Symbol("tau", own), tuple(pieces) or NOTHING))
+                pieces.append(Piece(parts.alone(part_symbol(label, kept[label])), quantity))
+        out.append(Formula(Symbol("tau", index), tuple(pieces) or NOTHING))
     return tuple(out)
 
 
 def base_formula(parameter: BaseParameter) -> Formula:
     """Formula of a base parameter, masses last: MX2 = mx2 + 0.432 m3..6, m3..6 being m3 + m4 + m5 + m6."""
     symbol = Symbol(parameter.symbol.removesuffix(str(parameter.link)), str(parameter.link))
-    first, *others = parameter.combination
+    first, *following = parameter.combination
     runs: list[list[Share]] = []
-    for share in [first, *sorted(others, key=lambda share: share.kind == "m")]:
+    for share in [first, *sorted(following, key=lambda share: share.kind == "m")]:
         before = runs[-1][-1] if runs else first
         same = abs(before.coefficient - share.coefficient) <= _SAME * abs(before.coefficient)
         if before.kind == share.kind == "m" and before.link + 1 == share.link and same:

@@ -203,7 +203,8 @@ class _Writer(NamedTuple):
         inside = "".join(
             self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms
         )
-        behind = f"<math>{_MATHS.apart}{_MATHS.apart.join(map(_MATHS.power, velocities))}</math>"
+        space = _MATHS.between_factors
+        behind = f"<math>{space}{space.join(map(_MATHS.power, velocities))}</math>"
         return (
             f'<span class="{kind}"{"" if visible else " hidden"}><wbr>{_sign(turned)}'
             f"{_PAREN.format('(')}{inside}{_PAREN.format(')')}{behind}</span>"
