@@ -23,7 +23,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.identity import (
     FOUND,
     formal_degrees,
-    largest_apart,
+    largest_difference,
     states_needed,
     telling_states,
 )
@@ -84,7 +84,7 @@ def test_degrees_bound_those_of_any_arm(arm):
     program = ExactForm(arm).recursion
     degrees = formal_degrees(program, arm.is_revolute)
     assert degrees.max(initial=0) <= 4
-    apart, size = largest_apart(program, program, arm.is_revolute, 1e-10)
+    apart, size = largest_difference(program, program, arm.is_revolute, 1e-10)
     assert not apart.any()
     assert len(size) == arm.n_joints
 
@@ -114,13 +114,13 @@ def test_the_highest_bump_of_a_low_degree_is_found(moving):
     """Of an arm of six joints, as large as a thousandth of its torque at one state, nothing 3 rad away."""
     arm = generic_chain(6)
     known = ExactForm(arm).recursion
-    size = largest_apart(known, known, arm.is_revolute, 1e-10)[1]
+    size = largest_difference(known, known, arm.is_revolute, 1e-10)[1]
     trace, centre = Trace(), np.random.default_rng().uniform(-math.pi, math.pi, 6)
     q, qd, qdd = (trace.inputs(name, 6)[:, 0] for name in ("q", "qd", "qdd"))
     value = known.folded(trace, {})
     hidden = FOUND * size[3] * moving(qd, qdd) * bump(q, centre, 1)
     forged = Program.of(trace, [value(x) + hidden * (i == 3) for i, x in enumerate(known.outputs)])
-    apart, _ = largest_apart(forged, known, arm.is_revolute, 1e-10)
+    apart, _ = largest_difference(forged, known, arm.is_revolute, 1e-10)
     assert apart[3] > 1e-10 * size[3]
     assert not np.delete(apart, 3).any()
 

@@ -204,7 +204,7 @@ class _Rounds:
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         known = first = self.exact.joined_by(drawn, weights)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, way=[])
+        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, selections=[])
         for turn in range(_ROUNDS):
             if len(counts):
                 known = first.joined_by(worst, counts)

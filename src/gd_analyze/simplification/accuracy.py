@@ -163,15 +163,17 @@ class Accuracy:
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself for any other."""
-        for one in self.motions:
-            if one.fingerprint == fingerprint:
+        for motion in self.motions:
+            if motion.fingerprint == fingerprint:
                 fitted_on: dict[str, str | int] = {
-                    "trajectory": one.name,
-                    "trajectory_fingerprint": one.fingerprint,
-                    "set_points": one.set_points,
+                    "trajectory": motion.name,
+                    "trajectory_fingerprint": motion.fingerprint,
+                    "set_points": motion.set_points,
                 }
-                own = replace(self, allowed=one.allowed, errors=one.errors, uncertainty=one.uncertainty)
-                return replace(own, fitted_on=fitted_on, motions=(), norms=())
+                accuracy = replace(
+                    self, allowed=motion.allowed, errors=motion.errors, uncertainty=motion.uncertainty
+                )
+                return replace(accuracy, fitted_on=fitted_on, motions=(), norms=())
         return self
 
     @property

@@ -46,10 +46,10 @@ class ReferenceTorques:
         """One of `_WHOLES` at a joint, from 0; a UsageError naming `option` if the arm does not state it."""
         value = float(self.all(name)[joint])
         if np.isnan(value):
-            what = f"a budget cannot be a share of {name}, as the arm states none"
+            message = f"a budget cannot be a share of {name}, as the arm states none"
             where = f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"
             next_step = f"state it in the arm file, or give one entry per joint, this one without {name}"
-            raise UsageError(what, where=where, expected=_TO_STATE[name], next_step=next_step)
+            raise UsageError(message, where=where, expected=_TO_STATE[name], next_step=next_step)
         return value
 
     def all(self, name: str) -> FloatArray:
@@ -189,10 +189,13 @@ class Budget:
     def of_joints(self, count: int) -> Sequence[tuple[Allowance, ...]]:
         """One entry per joint; a UsageError if there are neither one nor as many as joints."""
         if len(self.entries) not in (1, count):
-            what, found = "the budget has the wrong number of entries", str(len(self.entries))
-            step = f"give one entry for all joints, or {count} separated by commas, one per joint"
-            expected = f"1 or {count}"
-            raise UsageError(what, where=self.option, expected=expected, found=found, next_step=step)
+            raise UsageError(
+                "the budget has the wrong number of entries",
+                where=self.option,
+                expected=f"1 or {count}",
+                found=str(len(self.entries)),
+                next_step=f"give one entry for all joints, or {count} separated by commas, one per joint",
+            )
         return self.entries * count if len(self.entries) == 1 else self.entries
 
     def allowed(self, by: ReferenceTorques) -> FloatArray:
@@ -208,7 +211,8 @@ class Budget:
         def largest(joint: int, entry: tuple[Allowance, ...]) -> float:
             return max(a if of == "torque" else a * by.of(of, joint, self.option) for a, of in entry)
 
-        return np.array([largest(*each) for each in enumerate(self.of_joints(by.arm.n_joints))])
+        entries = self.of_joints(by.arm.n_joints)
+        return np.array([largest(joint, entry) for joint, entry in enumerate(entries)])
 
     def scaled(self, factor: float) -> Budget:
         """The same budget, every amount times a factor."""

@@ -16,8 +16,10 @@ from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Choice, Selection, SelectionSettings, descend
 
-# Steps from the smallest budget to the model's, and from there to the largest multiple of it.
-_STEPS, _LARGEST = 10, 10.0
+# Largest multiple of the model's budget.
+_LARGEST = 10.0
+# Steps from the smallest budget to the model's, and as many from there to the largest.
+_STEPS = 10
 # Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
 _SMALLEST = (0.1, 0.2, 0.4, 0.7)
 # States that represent a longer motion.
@@ -27,29 +29,29 @@ _PORTIONS = SelectionSettings(at_once=0.02)
 
 
 def joined_path(
-    path: Sequence[SimplifiedModel], others: Sequence[SimplifiedModel]
+    path: Sequence[SimplifiedModel], further_models: Sequence[SimplifiedModel]
 ) -> tuple[tuple[SimplifiedModel, ...], tuple[int, ...]]:
-    """Other models among those of a path, by their number of terms; also the place of each of these."""
+    """Insert further models into a path, by their number of terms; also return the place of each of them."""
     models = list(path)
-    for other in others:
-        fewer = (k for k, model in enumerate(models) if len(model.terms) < len(other.terms))
-        models.insert(next(fewer, len(models)), other)
+    for further in further_models:
+        fewer = (k for k, model in enumerate(models) if len(model.terms) < len(further.terms))
+        models.insert(next(fewer, len(models)), further)
     places = {id(model): place for place, model in enumerate(models)}
-    return tuple(models), tuple(places[id(other)] for other in others)
+    return tuple(models), tuple(places[id(further)] for further in further_models)
 
 
-def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
+def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and larger budgets, and return the models by growing budget.
 
     For larger budgets no term returns. Budgets are a tenth to ten times the model's;
     the smallest is larger where it would keep too many terms to choose from.
     """
-    if not isinstance(given.level, CandidateLevel):
-        return (given,)  # a program, or parts of elements, stands alone
+    if not isinstance(model.level, CandidateLevel):
+        return (model,)  # a program, or parts of elements, stands alone
     models: list[SimplifiedModel] = []
-    for factor, trial in _along_terms(exact, given):
-        allowed = factor * given.accuracy.allowed
-        if trial is not given and not (trial.accuracy.errors.counting <= allowed).all():
+    for factor, trial in _along_terms(exact, model):
+        allowed = factor * model.accuracy.allowed
+        if trial is not model and not (trial.accuracy.errors.counting <= allowed).all():
             if not models:
                 continue
             trial = models[-1]
@@ -58,44 +60,46 @@ def budget_path(exact: ExactDynamics, budget: Budget, given: SimplifiedModel) ->
     return tuple(models)
 
 
-def _along_terms(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[float, SimplifiedModel]]:
+def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, SimplifiedModel]]:
     """Models that keep fewer and fewer terms, and their multiples of the budget."""
-    known: dict[frozenset[object], SimplifiedModel] = {frozenset(given.terms): given}
-    for factor, terms in (*_smaller(exact, given), (1.0, given.terms), *_larger(exact, given)):
+    models: dict[frozenset[object], SimplifiedModel] = {frozenset(model.terms): model}
+    for factor, terms in (*_smaller(exact, model), (1.0, model.terms), *_larger(exact, model)):
         key = frozenset(terms)
-        if key not in known:
-            program = given.level.write(given.form, terms, effort_for(len(terms)))
-            known[key] = measured(exact, replace(given, terms=terms, program=program))
-        yield factor, known[key]
+        if key not in models:
+            program = model.level.write(model.form, terms, effort_for(len(terms)))
+            models[key] = measured(exact, replace(model, terms=terms, program=program))
+        yield factor, models[key]
 
 
-def _smaller(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
+def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
-    assert isinstance(given.level, CandidateLevel)
-    some = exact.thinned(_STATES)
+    assert isinstance(model.level, CandidateLevel)
+    thinned = exact.thinned(_STATES)
     for smallest in _SMALLEST:
         with suppress(TooManyTermsError):
-            candidates = candidates_of(some, given.level, smallest * given.accuracy.allowed, also=given.terms)
-            if len(candidates) <= max(MANY, len(given.terms)):
+            candidates = candidates_of(
+                thinned, model.level, smallest * model.accuracy.allowed, also=model.terms
+            )
+            if len(candidates) <= max(MANY, len(model.terms)):
                 break
     else:
         return
-    selection, stays = candidates.selection(), candidates.selection(given.terms).selected
+    selection, stays = candidates.selection(), candidates.selection(model.terms).selected
     for factor in np.geomspace(smallest, 1.0, _STEPS + 1)[:-1].tolist():
         descend(selection, stays, _PORTIONS, limit=factor / smallest)
         yield factor, candidates.chosen(selection.selected)
 
 
-def _larger(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
+def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each larger budget: fewer and fewer of the model's, with their coefficients."""
-    level, form, some = given.level, given.form, exact.thinned(_STATES)
+    level, form, thinned = model.level, model.form, exact.thinned(_STATES)
     assert isinstance(level, CandidateLevel)
-    listed, allowed = list(given.terms), given.accuracy.allowed
-    torque = given.torque(*some.states.arrays)
-    base = (some.torque - torque).T / allowed[:, None]
-    if some.states.weights is not None:
-        base = base * some.states.weights.T
-    effects = level.term_torques(form, given.terms).at(some.states).over(allowed)
+    listed, allowed = list(model.terms), model.accuracy.allowed
+    torque = model.torque(*thinned.states.arrays)
+    base = (thinned.torque - torque).T / allowed[:, None]
+    if thinned.states.weights is not None:
+        base = base * thinned.states.weights.T
+    effects = level.term_torques(form, model.terms).at(thinned.states).over(allowed)
     needed = level.indispensable(form, listed)
     stays = np.array([term in needed for term in listed], dtype=bool)
     selection = Selection(
@@ -103,4 +107,4 @@ def _larger(exact: ExactDynamics, given: SimplifiedModel) -> Iterator[tuple[floa
     )
     for factor in np.geomspace(1.0, _LARGEST, _STEPS + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
-        yield factor, {listed[k]: given.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}
+        yield factor, {listed[k]: model.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}

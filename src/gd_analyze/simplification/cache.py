@@ -21,8 +21,10 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.files import read_at_most, replacing
 
 VARIABLE = "GD_ANALYZE_CACHE"
-# Largest bytes of an entry, and of the folder: the least recently used are removed, down to half of that.
-_LARGEST, MOST = 2_000_000, 20_000_000
+# Most bytes of an entry.
+_LARGEST = 2_000_000
+# Most bytes of the folder. Beyond it, the least recently used entries are removed, down to half of it.
+MOST = 20_000_000
 _SUFFIX = ".gd.json"
 
 _off: ContextVar[bool] = ContextVar("without the cache", default=False)
@@ -62,7 +64,8 @@ def name_of(key: Any) -> str:
 
 def kept(name: str) -> Any:
     """Value of an entry as written; None if it is missing or damaged."""
-    if (place := folder()) is None:
+    place = folder()
+    if place is None:
         return None
     path = place / (name + _SUFFIX)
     # Others may have written there: anything that is not JSON, too deep, too large or foreign is ignored.
@@ -78,7 +81,8 @@ def kept(name: str) -> Any:
 
 def keep(name: str, value: Any) -> None:
     """Write an entry atomically; another process may do the same at the same time."""
-    if (place := folder()) is None:
+    place = folder()
+    if place is None:
         return
     body = json.dumps(value, allow_nan=False).encode()
     with suppress(OSError, GdAnalyzeError):
@@ -96,8 +100,8 @@ def _make_room(place: Path) -> None:
     entries = []
     for path in place.glob("*" + _SUFFIX):
         with suppress(OSError):  # another process has removed it
-            known = path.lstat()
-            entries.append((known.st_mtime, known.st_size, path))
+            status = path.lstat()
+            entries.append((status.st_mtime, status.st_size, path))
     total = sum(size for _, size, _ in entries)
     most = MOST if total <= MOST else MOST // 2
     for _, size, path in sorted(entries):

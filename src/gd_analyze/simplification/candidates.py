@@ -25,8 +25,10 @@ from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.selection import Choice, Selection
 from gd_analyze.text import SINE_PRICE
 
-# Of more terms than this the smallest are dropped beforehand, together within this share of the budget.
-MANY, SWEPT_SHARE = 1000, 0.4
+# Number of terms beyond which the smallest are dropped beforehand.
+MANY = 1000
+# Share of the budget that the terms dropped beforehand may take together.
+SWEPT_SHARE = 0.4
 # Most terms that a search can weigh.
 _MOST = 4000
 # Numbers held at a time while very many terms are evaluated: 24 MB.
@@ -71,8 +73,8 @@ class Candidates:
     def chosen(self, selected: Mask, scale: FloatArray | None = None) -> dict[Any, float]:
         """Terms of a selection, shape (K,), their coefficients times factors, shape (K,)."""
         factors = np.ones(len(self)) if scale is None else scale
-        every = zip(self.terms.items(), selected.tolist(), factors.tolist(), strict=True)
-        return {term: factor * weight for (term, weight), is_chosen, factor in every if is_chosen}
+        rows = zip(self.terms.items(), selected.tolist(), factors.tolist(), strict=True)
+        return {term: factor * weight for (term, weight), is_chosen, factor in rows if is_chosen}
 
     def selection(self, terms: Terms | None = None) -> Selection:
         """Selection of some terms, by default all; those that stay are always part of it."""
@@ -112,11 +114,11 @@ def candidates_of(
         If too many terms matter within the budget.
     """
     if not isinstance(level, CandidateLevel):
-        what = f"level {level.name} has no single terms to choose from"
-        raise UsageError(what, where="level", expected="term or energy", found=level.name)
+        message = f"level {level.name} has no single terms to choose from"
+        raise UsageError(message, where="level", expected="term or energy", found=level.name)
     require_writable(exact, level)
-    every = level.terms(exact.form)
-    listed = list(every)
+    all_terms = level.terms(exact.form)
+    listed = list(all_terms)
     torques = _every_torque(level, exact.form)
     needed = level.indispensable(exact.form, listed)
     stays = np.array([term in needed for term in listed], dtype=bool)
@@ -125,11 +127,16 @@ def candidates_of(
         weighed = stays | np.array([term in also for term in listed], dtype=bool)
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _MOST:
-            what = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
+            message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
             next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level fast'
-            expected, found = f"at most {_MOST}", str(len(remaining))
-            raise TooManyTermsError(what, where="budget", expected=expected, found=found, next_step=next_step)
-    terms = {listed[k]: every[listed[k]] for k in remaining.tolist()}
+            raise TooManyTermsError(
+                message,
+                where="budget",
+                expected=f"at most {_MOST}",
+                found=str(len(remaining)),
+                next_step=next_step,
+            )
+    terms = {listed[k]: all_terms[listed[k]] for k in remaining.tolist()}
     choice = Choice(
         torques.at(exact.states, remaining).over(allowed),
         base,
@@ -142,11 +149,11 @@ def require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     if not has_more_terms(exact.form, MOST_TERMS):
         return
-    what = f"the exact torque of {exact.arm.name} has too many terms to choose from"
+    message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where, expected = f"level {level.name}", f"at most {MOST_TERMS} torque terms"
     next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
     next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
-    raise TooManyTermsError(what, where=where, expected=expected, found="more", next_step=next_step)
+    raise TooManyTermsError(message, where=where, expected=expected, found="more", next_step=next_step)
 
 
 @lru_cache(maxsize=4)
@@ -172,11 +179,11 @@ def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArra
 def largest_terms(
     torques: TermTorques, states: States, allowed: FloatArray, count: int, needed: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
-    """Terms with the largest torques over the allowed ones, and needed ones; error of others, (n, N)."""
+    """Terms with the largest torques over the allowed ones, and needed ones; error of all others, (n, N)."""
     peaks = _peaks(torques, states, allowed)
     chosen = np.union1d(np.argsort(-peaks, kind="stable")[:count], np.flatnonzero(needed))
-    others = np.setdiff1d(np.arange(torques.count), chosen)
-    return chosen, torques.together(states, others) / allowed[:, None]
+    unlisted = np.setdiff1d(np.arange(torques.count), chosen)
+    return chosen, torques.together(states, unlisted) / allowed[:, None]
 
 
 def _swept(
@@ -185,19 +192,19 @@ def _swept(
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
     order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
-    few, many = 0, len(order) - max(MANY, int(stays.sum()))
+    within, beyond = 0, len(order) - max(MANY, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
-    error = torques.together(states, order[:many]) / allowed[:, None]
+    error = torques.together(states, order[:beyond]) / allowed[:, None]
     if np.abs(error).max() <= SWEPT_SHARE:
-        return np.sort(order[many:]), error
-    while many - few > 1:
-        middle = (few + many) // 2
-        error = base + torques.together(states, order[few:middle]) / allowed[:, None]
+        return np.sort(order[beyond:]), error
+    while beyond - within > 1:
+        middle = (within + beyond) // 2
+        error = base + torques.together(states, order[within:middle]) / allowed[:, None]
         if np.abs(error).max() <= SWEPT_SHARE:
-            few, base = middle, error
+            within, base = middle, error
         else:
-            many = middle
-    return np.sort(order[few:]), base
+            beyond = middle
+    return np.sort(order[within:]), base
 
 
 def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:

@@ -62,13 +62,13 @@ class Effects:
     def by_joint(self) -> list[tuple[NDArray[np.intp], FloatArray]]:
         """Rows of every joint, and their torque, contiguous in memory."""
         rows = [np.flatnonzero(self.joint == joint) for joint in range(self.n_joints)]
-        return [(own, self.torque[own]) for own in rows]
+        return [(joint_rows, self.torque[joint_rows]) for joint_rows in rows]
 
     def along(self, slope: FloatArray) -> FloatArray:
         """Sum over joints and states of every term's torque times a slope, shape (n, N), for terms (K,)."""
         sums = np.empty(len(self.term))
-        for (rows, torque), own_slope in zip(self.by_joint, slope, strict=True):
-            sums[rows] = torque @ own_slope
+        for (rows, torque), joint_slope in zip(self.by_joint, slope, strict=True):
+            sums[rows] = torque @ joint_slope
         return np.asarray(np.bincount(self.term, weights=sums, minlength=self.count), dtype=float)
 
     def over(self, allowed: FloatArray) -> Effects:

@@ -27,12 +27,13 @@ class Effort(NamedTuple):
     rearranging: int = 0  # rearrangements tried, times the operations; 0 disables other forms, too
 
 
-# Milliseconds, and hundredths of a second, within a search.
+# Milliseconds, within a search.
 ROUGH = Effort(0)
+# Hundredths of a second, within a search.
 COUNTING = Effort(80)
-# Hundredths of a second for intermediate models, as points of a curve, and some tenths for a result: 3 to 6 %
-# fewer operations.
+# Hundredths of a second, for intermediate models, such as the points of a curve.
 POINT = Effort(600)
+# Some tenths of a second, for a result: 3 to 6 % fewer operations.
 THOROUGH = Effort(600, 15_000)
 
 
@@ -68,9 +69,9 @@ def named(key: Any) -> str:
 @lru_cache(maxsize=256)
 def kept_program(wanted: Task) -> Program:
     """Return a program as shipped, from the cache, or newly written; the last two are equal."""
-    for known in (wanted.shipped, kept(wanted.name)):
+    for stored in (wanted.shipped, kept(wanted.name)):
         with suppress(Exception):  # an entry may hold anything, and then the program is written anew
-            program = _read(known, wanted)
+            program = _read(stored, wanted)
             if wanted.is_right(program):
                 return program
     values = written(wanted.write())

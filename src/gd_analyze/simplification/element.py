@@ -54,12 +54,12 @@ def parts_of(n_joints: int) -> tuple[Part, ...]:
     )
 
 
-def kept_effects(n_joints: int, kept: Collection[Part]) -> dict[str, str]:
+def kept_effects(n_joints: int, kept_parts: Collection[Part]) -> dict[str, str]:
     """Effect kept of every element, by its label: one effect, "both" or "nothing"."""
     names = {(): "nothing", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
     chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
     for part in parts_of(n_joints):
-        if part in kept:
+        if part in kept_parts:
             chosen[part.element.label].append(part.effect)
     return {label: names[tuple(effects)] for label, effects in chosen.items()}
 
@@ -161,8 +161,8 @@ class ElementLevel(Level):
         parts = {part.label: part for part in parts_of(form.arm.n_joints)}
         if entry.part not in parts:
             first, *_, last = parts
-            what = f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm"
-            raise ModelError(what, expected=f"labels such as {first!r} or {last!r}")
+            message = f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm"
+            raise ModelError(message, expected=f"labels such as {first!r} or {last!r}")
         return parts[entry.part], 1.0
 
 

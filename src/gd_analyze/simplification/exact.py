@@ -46,19 +46,23 @@ from gd_analyze.simplification.accuracy import (
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
 from gd_analyze.simplification.functions import Functions, functions_of
-from gd_analyze.simplification.identity import largest_apart
+from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Number of outer joints whose terms are counted first, in longer arms: tens of milliseconds.
-_OUTER_JOINTS, _QUICK_JOINTS = 4, 6
+# Most joints of an arm whose terms are all counted at once.
+_QUICK_JOINTS = 6
+# Number of outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
+_OUTER_JOINTS = 4
 # Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
 MOST_TERMS = 60_000
-# Most joints for which identifying the exact form takes a second, and sums of terms may take fewer operations
-# than the recursion: terms grow with the fourth power of the joints, its operations with the first.
-_MOST_JOINTS, _FEW_JOINTS = 8, 4
+# Most joints for which identifying the exact form takes a second.
+_MOST_JOINTS = 8
+# Most joints for which sums of terms may take fewer operations than the recursion: the number of terms grows
+# with the fourth power of the number of joints, the operations of the recursion with the first.
+_FEW_JOINTS = 4
 # Most terms whose common parts are searched: half a second.
 _SHARED = Effort(250)
 # Sums of terms with this multiple of the operations known may take fewer with shared parts.
@@ -107,15 +111,17 @@ class ExactForm:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
         def shortest() -> Program:
-            ways = [self.recursion]
+            programs = [self.recursion]
             if self.arm.n_joints <= _FEW_JOINTS:
-                ways += [torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)]
-            return rewritten(min(ways, key=lambda way: way.count.total))
+                programs += [
+                    torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)
+                ]
+            return rewritten(min(programs, key=lambda program: program.count.total))
 
         key = ["exact", describe_in_full(self.arm), self.drives]
         path = shipped("programs", ".json").get(shipped_name(self))
         values = None if path is None else json.loads(path.read_bytes())
-        return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_given_by, values))
+        return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_short_torque, values))
 
     @cached_property
     def functions(self) -> Functions:
@@ -127,25 +133,25 @@ class ExactForm:
         # Shared parts take time to find: only where nested sums come close.
         close = [
             quantity
-            for quantity, own, known in zip(QUANTITIES, nested, functions, strict=True)
-            if own.count.total < _NEARLY * known.count.total
+            for quantity, nested_program, program in zip(QUANTITIES, nested, functions, strict=True)
+            if nested_program.count.total < _NEARLY * program.count.total
         ]
         terms = {term: weight for term, weight in self.torques.items() if term.quantity in close}
         shared = functions_of_terms(self.velocities, terms, _SHARED)
         return Functions(
             *(
-                min(each, key=lambda program: program.count.total) if quantity in close else each[0]
-                for quantity, *each in zip(QUANTITIES, functions, nested, shared, strict=True)
+                min(programs, key=lambda program: program.count.total) if quantity in close else programs[0]
+                for quantity, *programs in zip(QUANTITIES, functions, nested, shared, strict=True)
             )
         )
 
-    def _is_given_by(self, program: Program) -> bool:
+    def _is_short_torque(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""
-        known = self.recursion
-        if program.count.total > known.count.total:
+        recursion = self.recursion
+        if program.count.total > recursion.count.total:
             return False
-        apart, size = largest_apart(program, known, self.arm.is_revolute, REWRITTEN)
-        return bool((apart <= REWRITTEN * size).all())
+        difference, size = largest_difference(program, recursion, self.arm.is_revolute, REWRITTEN)
+        return bool((difference <= REWRITTEN * size).all())
 
     @cached_property
     def recursion(self) -> Program:
@@ -185,7 +191,7 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
         for count in range(_OUTER_JOINTS, arm.n_joints, 2)
     )
-    return any(len(each.torques) > most for each in outer) or len(form.torques) > most
+    return any(len(outer_form.torques) > most for outer_form in outer) or len(form.torques) > most
 
 
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
@@ -293,7 +299,8 @@ class ExactDynamics:
             require_dataset(given)
             described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
             described["set_points"] = given.attrs.get("set_points", given.sizes["time"])
-            if motions := motions_in(given):
+            motions = motions_in(given)
+            if motions:
                 described["motions"] = listed(motions)
             q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
             states = states_for(arm, States(q, qd, qdd, described, motions))
@@ -409,9 +416,10 @@ class ExactDynamics:
         """The same with weights (N, n) of errors, see `States.weights`; equal if None."""
         if weights is None and self.states.weights is None:
             return self
-        other = replace(self, states=replace(self.states, weights=weights))
-        vars(other).update({name: value for name, value in vars(self).items() if name not in vars(other)})
-        return other
+        dynamics = replace(self, states=replace(self.states, weights=weights))
+        computed = {name: value for name, value in vars(self).items() if name not in vars(dynamics)}
+        vars(dynamics).update(computed)
+        return dynamics
 
     @cached_property
     def by_motion(self) -> dict[Motion, ExactDynamics]:

@@ -106,12 +106,12 @@ def forward_dynamics_program(program: Program, n: int, symmetric: bool) -> Progr
             for i in range(k + 1, n):
                 for j in range(k + 1, i):
                     matrix[i][j] = matrix[j][i]
-    found: list[object] = [0.0] * n
+    accelerations: list[object] = [0.0] * n
     for i in reversed(range(n)):
         for j in range(i + 1, n):
-            right[i] = trace.subtract(right[i], trace.multiply(matrix[i][j], found[j]))
-        found[i] = trace.divide(right[i], matrix[i][i])
-    return Program.of(trace, found)
+            right[i] = trace.subtract(right[i], trace.multiply(matrix[i][j], accelerations[j]))
+        accelerations[i] = trace.divide(right[i], matrix[i][i])
+    return Program.of(trace, accelerations)
 
 
 def _zeros(n: int, *names: str) -> dict[str, float]:

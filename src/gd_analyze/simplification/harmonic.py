@@ -70,10 +70,11 @@ class HarmonicLevel(CandidateLevel):
         brackets: dict[tuple[int, tuple[Velocity, ...]], set[int]] = defaultdict(set)
         angles: dict[int, set[int]] = defaultdict(set)
         for k, term in enumerate(terms):
-            for made in self.source(form, term):
-                for needed in (users[made], products[made.monomial], brackets[made.row, made.velocities]):
+            for torque_term in self.source(form, term):
+                row, velocities, monomial = torque_term
+                for needed in (users[torque_term], products[monomial], brackets[row, velocities]):
                     needed.add(k)
-                for factor in made.monomial:
+                for factor in monomial:
                     if factor.kind != "power":
                         for joint in np.flatnonzero(factor.multiples).tolist():
                             angles[joint].add(k)
@@ -190,8 +191,8 @@ class TermLevel(HarmonicLevel):
         term = TorqueTerm(entry.row, velocities, _monomial_of(form.arm, entry.factors))
         joints = range(form.arm.n_joints)
         pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
-        known = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
-        if term.row not in joints or velocities not in known or not _is_upper(term):
+        possible = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
+        if term.row not in joints or velocities not in possible or not _is_upper(term):
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
 
@@ -271,11 +272,12 @@ def _monomial_of(arm: RobotArm, entries: Sequence[_FactorEntry]) -> Monomial:
     for factor in monomial:
         revolute = [turns for turns, m in zip(arm.is_revolute, factor.multiples, strict=False) if m]
         # Multiples of angles and powers do not exceed the degree of D.
-        known = len(factor.multiples) == arm.n_joints and all(abs(m) <= DEGREE for m in factor.multiples)
+        is_possible = len(factor.multiples) == arm.n_joints
+        is_possible &= all(abs(m) <= DEGREE for m in factor.multiples)
         if factor.kind == "power":
-            fitting = revolute == [False] and sum(factor.multiples) == 1
+            is_fitting = revolute == [False] and sum(factor.multiples) == 1
         else:
-            fitting = bool(revolute) and all(revolute)
-        if not (known and fitting):
+            is_fitting = bool(revolute) and all(revolute)
+        if not (is_possible and is_fitting):
             raise ModelError(f"{factor.kind} of {list(factor.multiples)} is not in the arm's equations")
     return tuple(monomial)

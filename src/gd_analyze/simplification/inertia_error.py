@@ -66,7 +66,7 @@ class InertiaTerms:
     def excess(
         self, inertia: FloatArray, selected: Mask, limit: float
     ) -> tuple[FloatArray, FloatArray] | None:
-        """Where gamma of a selection exceeds a limit: what terms add to Ds there, and what the rest lacks.
+        """Where gamma of a selection exceeds a limit: what terms add to Ds there, and what it lacks beside.
 
         At a position, gamma is reached in one direction x of qd, scaled so that x^T D x = 1. There
         x^T (D - Ds) x is a sum over dropped terms, as an error of the torque is.
@@ -88,6 +88,6 @@ class InertiaTerms:
         moving = direction @ self._to_absolute.T
         twice = np.where(self._i == self._j, 1.0, 2.0)[:, None]
         added = self._values * twice * moving[:, self._i].T * moving[:, self._j].T
-        rest = -reached - added[~selected].sum(axis=0)
+        remainder = -reached - added[~selected].sum(axis=0)
         counts = np.abs(reached) > limit / 2
-        return added * counts, rest * counts
+        return added * counts, remainder * counts

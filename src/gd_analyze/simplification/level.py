@@ -49,9 +49,8 @@ class Level(ABC):
     has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
     is_program: ClassVar[bool] = False  # a model is its program, without terms
     has_symmetric_inertia: ClassVar[bool] = False
-    is_structured: ClassVar[bool] = (
-        False  # a search minimises the operations of D, h and c, not of the torque
-    )
+    # A search minimises the operations of D, h and c, not of the torque
+    is_structured: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
     entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
@@ -103,9 +102,12 @@ class Level(ABC):
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Harmonic terms of the torques; ModelError if a model is not a sum of terms."""
-        what, found = f"a model of level {self.name} has no harmonic terms", f"level {self.name}"
-        expected, next_step = "a model of level term or energy", "make one with `gd-analyze simplify`"
-        raise ModelError(what, expected=expected, found=found, next_step=next_step)
+        raise ModelError(
+            f"a model of level {self.name} has no harmonic terms",
+            expected="a model of level term or energy",
+            found=f"level {self.name}",
+            next_step="make one with `gd-analyze simplify`",
+        )
 
 
 class CandidateLevel(Level):
@@ -141,8 +143,8 @@ class CandidateLevel(Level):
                 diagonal[element.i].append(term)
                 is_constant[term] = not element.monomial
         return {
-            max(own, key=lambda term: (is_constant[term], abs(coefficients[term])))
-            for own in diagonal.values()
+            max(element_terms, key=lambda term: (is_constant[term], abs(coefficients[term])))
+            for element_terms in diagonal.values()
         }
 
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:

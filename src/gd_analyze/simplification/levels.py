@@ -37,8 +37,8 @@ class SearchOptions:
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
     write: bool = True  # spend tenths of a second on a program of few operations
     effort: float = 1.0  # number of attempts, relative to the usual
-    # Successive selections on the way to a model, which a search continues and extends.
-    way: list[Terms] | None = None
+    # Successive selections, which a search continues and extends.
+    selections: list[Terms] | None = None
     most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     within: float | None = None  # level fast: seconds after which the search ends with the best that holds
@@ -48,19 +48,27 @@ class SearchOptions:
         level = level_named(self.level)
         object.__setattr__(self, "level", level)
         if self.refit and not level.has_torque_terms:
-            what, expected = f"level {level} has no coefficients of its own to refit", "level term or energy"
-            raise UsageError(what, where="refit", expected=expected, found=f"level {level}")
+            raise UsageError(
+                f"level {level} has no coefficients of its own to refit",
+                where="refit",
+                expected="level term or energy",
+                found=f"level {level}",
+            )
         if not self.effort > 0.0:
-            found = str(self.effort)
-            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=found)
+            value = str(self.effort)
+            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
         if self.sine_price < 0:
-            found = str(self.sine_price)
-            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=found)
+            value = str(self.sine_price)
+            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
         if self.within is not None and not self.within > 0.0:
-            found = f"{self.within} s"
-            raise UsageError("the time is not positive", where="within", expected="above 0", found=found)
+            value = f"{self.within} s"
+            raise UsageError("the time is not positive", where="within", expected="above 0", found=value)
         if self.operations is not None and level.is_program:
-            what, expected = "level fast takes a budget, not a number of operations", "level term or energy"
-            raise UsageError(what, where="operations", expected=expected, found="level fast")
+            raise UsageError(
+                "level fast takes a budget, not a number of operations",
+                where="operations",
+                expected="level term or energy",
+                found="level fast",
+            )
         if self.operations is not None and self.operations < 0:
             raise UsageError("the number is negative", where="operations", found=str(self.operations))

@@ -86,11 +86,11 @@ class SimplifiedModel:
             for i, joint in enumerate(self.arm.joints)
         ]
         printer = Plain()
-        shown = Written(())
+        written = Written(())
         if len(self.terms) <= _MOST_SHOWN:
-            shown = self.equations if self.level.is_structured else Written(self.formulas, self.legend)
-        lines = [printer.wrapped(formula, 100) for formula in shown.formulas]
-        legend = ", ".join(printer.legend(shown.legend)) if shown.legend else ""
+            written = self.equations if self.level.is_structured else Written(self.formulas, self.legend)
+        lines = [printer.wrapped(formula, 100) for formula in written.formulas]
+        legend = ", ".join(printer.legend(written.legend)) if written.legend else ""
         return html_of(
             f"{self.arm.title or self.arm.name}: {self.size[0]} of {self.size[1]} {self.level.keeps}",
             ["joint", "peak torque", "allowed error", "error up to", "RMS error"],
@@ -166,18 +166,18 @@ class SimplifiedModel:
 
         Raises a ModelError if its level has no torque terms.
         """
-        own = self.form.velocities.in_joint_velocities(self.torques)
+        torques = self.form.velocities.in_joint_velocities(self.torques)
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
-        factors = {factor for term in own for factor in term.monomial}
-        return Written(element_formulas(own, drives), factor_legend(factors))
+        factors = {factor for term in torques for factor in term.monomial}
+        return Written(element_formulas(torques, drives), factor_legend(factors))
 
     @property
     def operations_in_joint_velocities(self) -> int:
         """Multiplications and additions of its torques without absolute velocities."""
         n = self.arm.n_joints
         alone = AbsoluteVelocities(tuple((joint,) for joint in range(n)), (1,) * n)
-        own = self.form.velocities.in_joint_velocities(self.torques)
-        return torque_program(alone, own, THOROUGH).count.total
+        torques = self.form.velocities.in_joint_velocities(self.torques)
+        return torque_program(alone, torques, THOROUGH).count.total
 
     @property
     def legend(self) -> Legend:
@@ -239,8 +239,8 @@ class SimplifiedModel:
             return self.form.functions
         # Sums with shared parts may take more operations than nested ones, which a search counts.
         efforts = dict.fromkeys((ROUGH, effort_for(len(self.terms))))
-        ways = [functions_of_terms(self.form.velocities, self.torques, effort) for effort in efforts]
-        return reduce(Functions.cheapest, ways)
+        candidates = [functions_of_terms(self.form.velocities, self.torques, effort) for effort in efforts]
+        return reduce(Functions.cheapest, candidates)
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.
@@ -254,15 +254,15 @@ class SimplifiedModel:
         arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
         for name, array in zip(names, arrays, strict=True):
             if array.shape[-1:] != (n,):
-                what, expected = f"{name} does not fit the model of {self.arm.name}", f"shape (..., {n})"
-                raise ModelError(what, where=name, expected=expected, found=str(array.shape))
+                message, expected = f"{name} does not fit the model of {self.arm.name}", f"shape (..., {n})"
+                raise ModelError(message, where=name, expected=expected, found=str(array.shape))
             require_possible(array, name, ModelError)
         try:
             arrays = list(np.broadcast_arrays(*arrays))
         except ValueError:
-            what, expected = f"{' and '.join(names)} differ in shape", "equal leading axes, or axes of 1"
-            found = ", ".join(f"shape {array.shape}" for array in arrays)
-            raise ModelError(what, where=", ".join(names), expected=expected, found=found) from None
+            message, expected = f"{' and '.join(names)} differ in shape", "equal leading axes, or axes of 1"
+            shapes = ", ".join(f"shape {array.shape}" for array in arrays)
+            raise ModelError(message, where=", ".join(names), expected=expected, found=shapes) from None
         inputs = {
             f"{name}{i + 1}": row
             for name, array in zip(names, arrays, strict=True)

@@ -34,7 +34,7 @@ from gd_analyze.simplification.accuracy import (
 from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactDynamics, allowed_by
-from gd_analyze.simplification.identity import largest_apart
+from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.model import SimplifiedModel
 
 WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
@@ -49,16 +49,17 @@ _SIX_DIGITS = 5e-6
 _ROUNDING = 1e3 * float(np.finfo(float).eps)
 # Most drawn states at which errors are measured again: a tenth of a second.
 _MOST_STATES = 10_000
-# States at which a certificate is tested, and the share of them at ends of q, of qd and of qdd; `certify
-# --check` proves it again.
-_TRIED, _CORNERS = 1000, 0.5
+# States at which a certificate is tested; `certify --check` proves it again.
+_TRIED = 1000
+# Share of these states that are at ends of q; as many are at ends of qd, and of qdd.
+_CORNERS = 0.5
 
 
-def require_equal(what: str, stated: Any, found: Any) -> None:
+def require_equal(where: str, stated: Any, value: Any) -> None:
     """Raise a ModelError if a statement of a file does not match the model."""
-    if stated != found:
-        shown = str(stated)[:120]
-        raise ModelError("the model file contradicts itself", where=what, expected=str(found), found=shown)
+    if stated != value:
+        text = str(stated)[:120]
+        raise ModelError("the model file contradicts itself", where=where, expected=str(value), found=text)
 
 
 def require_terms_computed(model: SimplifiedModel) -> None:
@@ -67,15 +68,16 @@ def require_terms_computed(model: SimplifiedModel) -> None:
     A program without terms needs the structure of a torque, from which D, h and c follow.
     """
 
-    def other(expected: str, found: str) -> ModelError:
-        what = f"the program does not compute the {'torques' if model.level.is_program else 'terms'}"
-        return ModelError(what, where="steps", expected=expected, found=found, next_step=WRITE_AGAIN)
+    def misfit(expected: str, value: str) -> ModelError:
+        message = f"the program does not compute the {'torques' if model.level.is_program else 'terms'}"
+        return ModelError(message, where="steps", expected=expected, found=value, next_step=WRITE_AGAIN)
 
     n = model.arm.n_joints
     if len(model.program.outputs) != n:
-        raise other(f"{n} outputs", f"{len(model.program.outputs)}")
+        raise misfit(f"{n} outputs", f"{len(model.program.outputs)}")
     if model.level.is_program:
-        if fault := structure_fault(model.program):
+        fault = structure_fault(model.program)
+        if fault:
             expected = "sums linear in accelerations and quadratic in velocities"
             raise ModelError(
                 "the program is not a torque",
@@ -94,49 +96,49 @@ def require_terms_computed(model: SimplifiedModel) -> None:
         sizes = np.array([float(np.abs(row.coefficients).sum()) for row in wanted.rows])
         noise = wanted.round_off(unit, unit, unit) + runs.round_off(unit, unit, unit)
         rows = zip(wanted.rows, runs.rows, strict=True)
-        off = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
-        apart = np.array([float(np.abs(difference).max(initial=0.0)) for difference in off])
+        polynomials = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
+        differences = np.array([float(np.abs(difference).max(initial=0.0)) for difference in polynomials])
         same = _SAME
     except TooLongError:  # compared at random states
         noise, same = np.zeros(n), _SAMPLED
-        apart, sizes = largest_apart(model.program, again, model.arm.is_revolute, same)
+        differences, sizes = largest_difference(model.program, again, model.arm.is_revolute, same)
     # Nor may it cancel so much that a term could hide in its rounding.
-    fits = (apart <= same * sizes + noise) & (noise <= same * sizes.max())
+    fits = (differences <= same * sizes + noise) & (noise <= same * sizes.max())
     if not fits.all():
         joint = int(np.argmin(fits))
         expected = f"joint {joint + 1} within {same * sizes[joint]:.3g} of its terms"
         rounding = f", and rounding of {noise[joint]:.3g}" if noise[joint] else ""
-        raise other(expected, f"{apart[joint]:.3g} apart{rounding}")
+        raise misfit(expected, f"{differences[joint]:.3g} apart{rounding}")
 
 
 def require_consistent(model: SimplifiedModel) -> None:
     """Raise a ModelError if numbers of an accuracy contradict each other or the budget."""
     _require_of(model, model.accuracy)
-    for few, many in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
-        if few.share > many.share:
-            raise _impossible_norm(few, f"at most that of more states, {many.share:.6g}")
+    for smaller, larger in pairwise(sorted(model.accuracy.norms, key=lambda norm: norm.states)):
+        if smaller.share > larger.share:
+            raise _impossible_norm(smaller, f"at most that of more states, {larger.share:.6g}")
     over_all = model.accuracy.errors.peak_torque
     for motion in model.accuracy.motions:
         _require_of(model, motion, f" along {motion.name}")
-        what, peak = f"peak_torque along {motion.name}", motion.errors.peak_torque
-        _require(model, what, peak <= over_all, peak, "at most that over all motions")
+        name, peak = f"peak_torque along {motion.name}", motion.errors.peak_torque
+        _require(model, name, peak <= over_all, peak, "at most that over all motions")
 
 
 def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: str = "") -> None:
     """Check statements over all states, or along one of several motions."""
-    errors, spread, asked = stated.errors, stated.uncertainty, model.accuracy.asked
+    errors, spread, budget = stated.errors, stated.uncertainty, model.accuracy.asked
     # Along a motion the allowed error is a rounded quotient.
     is_allowed = errors.largest <= (1.0 + _ROUNDING if along else 1.0) * stated.allowed
-    comes_to = allowed_by(asked, ReferenceTorques(model.arm, errors.peak_torque, spread))
+    comes_to = allowed_by(budget, ReferenceTorques(model.arm, errors.peak_torque, spread))
     # Without torque the allowed error is the states' round-off, unknown here; a joint without torque along
     # one of several motions is allowed the error of the others.
     unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
     fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
-    known = np.zeros(model.arm.n_joints) if spread is None else spread
+    uncertainty = np.zeros(model.arm.n_joints) if spread is None else spread
     is_root = errors.rms <= (1.0 + _ROUNDING) * errors.largest
     for name, holds, values, expected in (
         ("peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more"),
-        ("uncertainty", known >= 0.0, known, "0 or more"),
+        ("uncertainty", uncertainty >= 0.0, uncertainty, "0 or more"),
         ("rms_error", errors.rms >= 0.0, errors.rms, "0 or more"),
         ("rms_error", is_root, errors.rms, "at most the largest error"),
         ("largest_error", is_allowed, errors.largest, "at most the allowed error"),
@@ -157,8 +159,8 @@ def require_states_named(model: SimplifiedModel) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", GdAnalyzeWarning)  # given when the arm is read
             *limits, remark = vars(box_limits(model.arm)).values()
-        own = stated.lower, stated.upper, stated.velocity, stated.acceleration
-        is_all = all(np.array_equal(a, b) for a, b in zip(own, limits, strict=True))
+        stated_limits = stated.lower, stated.upper, stated.velocity, stated.acceleration
+        is_all = all(np.array_equal(a, b) for a, b in zip(stated_limits, limits, strict=True))
         named = f"the arm's limits{remark}" if is_all else "the box"
     require_equal("where of certificate", stated.where, named)
 
@@ -231,14 +233,14 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     # On another machine either sum may be rounded differently.
     slack = 10 * ROUND_OFF_SHARE * float(measured.peak_torque.max())
     spread = np.zeros(model.arm.n_joints) if exact.uncertainty is None else exact.uncertainty
-    for name, stated, found in (
+    for name, stated, actual in (
         ("peak_torque", accuracy.errors.peak_torque, measured.peak_torque),
         ("largest_error", accuracy.errors.largest, measured.largest),
         ("rms_error", accuracy.errors.rms, measured.rms),
         ("uncertainty", spread if accuracy.uncertainty is None else accuracy.uncertainty, spread),
     ):
-        fits = np.abs(stated - found) <= slack
-        was = found[int(np.argmin(fits))]
+        fits = np.abs(stated - actual) <= slack
+        was = actual[int(np.argmin(fits))]
         _require(model, name, fits, stated, f"{was:.6g}, as measured at {states.in_words}")
     turns = model.arm.is_revolute
     shares = norm_shares(torque - exact.torque, exact.torque, turns, exact.round_off)
@@ -250,25 +252,27 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
             was = share_at(shares, norm.states)
             raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
     # At other states near these gamma may be larger.
-    gamma, known = model.gamma(exact), accuracy.gamma
-    if known is not None and known < gamma - _ROUNDING * float(np.linalg.cond(exact.inertia).max()):
-        raise _impossible("gamma", f"at least {gamma:.6g}, as measured at {states.in_words}", f"{known:.6g}")
+    gamma, stated_gamma = model.gamma(exact), accuracy.gamma
+    slack = _ROUNDING * float(np.linalg.cond(exact.inertia).max())
+    if stated_gamma is not None and stated_gamma < gamma - slack:
+        expected = f"at least {gamma:.6g}, as measured at {states.in_words}"
+        raise _impossible("gamma", expected, f"{stated_gamma:.6g}")
     again = replace(
         accuracy,
         measured=True,
         uncertainty=exact.uncertainty,
         norms=exact.norms_of(torque),
-        gamma=gamma if known is None else known,
+        gamma=gamma if stated_gamma is None else stated_gamma,
     )
     return model.stating(again)
 
 
 def _require(
-    model: SimplifiedModel, what: str, holds: NDArray[np.bool_], stated: FloatArray, expected: str
+    model: SimplifiedModel, name: str, holds: NDArray[np.bool_], stated: FloatArray, expected: str
 ) -> None:
     if not holds.all():
         joint = int(np.argmin(holds))
-        where = f"{what} of joint {joint + 1}, {model.arm.joints[joint].name}"
+        where = f"{name} of joint {joint + 1}, {model.arm.joints[joint].name}"
         raise _impossible(where, expected, f"{stated[joint]:.6g}")
 
 
@@ -276,6 +280,6 @@ def _impossible_norm(norm: NormShare, expected: str) -> ModelError:
     return _impossible(f"norms at {norm.states:.10g} of the states", expected, f"{norm.share:.6g}")
 
 
-def _impossible(where: str, expected: str, found: str) -> ModelError:
-    what = "the model file states impossible errors"
-    return ModelError(what, where=where, expected=expected, found=found, next_step=WRITE_AGAIN)
+def _impossible(where: str, expected: str, value: str) -> ModelError:
+    message = "the model file states impossible errors"
+    return ModelError(message, where=where, expected=expected, found=value, next_step=WRITE_AGAIN)

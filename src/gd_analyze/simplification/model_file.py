@@ -123,7 +123,7 @@ class _Certificate(Checked):
         pieces = [row.piece for row in self.joints if row.piece is not None]
         shape = (len(self.joints), 2, 3, len(self.joints))
         is_tube = bool(self.trajectory_fingerprint)
-        if len(pieces) != len(self.joints) * is_tube:
+        if len(pieces) != (len(self.joints) if is_tube else 0):
             raise ValueError("a certificate near a motion has a piece for every joint, and no other has any")
         return Proven(
             **joints,
@@ -250,8 +250,8 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
             tuple(document.search),
             uncertainty=spread,
             motions=tuple(
-                AlongMotion(one.name, one.fingerprint, one.set_points, *_stated(one.errors))
-                for one in document.motions
+                AlongMotion(motion.name, motion.fingerprint, motion.set_points, *_stated(motion.errors))
+                for motion in document.motions
             ),
             norms=tuple(NormShare(np.inf if x is None else x, part) for part, x in document.norms),
             certificate=None if document.certificate is None else document.certificate.as_proven(),
@@ -269,23 +269,23 @@ def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArr
     return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
 
 
-def checked_model(document: ModelDocument, made: SimplifiedModel | None = None) -> SimplifiedModel:
-    """Rebuild a model, unless `made` is given, and check it against its document."""
-    model = made or _model_of(document)
+def checked_model(document: ModelDocument, rebuilt: SimplifiedModel | None = None) -> SimplifiedModel:
+    """Rebuild a model, unless `rebuilt` is given, and check it against its document."""
+    model = rebuilt or _model_of(document)
     require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
     require_equal("operations", document.operations, model.operations)
     joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
     if document.certificate is not None:
         named = [row.joint for row in document.certificate.joints]
         require_equal("joints of certificate", named, [name for name, _ in joints])
-    for of in (document.errors, *(one.errors for one in document.motions)):
-        require_equal("joints of errors", [(row.joint, row.unit) for row in of], joints)
+    for errors in (document.errors, *(motion.errors for motion in document.motions)):
+        require_equal("joints of errors", [(row.joint, row.unit) for row in errors], joints)
     if document.motions or "motions" in model.accuracy.fitted_on:
-        every = sum(one.set_points for one in document.motions)
-        require_equal("set_points of motions", every, model.accuracy.fitted_on.get("set_points"))
+        total = sum(motion.set_points for motion in document.motions)
+        require_equal("set_points of motions", total, model.accuracy.fitted_on.get("set_points"))
     require_terms_computed(model)
-    apart = {name: program.count for name, program in model.functions._asdict().items()}
-    require_equal("operations_apart", document.operations_apart, apart)
+    counts = {name: program.count for name, program in model.functions._asdict().items()}
+    require_equal("operations_apart", document.operations_apart, counts)
     require_consistent(model)
     require_not_refuted(model)
     require_states_named(model)
@@ -347,14 +347,14 @@ def load_model(path: str | Path) -> SimplifiedModel:
     """
     path = Path(path)
 
-    def refused(what: str, where: str, expected: str | None, found: str | None) -> ModelError:
-        return ModelError(what, where=where, expected=expected, found=found, next_step=WRITE_AGAIN)
+    def refused(message: str, where: str, expected: str | None, value: str | None) -> ModelError:
+        return ModelError(message, where=where, expected=expected, found=value, next_step=WRITE_AGAIN)
 
     raw = _read(path)
-    for key, known in (("version", [VERSION]), ("level", list(LEVELS))):
-        if raw.get(key) not in known:
-            expected, found = " or ".join(map(str, known)), in_python(raw.get(key))
-            raise refused(f"the model file has another {key}", f"{path}: {key}", expected, found)
+    for key, possible in (("version", [VERSION]), ("level", list(LEVELS))):
+        if raw.get(key) not in possible:
+            expected, value = " or ".join(map(str, possible)), in_python(raw.get(key))
+            raise refused(f"the model file has another {key}", f"{path}: {key}", expected, value)
     try:
         document = ModelDocument.model_validate(raw)
         model = _model_of(document)
@@ -363,13 +363,13 @@ def load_model(path: str | Path) -> SimplifiedModel:
         where = f"{path}: {'.'.join(str(key) for key in first['loc'])}"
         raise refused("the model file is damaged", where, *field_fault(first)) from None
     except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
-        what = "the model file is damaged: its arm or its terms cannot be rebuilt"
-        found = (str(error) or type(error).__name__).splitlines()[0]
-        raise refused(what, str(path), None, found) from None
+        message = "the model file is damaged: its arm or its terms cannot be rebuilt"
+        value = (str(error) or type(error).__name__).splitlines()[0]
+        raise refused(message, str(path), None, value) from None
     if raw["digest"] != _digest(raw):
-        what = "the model file was changed after it was written: its stated errors no longer hold"
+        message = "the model file was changed after it was written: its stated errors no longer hold"
         stated = f"digest {str(raw['digest'])[:16]}..."
-        raise refused(what, str(path), f"digest {_digest(raw)[:16]}... of its content", stated)
+        raise refused(message, str(path), f"digest {_digest(raw)[:16]}... of its content", stated)
     try:
         model = checked_model(document, model)
     except GdAnalyzeError as error:
@@ -383,57 +383,57 @@ def load_model(path: str | Path) -> SimplifiedModel:
 
 def _read(path: Path) -> dict[str, Any]:
     """Read the JSON of a model file, unchecked."""
-    found = "other JSON"
+    content = "other JSON"
     try:
         data = read_at_most(path, LARGEST_FILE)
         raw = None if data is None else json.loads(data.decode("utf-8"))
         if data is None:
-            found = f"a file of more than {megabytes(LARGEST_FILE)}"
+            content = f"a file of more than {megabytes(LARGEST_FILE)}"
         elif isinstance(raw, dict) and raw.get("format") == FORMAT:
             return raw
     except OSError as error:
-        if (other := _other_input(path)) is not None:
-            raise other from None
-        what, next_step = "cannot read the model file", "check the path and your read permission"
+        if (refusal := _other_input(path)) is not None:
+            raise refusal from None
+        message, next_step = "cannot read the model file", "check the path and your read permission"
         if path.is_dir():
             next_step = "name the model.json in that folder"
         elif not path.exists():
             next_step = "check the path; `gd-analyze simplify ROBOT -o model.json` makes a model"
-        raise ModelError(what, where=Location(path), found=error.strerror, next_step=next_step) from None
+        raise ModelError(message, where=Location(path), found=error.strerror, next_step=next_step) from None
     except UnicodeDecodeError:
-        found = "a file that is not text"
+        content = "a file that is not text"
     except json.JSONDecodeError as error:
-        found = json_fault(error)
-        if (other := _other_input(path)) is not None:
-            raise other from None
+        content = json_fault(error)
+        if (refusal := _other_input(path)) is not None:
+            raise refusal from None
         if error.pos > 0:
-            what, where = (
+            message, where = (
                 "the model file is damaged: it is not JSON",
                 Location(path, error.lineno, error.colno),
             )
-            raise ModelError(what, where=where, found=found, next_step=WRITE_AGAIN) from None
+            raise ModelError(message, where=where, found=content, next_step=WRITE_AGAIN) from None
     except (ValueError, RecursionError) as error:
-        found = json_fault(error)
-    what, next_step = "this is not a gd-analyze model", "name the model.json of a results folder"
+        content = json_fault(error)
+    message, next_step = "this is not a gd-analyze model", "name the model.json of a results folder"
     raise _other_input(path) or ModelError(
-        what, where=Location(path), expected=_MODEL, found=found, next_step=next_step
+        message, where=Location(path), expected=_MODEL, found=content, next_step=next_step
     )
 
 
 def _other_input(path: Path) -> ModelError | None:
     """Error for an arm or a motion in the place of a model; None if its name tells neither."""
-    given, suffix = str(path), path.suffix.lower()
-    if given in builtin_arms() or suffix == ".toml" or (path.is_file() and is_xml(path)):
-        found, step = "an arm", f"make a model of it with `gd-analyze simplify {given} -o model.json`"
-    elif given in shipped_trajectories() or suffix in OF_LOGS:
-        found, step = (
+    name, suffix = str(path), path.suffix.lower()
+    if name in builtin_arms() or suffix == ".toml" or (path.is_file() and is_xml(path)):
+        content, step = "an arm", f"make a model of it with `gd-analyze simplify {name} -o model.json`"
+    elif name in shipped_trajectories() or suffix in OF_LOGS:
+        content, step = (
             "a motion",
-            f"name the model; `gd-analyze simplify ROBOT {given} -o model.json` makes one",
+            f"name the model; `gd-analyze simplify ROBOT {name} -o model.json` makes one",
         )
     else:
         return None
-    what = f"this is {found}, not a model"
-    return ModelError(what, where=Location(path), expected=_MODEL, next_step=step)
+    message = f"this is {content}, not a model"
+    return ModelError(message, where=Location(path), expected=_MODEL, next_step=step)
 
 
 def _digest(document: dict[str, Any]) -> str:

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Difference of the angle between two axes, rad, by which an arm is of another make: calibration moves axes by
-# tenths of a degree, another design or zero position by tens; and positions at which axes are compared.
-_OTHER_AXES, _POSITIONS = np.radians(10.0), 8
+# tenths of a degree, another design or zero position by tens.
+_OTHER_AXES = np.radians(10.0)
+# Number of positions at which axes are compared.
+_POSITIONS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,41 +80,44 @@ def model_torque(
     ArmError
         If the model includes drives and the arm describes none.
     """
-    held = model.arm if arm is None else arm
-    require_arm(model, held)
+    reference = model.arm if arm is None else arm
+    require_arm(model, reference)
     if not isinstance(given, States | Trajectory | str | Path | Sequence):
         require_dataset(given)
-        for name, value in {"arm_fingerprint": fingerprint(held), "drives": int(model.drives)}.items():
+        for name, value in {"arm_fingerprint": fingerprint(reference), "drives": int(model.drives)}.items():
             if given.attrs[name] != value:
-                what = "the decomposition is of another arm, or treats drives differently from the model"
-                raise ModelError(what, where=name, expected=str(value), found=str(given.attrs[name]))
-    exact = ExactDynamics.of(held, given, model.drives)
+                message = "the decomposition is of another arm, or treats drives differently from the model"
+                raise ModelError(message, where=name, expected=str(value), found=str(given.attrs[name]))
+    exact = ExactDynamics.of(reference, given, model.drives)
     _ = exact.torque  # first: its error for states of another arm is the clearest
     torque = model.torque(*exact.states.arrays)
     return ModelTorque(exact, torque, exact.errors_of(torque), exact.norms_of(torque))
 
 
-def require_arm(model: SimplifiedModel, held: RobotArm) -> None:
+def require_arm(model: SimplifiedModel, arm: RobotArm) -> None:
     """Raise a ModelError for an arm of another make than the model's: other joints, or axes elsewhere."""
-    own = model.arm
+    model_arm = model.arm
 
-    def other(expected: str, found: str) -> ModelError:
-        step = f"name a version of {own.name}, or make a model of {held.name} with `gd-analyze simplify`"
-        what = f"the model of {own.name} does not fit {held.name}"
-        return ModelError(what, where="arm", expected=expected, found=found, next_step=step)
+    def misfit(expected: str, value: str) -> ModelError:
+        step = f"name a version of {model_arm.name}, or make a model of {arm.name} with `gd-analyze simplify`"
+        message = f"the model of {model_arm.name} does not fit {arm.name}"
+        return ModelError(message, where="arm", expected=expected, found=value, next_step=step)
 
-    if held.n_joints != own.n_joints:
-        raise other(f"{own.n_joints} joints, as {own.name} has", f"{held.n_joints} joints")
-    for joint, (turns, as_well) in enumerate(zip(own.is_revolute, held.is_revolute, strict=True), start=1):
-        if turns != as_well:
+    if arm.n_joints != model_arm.n_joints:
+        raise misfit(f"{model_arm.n_joints} joints, as {model_arm.name} has", f"{arm.n_joints} joints")
+    pairs = zip(model_arm.is_revolute, arm.is_revolute, strict=True)
+    for joint, (model_turns, turns) in enumerate(pairs, start=1):
+        if model_turns != turns:
             kinds = ("prismatic", "revolute")
-            raise other(f"joint {joint} is {kinds[turns]}, as of {own.name}", f"it is {kinds[as_well]}")
-    expected, found = (_angles_between_axes(arm) for arm in (own, held))
-    apart = np.abs(found - expected)
-    if apart.max() > _OTHER_AXES:
-        at = i, j, _ = np.unravel_index(apart.argmax(), apart.shape)
-        between = f"between the axes of joints {i + 1} and {j + 1} at one position"
-        raise other(*(f"{np.degrees(angles[at]):.0f}° {between}" for angles in (expected, found)))
+            expected = f"joint {joint} is {kinds[model_turns]}, as of {model_arm.name}"
+            raise misfit(expected, f"it is {kinds[turns]}")
+    model_angles, angles = _angles_between_axes(model_arm), _angles_between_axes(arm)
+    difference = np.abs(angles - model_angles)
+    if difference.max() > _OTHER_AXES:
+        at = np.unravel_index(difference.argmax(), difference.shape)
+        between = f"between the axes of joints {at[0] + 1} and {at[1] + 1} at one position"
+        expected, value = (f"{np.degrees(x[at]):.0f}° {between}" for x in (model_angles, angles))
+        raise misfit(expected, value)
 
 
 def _angles_between_axes(arm: RobotArm) -> FloatArray:
@@ -122,13 +127,13 @@ def _angles_between_axes(arm: RobotArm) -> FloatArray:
     return np.arccos(np.clip(np.einsum("iak,jak->ijk", axes, axes), -1.0, 1.0))
 
 
-def torque_csv(trajectory: Trajectory, found: ModelTorque) -> str:
+def torque_csv(trajectory: Trajectory, computed: ModelTorque) -> str:
     """Exact and simplified torque over time as CSV: time, exact1..n, simplified1..n."""
     import pandas as pd
 
     joints = range(1, trajectory.n_joints + 1)
     names = ["time", *(f"{kind}{joint}" for kind in ("exact", "simplified") for joint in joints)]
-    rows = np.column_stack([trajectory.time, found.dynamics.torque, found.torque])
+    rows = np.column_stack([trajectory.time, computed.dynamics.torque, computed.torque])
     return pd.DataFrame(rows, columns=names).to_csv(index=False, lineterminator="\n")
 
 
@@ -208,8 +213,8 @@ def losses(model: SimplifiedModel, exact: ExactDynamics) -> tuple[Loss, ...]:
     parts = tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
     largest = np.zeros((len(parts), model.arm.n_joints))
     for chunk in chunks(len(exact.states)):
-        some = exact.at(exact.states.at(chunk))
-        torque = np.abs(torque_by_part(some.quantities, some.states.qdd, parts))
+        dynamics = exact.at(exact.states.at(chunk))
+        torque = np.abs(torque_by_part(dynamics.quantities, dynamics.states.qdd, parts))
         np.maximum(largest, torque.max(axis=2, initial=0.0), out=largest)
     shares = share_of(largest, exact.peak_torque)
     rows = [

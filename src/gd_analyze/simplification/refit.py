@@ -13,8 +13,12 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.effects import Mask
 
-# States of a linear program at first, added at a time, and most of them that the next one starts with.
-_FIRST, _JOINING, _MOST = 200, 25, 600
+# States of the first linear program.
+_FIRST = 200
+# Most states that are added to a linear program at a time.
+_JOINING = 25
+# Most states that the next linear program starts with.
+_MOST = 600
 # The solver keeps its rows to 1e-7 of numbers of some hundred budgets.
 _CLOSE = 1e-6
 # Most terms that a refit tries to drop: each try takes hundredths of a second.

@@ -32,9 +32,12 @@ Progress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
-# Most directions of every position in which D is limited; attempts after each, as a share of the usual, and
-# the number of directions after which there are none: descents alone end sooner.
-_DIRECTIONS, _AFTER_D, _ATTEMPTED = 40, 0.25, 12
+# Most directions at every position in which D is limited.
+_DIRECTIONS = 40
+# Attempts after a direction is added, as a share of the usual.
+_AFTER_D = 0.25
+# Number of directions after which there are no attempts: descents alone end sooner.
+_ATTEMPTED = 12
 
 
 def selected_terms(
@@ -46,9 +49,9 @@ def selected_terms(
 ) -> Found:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
-    A search that continues, see `SearchOptions.way`, begins from the terms of the last one.
+    A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
     """
-    start = how.way[-1] if how.way else None
+    start = how.selections[-1] if how.selections else None
     candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price, also=start or {})
     settings = USUAL.scaled(how.effort)
     selection = candidates.selection(start)
@@ -74,8 +77,8 @@ def selected_terms(
             steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
     if progress is not None:
         progress(candidates.total - len(terms))
-    if how.way is not None:
-        how.way.append(terms)
+    if how.selections is not None:
+        how.selections.append(terms)
     program = candidates.write(terms, THOROUGH if how.write else POINT)
     return Found(terms, program, is_refitted, tuple(steps))
 
@@ -110,8 +113,8 @@ def _with_usable_inertia(
         excess = inertia_terms.excess(exact.inertia, selection.selected[places], LARGEST_GAMMA)
         if excess is None:
             return candidates, selection
-        added, rest = (values / LARGEST_GAMMA for values in excess)
-        candidates = replace(candidates, choice=candidates.choice.joined_by(places, added, rest))
+        added, remainder = (values / LARGEST_GAMMA for values in excess)
+        candidates = replace(candidates, choice=candidates.choice.joined_by(places, added, remainder))
         selection = Selection(candidates.choice, selection.selected)
         repair(selection, settings)
         descend(selection, candidates.stays, settings)
@@ -122,7 +125,9 @@ def _with_usable_inertia(
 
 def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
     """The selection with the fewest operations, counted."""
-    return min(selections, key=lambda one: candidates.price(candidates.chosen(one.selected), ROUGH))
+    return min(
+        selections, key=lambda selection: candidates.price(candidates.chosen(selection.selected), ROUGH)
+    )
 
 
 def _operations(candidates: Candidates, selection: Selection) -> int:

@@ -63,9 +63,9 @@ class Choice:
     def __len__(self) -> int:
         return self.effects.count
 
-    def joined_by(self, terms: NDArray[np.intp], errors: FloatArray, rest: FloatArray) -> Choice:
+    def joined_by(self, terms: NDArray[np.intp], errors: FloatArray, remainder: FloatArray) -> Choice:
         """The same with one more limited error: of some terms, shape (M, N), and of everything else, (N,)."""
-        return Choice(self.effects.joined_by(terms, errors), np.vstack([self.base, rest]), self.costs)
+        return Choice(self.effects.joined_by(terms, errors), np.vstack([self.base, remainder]), self.costs)
 
     @cached_property
     def weights(self) -> FloatArray:
@@ -103,10 +103,10 @@ class Selection:
 
     def copy(self) -> Selection:
         """A selection that changes on its own."""
-        other = object.__new__(Selection)
-        other.choice, other.selected = self.choice, self.selected.copy()
-        other.error, other.needed = self.error.copy(), self.needed.copy()
-        return other
+        selection = object.__new__(Selection)
+        selection.choice, selection.selected = self.choice, self.selected.copy()
+        selection.error, selection.needed = self.error.copy(), self.needed.copy()
+        return selection
 
     @property
     def cost(self) -> float:

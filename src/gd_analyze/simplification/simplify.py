@@ -25,12 +25,17 @@ from gd_analyze.simplification.model import (
 from gd_analyze.simplification.search import Progress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 
-# --operations: the smallest multiple of the budget, and its growth if a quick count promised too much.
-# Resolution of the search, and number of refinements.
-_LEAST, _WIDER = 1e-6, 1.05
-# Multiple of a budget at which a model keeps only what it must.
+# The search for the multiple of the budget at which a model has few enough operations:
+# Smallest multiple.
+_LEAST = 1e-6
+# Multiple at which a model keeps only what it must.
 _ANYTHING = 1e12
-_CLOSE, _REFINEMENTS = 1.02, 4
+# Ratio of two multiples at which the search ends.
+_CLOSE = 1.02
+# Factor by which the multiple grows if the quick count promised too few operations.
+_WIDER = 1.05
+# Number of full searches that refine the multiple.
+_REFINEMENTS = 4
 # States that represent very many in a search among terms, which evaluates each thousands of times.
 _STATES = 600
 _USUAL = SearchOptions()
@@ -77,30 +82,33 @@ def _at_level(
     allowed = exact.allowed(budget)
     if operations >= exact.form.operations.total:
         return exactly(exact, level, allowed, str(budget))
-    some = exact.thinned()
+    thinned = exact.thinned()
     assert isinstance(level, CandidateLevel)  # other levels take no number of operations
-    quick = quick_count(some, level, allowed)
-    if (least := quick(_ANYTHING)) > operations:
-        what, expected = f"no model of level {level} takes so few operations", f"{least} or more"
-        next_step = "allow more, or take another level"
+    quick = quick_count(thinned, level, allowed)
+    least = quick(_ANYTHING)
+    if least > operations:
         raise UsageError(
-            what, where="operations", expected=expected, found=str(operations), next_step=next_step
+            f"no model of level {level} takes so few operations",
+            where="operations",
+            expected=f"{least} or more",
+            found=str(operations),
+            next_step="allow more, or take another level",
         )
-    few, many = _LEAST, 1.0
-    while quick(many) > operations:
-        few, many = many, 2.0 * many
-    while many / few > _CLOSE:
-        middle = (few * many) ** 0.5
-        few, many = (middle, many) if quick(middle) > operations else (few, middle)
-    best = _within(exact, budget.scaled(many), how, progress)
+    lower, upper = _LEAST, 1.0
+    while quick(upper) > operations:
+        lower, upper = upper, 2.0 * upper
+    while upper / lower > _CLOSE:
+        middle = (lower * upper) ** 0.5
+        lower, upper = (middle, upper) if quick(middle) > operations else (lower, middle)
+    best = _within(exact, budget.scaled(upper), how, progress)
     while best.operations.total > operations:
-        many *= _WIDER
-        best = _within(exact, budget.scaled(many), how, progress)
+        upper *= _WIDER
+        best = _within(exact, budget.scaled(upper), how, progress)
     step = 0.8
     for _ in range(_REFINEMENTS):
-        trial = _within(exact, budget.scaled(many * step), how)
+        trial = _within(exact, budget.scaled(upper * step), how)
         if trial.operations.total <= operations:
-            best, many = trial, many * step
+            best, upper = trial, upper * step
         else:
             step **= 0.5
     return best
@@ -112,19 +120,19 @@ def _within(
     """Find the model with the fewest operations within a budget."""
     allowed, level = exact.allowed(budget), how.level
     assert isinstance(level, CandidateLevel)
-    how = replace(how, way=[] if how.way is None else how.way)
-    # Very many states are represented by some; those that exceed the budget are added, each time with a
-    # slightly larger weight, so that it ends.
-    known, margin = exact.thinned(_STATES), 1.0
+    how = replace(how, selections=[] if how.selections is None else how.selections)
+    # A sample represents very many states. The worst of all states join it while they exceed the budget. The
+    # margin shrinks each time, so that the loop ends.
+    sample, margin = exact.thinned(_STATES), 1.0
     while True:
         most = margin * allowed
-        found = selected_terms(known, level, most, how, progress)
-        model = exactly(known, level, most, str(budget))
-        model = replace(model, terms=found.terms, program=found.program, refitted=found.refitted)
-        model = measured(known, model.stating(replace(model.accuracy, steps=found.steps)))
+        outcome = selected_terms(sample, level, most, how, progress)
+        model = exactly(sample, level, most, str(budget))
+        model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
+        model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
         model = with_rewriting(model) if how.write else model
-        model = model if how.dearer else no_dearer(known, model)
-        if known is exact:
+        model = model if how.dearer else no_dearer(sample, model)
+        if sample is exact:
             break
         torque = model.torque(*exact.states.arrays)
         if (exact.errors_of(torque).counting <= allowed).all():
@@ -132,15 +140,19 @@ def _within(
             break
         off, weights = np.abs(torque - exact.torque), exact.states.weights
         worst = exact.states.at(np.unique((off if weights is None else off * weights).argmax(axis=0)))
-        known = known.at(known.states.joined_by(*worst.arrays, worst.weights))
+        sample = sample.at(sample.states.joined_by(*worst.arrays, worst.weights))
         margin *= 0.98
     if not (model.accuracy.errors.counting <= allowed).all():
         expected, errors = (str(values.tolist()) for values in (allowed, model.accuracy.errors.counting))
-        what, next_step = "the model misses its budget", "please report this with the arm file and the states"
-        raise GdAnalyzeError(what, expected=expected, found=errors, next_step=next_step)
+        raise GdAnalyzeError(
+            "the model misses its budget",
+            expected=expected,
+            found=errors,
+            next_step="please report this with the arm file and the states",
+        )
     if model.refitted and margin < 1.0:
         # A refit errs more at the states left out; keeping the budget there may cost more than it saves.
-        without = _within(exact, budget, replace(how, refit=False, way=None), progress)
+        without = _within(exact, budget, replace(how, refit=False, selections=None), progress)
         if without.operations_minimized.total <= model.operations_minimized.total:
             return without
     return model

@@ -101,24 +101,24 @@ def rank_terms(
     """
     require_writable(exact, level)
     exact = exact.weighed(None).thinned()
-    every = level.terms(exact.form)
+    all_terms = level.terms(exact.form)
     if not exact.needs_torque:
-        return TermRanking(unlisted=len(every))
+        return TermRanking(unlisted=len(all_terms))
     whole = exact.allowed(_WHOLE)
-    torques = level.term_torques(exact.form, every)
+    torques = level.term_torques(exact.form, all_terms)
     wanted = {term for terms in also for term in terms}
-    needed = np.array([term in wanted for term in every], dtype=bool)
-    chosen, others = largest_terms(torques, exact.states, whole, MANY, needed)
+    needed = np.array([term in wanted for term in all_terms], dtype=bool)
+    chosen, unlisted_error = largest_terms(torques, exact.states, whole, MANY, needed)
     effects = torques.at(exact.states, chosen).over(whole).dense()
     order = _order_of_elimination(effects)
     # Largest errors with the first of the order dropped, one more each time, (K + 1, n).
-    error, errors = others.copy(), [np.abs(others).max(axis=1, initial=0.0)]
+    error, errors = unlisted_error.copy(), [np.abs(unlisted_error).max(axis=1, initial=0.0)]
     for k in order:
         error += effects[k]
         errors.append(np.abs(error).max(axis=1, initial=0.0))
     alone = np.abs(effects).max(axis=2, initial=0.0)
     limit = exact.uncertainty
-    listed = list(every.items())
+    listed = list(all_terms.items())
     rows = []
     for rank, (k, without) in enumerate(zip(reversed(order), reversed(errors), strict=False), start=1):
         joint, worst = int(alone[k].argmax()), int(without.argmax())
@@ -136,7 +136,7 @@ def rank_terms(
                 below_uncertainty=None if limit is None else bool((alone[k] * whole <= limit).all()),
             )
         )
-    unlisted = len(every) - len(rows), float(np.abs(others).max(initial=0.0))
+    unlisted = len(all_terms) - len(rows), float(np.abs(unlisted_error).max(initial=0.0))
     if limit is None:
         return TermRanking(tuple(rows), None, 0, *unlisted)
     beyond = (np.array(errors) * whole > limit).any(axis=1)

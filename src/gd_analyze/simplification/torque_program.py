@@ -22,7 +22,7 @@ class TorqueVariables:
     def __init__(self, velocities: AbsoluteVelocities, states: Iterable[Any]) -> None:
         self._q, qd, qdd = states
         self._moving = {1: velocities.absolute(qd), 2: velocities.absolute(qdd)}
-        self._known: dict[Velocity | Factor, Any] = {}
+        self._values: dict[Velocity | Factor, Any] = {}
 
     @classmethod
     def traced(cls, velocities: AbsoluteVelocities, trace: Trace) -> TorqueVariables:
@@ -32,11 +32,11 @@ class TorqueVariables:
 
     def __call__(self, variable: Velocity | Factor) -> Any:
         """Value of a velocity or a factor."""
-        if variable not in self._known:
-            self._known[variable] = self._made(variable)
-        return self._known[variable]
+        if variable not in self._values:
+            self._values[variable] = self._value(variable)
+        return self._values[variable]
 
-    def _made(self, variable: Velocity | Factor) -> Any:
+    def _value(self, variable: Velocity | Factor) -> Any:
         if isinstance(variable, Velocity):
             return self._moving[variable.order][variable.joint]
         kind, multiples = variable
@@ -47,7 +47,7 @@ class TorqueVariables:
         return argument if kind == "power" else UFUNCS[kind](argument)
 
 
-# Brackets of other velocities or rows that are multiples of a known one, up to round-off, share it.
+# Relative difference, from round-off, up to which one bracket counts as a multiple of another and shares it.
 _PROPORTIONAL = 1e-9
 
 _Key = tuple[int, tuple[Velocity, ...]]
@@ -83,22 +83,22 @@ def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: b
 
 
 def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, tuple[int, float]]]:
-    """Polynomials without multiples of each other, and index and factor of each given one."""
+    """Polynomials that are not multiples of each other; also index and factor by key of `polynomials`."""
     distinct: list[_Polynomial] = []
     places: dict[_Key, tuple[int, float]] = {}
-    known: dict[tuple[Monomial, ...], list[int]] = defaultdict(list)
+    numbers: dict[tuple[Monomial, ...], list[int]] = defaultdict(list)
     # Long ones first: a short one then more likely finds its inner sums computed.
     for key, polynomial in sorted(polynomials.items(), key=lambda item: (-len(item[1]), item[0])):
         support = tuple(sorted(polynomial))
-        for number in known[support]:
-            other = distinct[number]
-            ratio = polynomial[support[0]] / other[support[0]]
-            apart = (abs(polynomial[m] - ratio * other[m]) / abs(polynomial[m]) for m in support)
-            if all(share <= _PROPORTIONAL for share in apart):
+        for number in numbers[support]:
+            reference = distinct[number]
+            ratio = polynomial[support[0]] / reference[support[0]]
+            differences = (abs(polynomial[m] - ratio * reference[m]) / abs(polynomial[m]) for m in support)
+            if all(share <= _PROPORTIONAL for share in differences):
                 places[key] = (number, ratio)
                 break
         else:
-            known[support].append(len(distinct))
+            numbers[support].append(len(distinct))
             places[key] = (len(distinct), 1.0)
             distinct.append(polynomial)
     return distinct, places
@@ -121,9 +121,9 @@ def shortest_program(
     velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
 ) -> Program:
     """Write terms and their weights in the shortest of several ways."""
-    own = dict(terms)
-    ways = [nested_program(velocities, own, in_line=in_line) for in_line in (False, True)]
-    return min([*ways, *_shared(velocities, own, effort)], key=lambda way: way.count.total)
+    weights = dict(terms)
+    programs = [nested_program(velocities, weights, in_line=in_line) for in_line in (False, True)]
+    return min([*programs, *_shared(velocities, weights, effort)], key=lambda program: program.count.total)
 
 
 def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:

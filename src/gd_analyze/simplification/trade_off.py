@@ -97,7 +97,7 @@ def trade_off(
                 model = simplify_exact(exact, scaled, how)
             except TooManyTermsError:  # so many that any model costs more than the exact torque
                 model = best
-            best = min(best, model, key=lambda each: each.operations.total)
+            best = min(best, model, key=lambda candidate: candidate.operations.total)
             error = best.accuracy.errors.largest
             # The largest share of any joint; a joint without torque has none.
             share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())

@@ -28,15 +28,15 @@ def model_by_verdicts(
 
     The stated budget is the resulting torque error. UsageError if the text has no verdicts on the arm.
     """
-    kept = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
+    parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
-    program = ELEMENT.write(exact.form, kept, ROUGH)
-    model = measured(exact, replace(everything, terms=kept, program=program))
+    program = ELEMENT.write(exact.form, parts, ROUGH)
+    model = measured(exact, replace(everything, terms=parts, program=program))
     largest = model.accuracy.errors.largest
     # Along each of several motions the budget is a share of the peak torque there, unless a joint needs none.
     tables = [model.accuracy.errors, *(motion.errors for motion in model.accuracy.motions)]
-    each = [errors.largest_share for errors in tables]
-    shares = np.where(np.isfinite(each), each, -1.0).max(axis=0)
+    largest_shares = [errors.largest_share for errors in tables]
+    shares = np.where(np.isfinite(largest_shares), largest_shares, -1.0).max(axis=0)
     budget = ", ".join(
         f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
         for error, share in zip(largest.tolist(), shares.tolist(), strict=True)
@@ -46,19 +46,21 @@ def model_by_verdicts(
     return measured(exact, model.stating(accuracy))
 
 
-def require_no_budget(level: Level, found: str) -> None:
+def require_no_budget(level: Level, value: str) -> None:
     """Raise a UsageError for a budget, or a limit on operations, at level element."""
     if level is ELEMENT:
-        what, expected = "level element keeps no budget: verdicts say what it keeps", "neither"
+        message, expected = "level element keeps no budget: verdicts say what it keeps", "neither"
         next_step = "take another level, or state the error that it has"
-        raise UsageError(what, where="level", expected=expected, found=found, next_step=next_step)
+        raise UsageError(message, where="level", expected=expected, found=value, next_step=next_step)
 
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
     """Parts whose loss changes their element by more than the threshold of its peak."""
-    every = elements(exact.arm.n_joints)
-    quantities = {name: np.asarray(exact.quantities[name]) for name in {one.quantity for one in every}}
-    for element in every:
+    all_elements = elements(exact.arm.n_joints)
+    quantities = {
+        name: np.asarray(exact.quantities[name]) for name in {element.quantity for element in all_elements}
+    }
+    for element in all_elements:
         parts = element.parts(quantities)
         # As in `rank`, round-off is not a part.
         noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
@@ -85,10 +87,10 @@ def _of_text(form: ExactForm) -> Iterator[Part]:
             yield part
 
 
-def operations_by_quantity(form: ExactForm, kept: Iterable[Part]) -> dict[str, int]:
+def operations_by_quantity(form: ExactForm, parts: Iterable[Part]) -> dict[str, int]:
     """Multiplications and additions of D, h and c by element from some parts: each alone, and together."""
     traced = trace_parts(form.arm)
-    inertia, h, c = traced.assembled(set(kept), form.drive_inertia)
+    inertia, h, c = traced.assembled(set(parts), form.drive_inertia)
     outputs = {"D": inertia[np.triu_indices(len(h))].tolist(), "h": h.tolist(), "c": c.tolist()}
     outputs["D, h and c"] = [value for values in outputs.values() for value in values]
     return {name: Program.of(traced.trace, values).count.total for name, values in outputs.items()}
