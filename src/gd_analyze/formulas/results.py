@@ -227,12 +227,14 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     of_effects = {name: [number(getattr(parameter, name), digits) for parameter in base] for name in effects}
     links = range(1, base.arm.n_joints + 1)
     acting = zip(*(_acting(base, link) for link in links), strict=True)
-    axes = {"origin": lambda frame: frame.translation} | {
-        name: lambda frame, k=k: frame.rotation[:, k] for name, k in (("x", 0), ("z", 2))
+    vectors = {
+        "origin": [frame.translation for frame in base.frames],
+        "x": [frame.rotation[:, 0] for frame in base.frames],
+        "z": [frame.rotation[:, 2] for frame in base.frames],
     }
     of_axes = {
-        name: [" ".join(number(x, digits) for x in of(frame)) for frame in base.frames]
-        for name, of in axes.items()
+        name: [" ".join(number(x, digits) for x in vector) for vector in by_frame]
+        for name, by_frame in vectors.items()
     }
     zeros = sum(parameter.number == 0.0 for parameter in base)
     parameters = [

@@ -308,7 +308,7 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
     totals = np.add.reduceat(values, starts)
     # Written so that nan stays.
     cancelled = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
-    roundings += _CANCELLED * bool(cancelled.any())
+    roundings += _CANCELLED if cancelled.any() else 0
     return _Sum(keys[starts][~cancelled], totals[~cancelled], degrees, roundings)
 
 
