@@ -56,7 +56,7 @@ class Case:
 
 SETTINGS = {
     "usual": {},
-    "many edits": {"two": 0.9, "three": 0.6, "temperature": 0.4},
+    "many edits": {"two_edits": 0.9, "three_edits": 0.6, "temperature": 0.4},
     "additions": {"rewriting": 0.1, "replacing": 0.2, "dropping": 0.2, "temperature": 0.8},
     "rewritings alone": {"exact": True},
 }

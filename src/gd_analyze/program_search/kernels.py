@@ -85,8 +85,8 @@ def _scaled(nodes: Nodes, canon: Canon, number: float, a: int, source: int) -> i
         a = nodes.left[a >> 1]
     if number == 1.0:
         return a ^ flip
-    made = _node(nodes, canon, SCALED, a, 0, number, source)
-    return made if made < 0 else made ^ flip
+    reference = _node(nodes, canon, SCALED, a, 0, number, source)
+    return reference if reference < 0 else reference ^ flip
 
 
 @_inner
@@ -111,8 +111,8 @@ def _sum(nodes: Nodes, canon: Canon, a: int, b: int) -> int:
     if a >> 1 > b >> 1:
         a, b = b, a
     flip = a & 1
-    made = _node(nodes, canon, SUM, a ^ flip, b ^ flip, 0.0, -1)
-    return made if made < 0 else made ^ flip
+    reference = _node(nodes, canon, SUM, a ^ flip, b ^ flip, 0.0, -1)
+    return reference if reference < 0 else reference ^ flip
 
 
 @_inner
@@ -132,8 +132,8 @@ def _product(nodes: Nodes, canon: Canon, a: int, b: int) -> int:
         a, b = b, a
     if a > b:
         a, b = b, a
-    made = _node(nodes, canon, PRODUCT, a, b, 0.0, -1)
-    return made if made < 0 else made ^ flip
+    reference = _node(nodes, canon, PRODUCT, a, b, 0.0, -1)
+    return reference if reference < 0 else reference ^ flip
 
 
 @_entry
@@ -180,14 +180,14 @@ def canonical(old: Nodes, new: Nodes, canon: Canon, leaves: Leaves) -> bool:
             a = old.left[place]
             a = canon.image[a >> 1] ^ (a & 1) if a >= 0 and canon.image[a >> 1] >= 0 else ZERO
             if old.kind[place] == SCALED:
-                made = _scaled(new, canon, old.number[place], a, old.source[place])
+                reference = _scaled(new, canon, old.number[place], a, old.source[place])
             else:
                 b = old.right[place]
                 b = canon.image[b >> 1] ^ (b & 1) if b >= 0 and canon.image[b >> 1] >= 0 else ZERO
-                made = _sum(new, canon, a, b) if old.kind[place] == SUM else _product(new, canon, a, b)
-            if made < ZERO:
+                reference = _sum(new, canon, a, b) if old.kind[place] == SUM else _product(new, canon, a, b)
+            if reference < ZERO:
                 return False
-            canon.image[place] = made
+            canon.image[place] = reference
             canon.mark[place] = 2
             top -= 1
         image = ZERO if root < 0 else canon.image[root >> 1]
@@ -334,10 +334,10 @@ def slopes_at(nodes: Nodes, values: Any, scale: Any, first_node: int, fit: Fit) 
         for place in range(top, first_node - 1, -1):
             if not fit.touched[place]:
                 continue
-            own = fit.adjoint[place, :states]
+            adjoint = fit.adjoint[place, :states]
             squares = fit.consequence[place]
             for s in range(estimated):
-                squares[s] += own[s] * own[s]
+                squares[s] += adjoint[s] * adjoint[s]
             left = nodes.left[place] >> 1
             a = values[left, :states]
             if nodes.kind[place] == SCALED:
@@ -345,47 +345,47 @@ def slopes_at(nodes: Nodes, values: Any, scale: Any, first_node: int, fit: Fit) 
                 if fit.numbers[place] >= 0:
                     fit.members[row, member] = fit.numbers[place]
                     for s in range(states):
-                        fit.slopes[row, s, member] = number * own[s] * a[s]
+                        fit.slopes[row, s, member] = number * adjoint[s] * a[s]
                     fit.sizes[row] = member + 1
                 if left >= first_node:
-                    _add_scaled(fit, left, own, number, states)
+                    _add_scaled(fit, left, adjoint, number, states)
                 continue
             right = nodes.right[place] >> 1
             if nodes.kind[place] == PRODUCT:
                 b = values[right, :states]
                 if left >= first_node:
-                    _add_product(fit, left, own, b, states)
+                    _add_product(fit, left, adjoint, b, states)
                 if right >= first_node:
-                    _add_product(fit, right, own, a, states)
+                    _add_product(fit, right, adjoint, a, states)
                 continue
             if left >= first_node:
-                _add_scaled(fit, left, own, 1.0, states)
+                _add_scaled(fit, left, adjoint, 1.0, states)
             if right >= first_node:
-                _add_scaled(fit, right, own, -1.0 if nodes.right[place] & 1 else 1.0, states)
+                _add_scaled(fit, right, adjoint, -1.0 if nodes.right[place] & 1 else 1.0, states)
 
 
 @_inner
-def _add_scaled(fit: Fit, place: int, own: Any, number: float, states: int) -> None:
+def _add_scaled(fit: Fit, place: int, adjoint: Any, number: float, states: int) -> None:
     out = fit.adjoint[place, :states]
     if fit.touched[place]:
         for s in range(states):
-            out[s] += number * own[s]
+            out[s] += number * adjoint[s]
     else:
         fit.touched[place] = 1
         for s in range(states):
-            out[s] = number * own[s]
+            out[s] = number * adjoint[s]
 
 
 @_inner
-def _add_product(fit: Fit, place: int, own: Any, other: Any, states: int) -> None:
+def _add_product(fit: Fit, place: int, adjoint: Any, factors: Any, states: int) -> None:
     out = fit.adjoint[place, :states]
     if fit.touched[place]:
         for s in range(states):
-            out[s] += other[s] * own[s]
+            out[s] += factors[s] * adjoint[s]
     else:
         fit.touched[place] = 1
         for s in range(states):
-            out[s] = other[s] * own[s]
+            out[s] = factors[s] * adjoint[s]
 
 
 @_inner
@@ -432,22 +432,22 @@ def factor(fit: Fit, weights: Any, dense: Any) -> None:
 
 
 @_inner
-def step(fit: Fit, errors_there: Any, weights: Any) -> None:
+def step(fit: Fit, sample_errors: Any, weights: Any) -> None:
     """Relative changes of the numbers that reduce weighted squares of errors, into `fit.gradient`."""
     total, states = fit.total[0], fit.slopes.shape[1]
     gradient = fit.gradient
     gradient[:total] = 0.0
     for row in range(fit.sizes.size):
         size, members = fit.sizes[row], fit.members[row]
-        own = fit.adjoint[0]  # scratch: leaves have no adjoint
-        own[:size] = 0.0
+        sums = fit.adjoint[0]  # scratch: leaves have no adjoint
+        sums[:size] = 0.0
         for s in range(states):
-            x = errors_there[row, s] * weights[row, s]
+            x = sample_errors[row, s] * weights[row, s]
             slopes = fit.slopes[row, s]
             for p in range(size):
-                own[p] += x * slopes[p]
+                sums[p] += x * slopes[p]
         for p in range(size):
-            gradient[members[p]] -= own[p]
+            gradient[members[p]] -= sums[p]
     normal = fit.normal
     for p in range(total):
         value = gradient[p]
@@ -484,7 +484,7 @@ class Memory(NamedTuple):
     weights: Any  # (outputs, few)
     numbers: Any  # (nodes,)
     dense: Any  # (numbers, numbers)
-    rest: Any  # (states that numbers are estimated at,)
+    remainder: Any  # (states that numbers are estimated at,)
     gathered: Sample  # at the states of the largest errors
     column: Any  # (active states,)
     block: Any  # (nodes, states of a block)
@@ -505,7 +505,7 @@ def _moved(nodes: Nodes, numbers: Any, fit: Fit, share: float, by_source: bool, 
 
 
 @_inner
-def _gather(sample: Sample, few: Sample, column: Any, nodes: Nodes) -> None:
+def _gather(sample: Sample, gathered: Sample, column: Any, nodes: Nodes) -> None:
     """Copy the states of the largest errors, of all joints together, into `few`."""
     outputs, states = sample.errors.shape
     for s in range(states):
@@ -515,14 +515,14 @@ def _gather(sample: Sample, few: Sample, column: Any, nodes: Nodes) -> None:
         for s in range(states):
             column[s] = max(column[s], abs(e[s]))
     order = np.argsort(-column[:states], kind="mergesort")
-    for k in range(few.errors.shape[1]):
+    for k in range(gathered.errors.shape[1]):
         s = order[k]
         for place in range(nodes.length[0]):
-            few.values[place, k] = sample.values[place, s]
+            gathered.values[place, k] = sample.values[place, s]
         for row in range(outputs):
-            few.targets[row, k] = sample.targets[row, s]
-            few.scale[row, k] = sample.scale[row, s]
-            few.errors[row, k] = sample.errors[row, s]
+            gathered.targets[row, k] = sample.targets[row, s]
+            gathered.scale[row, k] = sample.scale[row, s]
+            gathered.errors[row, k] = sample.errors[row, s]
 
 
 @_entry
@@ -535,19 +535,19 @@ def refit(nodes: Nodes, active: Sample, memory: Memory, first_node: int, rounds:
     count = nodes.length[0]
     evaluate(nodes, active.values, first_node, 0, states)
     largest = errors(nodes, active.values, active.targets, active.scale, 0, states, active.errors)
-    few, fit, numbers, weights = memory.gathered, memory.fit, memory.numbers, memory.weights
+    gathered, fit, numbers, weights = memory.gathered, memory.fit, memory.numbers, memory.weights
     for _ in range(rounds):
         if largest <= aim:
             break
-        _gather(active, few, memory.column, nodes)
-        slopes_at(nodes, few.values, few.scale, first_node, fit)
-        for row in range(few.errors.shape[0]):
-            for s in range(few.errors.shape[1]):
-                share = few.errors[row, s] / largest
+        _gather(active, gathered, memory.column, nodes)
+        slopes_at(nodes, gathered.values, gathered.scale, first_node, fit)
+        for row in range(gathered.errors.shape[0]):
+            for s in range(gathered.errors.shape[1]):
+                share = gathered.errors[row, s] / largest
                 share *= share
                 weights[row, s] = share * share * share + 1e-3
         factor(fit, weights, memory.dense)
-        step(fit, few.errors, weights)
+        step(fit, gathered.errors, weights)
         numbers[:count] = nodes.number[:count]
         best, best_share, share = largest, 0.0, 1.0
         for _ in range(5):
@@ -570,16 +570,16 @@ def refit(nodes: Nodes, active: Sample, memory: Memory, first_node: int, rounds:
 
 
 @_inner
-def _score(errors_there: Any, total_cost: float) -> float:
+def _score(errors_at_states: Any, total_cost: float) -> float:
     """Cost that a search minimises: operations, the largest error, and the joints' mean squared largest."""
     largest, mean = 0.0, 0.0
-    for row in range(errors_there.shape[0]):
-        e, most = errors_there[row], 0.0
+    for row in range(errors_at_states.shape[0]):
+        e, most = errors_at_states[row], 0.0
         for s in range(e.size):
             most = max(most, abs(e[s]))
         largest = max(largest, most)
         mean += most * most
-    return total_cost + largest + 3.0 * mean / errors_there.shape[0]
+    return total_cost + largest + 3.0 * mean / errors_at_states.shape[0]
 
 
 @_inner
@@ -674,9 +674,9 @@ def _replace(
     """Replace a step, or one use of it, by something simpler that is alike where it matters."""
     place = rng.integers(first, current.length[0])
     values, wanted = memory.values, degree[place]
-    weights, own, rest = memory.chord.consequence[place], values[place], memory.rest
+    weights, node_values, remainder = memory.chord.consequence[place], values[place], memory.remainder
     count, before = weights.size, nodes.length[0]
-    whole = _dot(weights, own, own)
+    whole = _dot(weights, node_values, node_values)
     most = _HOPELESS * count
     choice = rng.random()
     if choice < 0.08:
@@ -686,17 +686,17 @@ def _replace(
         if wanted == 0:
             total, mean = 0.0, 0.0
             for s in range(count):
-                mean += weights[s] * own[s]
+                mean += weights[s] * node_values[s]
                 total += weights[s]
             reference = _append(nodes, SCALED, 2 * ONE, 0, mean / total) if total > 0.0 else ZERO
         if reference < ZERO:
             return False
         _put(rng, nodes, before, place, reference, rng.random() < 0.6, first)
         return True
-    x = _alike(rng, current, values, degree, weights, own, wanted, place, draws)
+    x = _alike(rng, current, values, degree, weights, node_values, wanted, place, draws)
     if x < 0:
         return False
-    xx, kx = _dot(weights, values[x], values[x]), _dot(weights, own, values[x])
+    xx, kx = _dot(weights, values[x], values[x]), _dot(weights, node_values, values[x])
     number = kx / xx
     if choice < 0.6:
         is_plain = choice < 0.3
@@ -706,12 +706,12 @@ def _replace(
         reference = 2 * x + (number < 0.0) if is_plain else _append(nodes, SCALED, 2 * x, 0, number)
     else:
         for s in range(count):
-            rest[s] = own[s] - number * values[x, s]
-        y = _alike(rng, current, values, degree, weights, rest, wanted, place, draws)
+            remainder[s] = node_values[s] - number * values[x, s]
+        y = _alike(rng, current, values, degree, weights, remainder, wanted, place, draws)
         if y < 0 or y == x:
             return False
         yy, xy = _dot(weights, values[y], values[y]), _dot(weights, values[x], values[y])
-        ky = _dot(weights, own, values[y])
+        ky = _dot(weights, node_values, values[y])
         bottom = xx * yy - xy * xy
         if bottom <= 1e-9 * xx * yy:
             return False
@@ -722,12 +722,14 @@ def _replace(
         if choice < 0.7:
             reference = _append(nodes, SUM, 2 * x + (c < 0.0), 2 * y + (d < 0.0), 0.0)
         elif choice < 0.8:
-            one = _append(nodes, SUM, 2 * x + (c < 0.0), 2 * y + (d < 0.0), 0.0)
-            reference = _append(nodes, SCALED, one, 0, 0.5 * (abs(c) + abs(d))) if one >= 0 else -2
+            inner_sum = _append(nodes, SUM, 2 * x + (c < 0.0), 2 * y + (d < 0.0), 0.0)
+            reference = (
+                _append(nodes, SCALED, inner_sum, 0, 0.5 * (abs(c) + abs(d))) if inner_sum >= 0 else -2
+            )
         else:
-            one = 2 * x + (c < 0.0) if rng.random() < 0.3 else _append(nodes, SCALED, 2 * x, 0, c)
-            two = _append(nodes, SCALED, 2 * y, 0, d) if rng.random() < 0.6 else 2 * y + (d < 0.0)
-            reference = _append(nodes, SUM, one, two, 0.0) if one >= 0 and two >= 0 else -2
+            left = 2 * x + (c < 0.0) if rng.random() < 0.3 else _append(nodes, SCALED, 2 * x, 0, c)
+            right = _append(nodes, SCALED, 2 * y, 0, d) if rng.random() < 0.6 else 2 * y + (d < 0.0)
+            reference = _append(nodes, SUM, left, right, 0.0) if left >= 0 and right >= 0 else -2
     if reference < ZERO:
         return False
     _put(rng, nodes, before, place, reference, rng.random() < 0.6, first)
@@ -739,18 +741,21 @@ def _drop(rng: Any, nodes: Nodes, current: Nodes, memory: Memory, degree: Any, f
     """Drop a summand, a number, or a factor, which a number replaces."""
     place = rng.integers(first, current.length[0])
     before, values = nodes.length[0], memory.values
-    weights, own = memory.chord.consequence[place], values[place]
+    weights, node_values = memory.chord.consequence[place], values[place]
     if nodes.kind[place] == SCALED:
         reference = ZERO if nodes.left[place] == 2 * ONE else nodes.left[place]
     else:
         reference = nodes.left[place] if rng.random() < 0.5 else nodes.right[place]
         if reference < 0:
             return False
-        kept = values[reference >> 1]
-        square, product = _dot(weights, kept, kept), _dot(weights, own, kept)
+        operand_values = values[reference >> 1]
+        square, product = (
+            _dot(weights, operand_values, operand_values),
+            _dot(weights, node_values, operand_values),
+        )
         if square <= 0.0:
             return False
-        whole = _dot(weights, own, own)
+        whole = _dot(weights, node_values, node_values)
         if nodes.kind[place] == PRODUCT and degree[reference >> 1] != degree[place]:
             return False
         if whole - product * product / square > _HOPELESS * weights.size:
@@ -782,22 +787,24 @@ def _add(rng: Any, nodes: Nodes, current: Nodes, memory: Memory, degree: Any, fi
     """Add a multiple of a node to a step, or a number to one."""
     place = rng.integers(first, current.length[0])
     before = nodes.length[0]
-    other = 2 * ONE
+    summand = 2 * ONE
     if degree[place] == 1 or rng.random() < 0.7:
         x = _partner(rng, current, degree, degree[place])
         if x < 0 or x == place:
             return False
-        other = 2 * x
+        summand = 2 * x
     weights, values = memory.chord.consequence[place], memory.values
-    own, beside = (values[place], values[other >> 1])
-    size = np.sqrt(_dot(weights, own, own) / max(_dot(weights, beside, beside), 1e-300))
-    if other == 2 * ONE or rng.random() < 0.8:
-        other = _append(nodes, SCALED, other, 0, 0.02 * size * (2.0 * rng.random() - 1.0))
+    node_values, summand_values = (values[place], values[summand >> 1])
+    size = np.sqrt(
+        _dot(weights, node_values, node_values) / max(_dot(weights, summand_values, summand_values), 1e-300)
+    )
+    if summand == 2 * ONE or rng.random() < 0.8:
+        summand = _append(nodes, SCALED, summand, 0, 0.02 * size * (2.0 * rng.random() - 1.0))
     elif rng.random() < 0.5:
-        other ^= 1
-    if other < 0:
+        summand ^= 1
+    if summand < 0:
         return False
-    reference = _append(nodes, SUM, 2 * place, other, 0.0)
+    reference = _append(nodes, SUM, 2 * place, summand, 0.0)
     if reference < 0:
         return False
     _put(rng, nodes, before, place, reference, True, first)
@@ -819,20 +826,20 @@ def _rewrite(rng: Any, nodes: Nodes, current: Nodes, leaves: Leaves, first: int)
         if inner < first:
             return False
         if nodes.kind[inner] == SUM:
-            one = _append(nodes, SCALED, nodes.left[inner], 0, number)
-            two = _append(nodes, SCALED, nodes.right[inner], 0, number)
-            if one >= 0 and two >= 0:
-                reference = _append(nodes, SUM, one, two, 0.0)
-                nodes.source[one >> 1] = nodes.source[place]
-                nodes.source[two >> 1] = nodes.source[place]
+            new_a = _append(nodes, SCALED, nodes.left[inner], 0, number)
+            new_b = _append(nodes, SCALED, nodes.right[inner], 0, number)
+            if new_a >= 0 and new_b >= 0:
+                reference = _append(nodes, SUM, new_a, new_b, 0.0)
+                nodes.source[new_a >> 1] = nodes.source[place]
+                nodes.source[new_b >> 1] = nodes.source[place]
         elif nodes.kind[inner] == PRODUCT:
             x, y = nodes.left[inner], nodes.right[inner]
             if rng.random() < 0.5:
                 x, y = y, x
-            one = _append(nodes, SCALED, x, 0, number)
-            if one >= 0:
-                reference = _append(nodes, PRODUCT, one, y, 0.0)
-                nodes.source[one >> 1] = nodes.source[place]
+            new_a = _append(nodes, SCALED, x, 0, number)
+            if new_a >= 0:
+                reference = _append(nodes, PRODUCT, new_a, y, 0.0)
+                nodes.source[new_a >> 1] = nodes.source[place]
         if reference >= 0:
             reference ^= flip
     else:
@@ -847,67 +854,67 @@ def _rewrite(rng: Any, nodes: Nodes, current: Nodes, leaves: Leaves, first: int)
             flip = a & 1
             if has_parts and nodes.kind[inner] == SUM and rng.random() < 0.6:
                 # (x + y) + b = x + (y + b)
-                one = _append(nodes, SUM, y ^ flip, b, 0.0)
-                reference = _append(nodes, SUM, x ^ flip, one, 0.0) if one >= 0 else -2
+                new_a = _append(nodes, SUM, y ^ flip, b, 0.0)
+                reference = _append(nodes, SUM, x ^ flip, new_a, 0.0) if new_a >= 0 else -2
             elif has_parts and nodes.kind[inner] == SCALED and x != 2 * ONE:
                 number = nodes.number[inner]
-                other = b >> 1
-                if other >= first and nodes.kind[other] == SCALED and nodes.left[other] != 2 * ONE:
+                place_b = b >> 1
+                if place_b >= first and nodes.kind[place_b] == SCALED and nodes.left[place_b] != 2 * ONE:
                     # c x + d y = c (x + d/c y)
-                    ratio = nodes.number[other] / number
-                    one = _append(nodes, SCALED, nodes.left[other] ^ (b & 1) ^ flip, 0, ratio)
-                    if one >= 0:
-                        nodes.source[one >> 1] = nodes.source[other]
+                    ratio = nodes.number[place_b] / number
+                    new_a = _append(nodes, SCALED, nodes.left[place_b] ^ (b & 1) ^ flip, 0, ratio)
+                    if new_a >= 0:
+                        nodes.source[new_a >> 1] = nodes.source[place_b]
                 else:
-                    one = _append(nodes, SCALED, b ^ flip, 0, 1.0 / number)
-                two = _append(nodes, SUM, x, one, 0.0) if one >= 0 else -2
-                reference = _append(nodes, SCALED, two, 0, number) if two >= 0 else -2
+                    new_a = _append(nodes, SCALED, b ^ flip, 0, 1.0 / number)
+                new_b = _append(nodes, SUM, x, new_a, 0.0) if new_a >= 0 else -2
+                reference = _append(nodes, SCALED, new_b, 0, number) if new_b >= 0 else -2
                 if reference >= 0:
                     nodes.source[reference >> 1] = nodes.source[inner]
                     reference ^= flip
             elif has_parts and nodes.kind[inner] == PRODUCT:
-                other = b >> 1
-                if other >= first and nodes.kind[other] == PRODUCT:
+                place_b = b >> 1
+                if place_b >= first and nodes.kind[place_b] == PRODUCT:
                     # x y + x z = x (y + z)
                     for _ in range(2):
-                        p, q = nodes.left[other], nodes.right[other]
+                        p, q = nodes.left[place_b], nodes.right[place_b]
                         for _ in range(2):
                             if p == x and reference < 0:
-                                one = _append(nodes, SUM, y ^ flip, q ^ (b & 1), 0.0)
-                                reference = _append(nodes, PRODUCT, x, one, 0.0) if one >= 0 else -2
+                                new_a = _append(nodes, SUM, y ^ flip, q ^ (b & 1), 0.0)
+                                reference = _append(nodes, PRODUCT, x, new_a, 0.0) if new_a >= 0 else -2
                             p, q = q, p
                         x, y = y, x
                 if reference < 0 and (x | 1) == (b | 1):
                     # x y + x = x (y + 1)
-                    one = _append(nodes, SUM, y ^ flip, 2 * ONE + ((b ^ x) & 1), 0.0)
-                    reference = _append(nodes, PRODUCT, x, one, 0.0) if one >= 0 else -2
+                    new_a = _append(nodes, SUM, y ^ flip, 2 * ONE + ((b ^ x) & 1), 0.0)
+                    reference = _append(nodes, PRODUCT, x, new_a, 0.0) if new_a >= 0 else -2
         else:
             flip = a & 1
             if a >> 1 == b >> 1 and inner < first and leaves.partner[inner] >= 0:
                 # the square of a sine is 1 minus that of the cosine
-                other = 2 * leaves.partner[inner]
-                one = _append(nodes, PRODUCT, other, other, 0.0)
-                reference = _append(nodes, SUM, 2 * ONE, one ^ 1, 0.0) if one >= 0 else -2
+                cosine = 2 * leaves.partner[inner]
+                new_a = _append(nodes, PRODUCT, cosine, cosine, 0.0)
+                reference = _append(nodes, SUM, 2 * ONE, new_a ^ 1, 0.0) if new_a >= 0 else -2
             elif has_parts and nodes.kind[inner] == PRODUCT:
-                one = _append(nodes, PRODUCT, y, b, 0.0)
-                reference = _append(nodes, PRODUCT, x ^ flip, one, 0.0) if one >= 0 else -2
+                new_a = _append(nodes, PRODUCT, y, b, 0.0)
+                reference = _append(nodes, PRODUCT, x ^ flip, new_a, 0.0) if new_a >= 0 else -2
             elif has_parts and nodes.kind[inner] == SCALED and x != 2 * ONE:
                 number = nodes.number[inner]
                 if rng.random() < 0.5:
-                    one = _append(nodes, SCALED, b, 0, number)
-                    reference = _append(nodes, PRODUCT, x ^ flip, one, 0.0) if one >= 0 else -2
-                    if one >= 0:
-                        nodes.source[one >> 1] = nodes.source[inner]
+                    new_a = _append(nodes, SCALED, b, 0, number)
+                    reference = _append(nodes, PRODUCT, x ^ flip, new_a, 0.0) if new_a >= 0 else -2
+                    if new_a >= 0:
+                        nodes.source[new_a >> 1] = nodes.source[inner]
                 else:
-                    one = _append(nodes, PRODUCT, x ^ flip, b, 0.0)
-                    reference = _append(nodes, SCALED, one, 0, number) if one >= 0 else -2
+                    new_a = _append(nodes, PRODUCT, x ^ flip, b, 0.0)
+                    reference = _append(nodes, SCALED, new_a, 0, number) if new_a >= 0 else -2
                     if reference >= 0:
                         nodes.source[reference >> 1] = nodes.source[inner]
             elif has_parts and nodes.kind[inner] == SUM:
-                one = _append(nodes, PRODUCT, x, b, 0.0)
-                two = _append(nodes, PRODUCT, y, b, 0.0)
-                if one >= 0 and two >= 0:
-                    reference = _append(nodes, SUM, one, two, 0.0) ^ flip
+                new_a = _append(nodes, PRODUCT, x, b, 0.0)
+                new_b = _append(nodes, PRODUCT, y, b, 0.0)
+                if new_a >= 0 and new_b >= 0:
+                    reference = _append(nodes, SUM, new_a, new_b, 0.0) ^ flip
     if reference < 0:
         return False
     _put(rng, nodes, before, place, reference, True, first)
@@ -928,8 +935,8 @@ class Settings(NamedTuple):
     rounds: int = 6  # of a refit
     exact: bool = False  # rewritings alone
     # Shares of tries with two edits or more, and with three.
-    two: float = 0.45
-    three: float = 0.15
+    two_edits: float = 0.45
+    three_edits: float = 0.15
     # Shares of edits: rewriting, replacing, dropping; the rest adds.
     rewriting: float = 0.3
     replacing: float = 0.42
@@ -943,9 +950,9 @@ def _keep_values(current: Nodes, active: Sample, memory: Memory, first_node: int
 
     Its numbers become the sources of a trial's.
     """
-    few = memory.values.shape[1]
+    count = memory.values.shape[1]
     for place in range(current.length[0]):
-        memory.values[place] = active.values[place, :few]
+        memory.values[place] = active.values[place, :count]
         current.source[place] = place
     slopes_at(current, memory.values, active.scale, first_node, memory.chord)
 
@@ -994,14 +1001,14 @@ def search(
     `statistics` counts tries, canonical ones, screened ones, refits, accepted ones, and those that failed at
     watched states.
     """
-    first, few, states = leaves.degree.size, memory.values.shape[1], active.errors.shape[1]
+    first, screened_states, states = leaves.degree.size, memory.values.shape[1], active.errors.shape[1]
     edited, trial, canon = memory.edited, memory.trial, memory.canon
     degree = np.empty(current.kind.size, dtype=np.int8)
     _copy(current, edited)
     canonical(edited, trial, canon, leaves)
     _copy(trial, current)
     degree[: current.length[0]] = canon.degree[: current.length[0]]
-    own_cost = cost(current, leaves, memory.used)
+    current_cost = cost(current, leaves, memory.used)
     # Equal errors at all states leave the most room for edits.
     _copy(current, trial)
     refit(trial, active, memory, first, settings.rounds, 0.0)
@@ -1009,7 +1016,7 @@ def search(
         _copy(trial, current)
     evaluate(current, active.values, first, 0, states)
     errors(current, active.values, active.targets, active.scale, 0, states, active.errors)
-    score = _score(active.errors, own_cost)
+    score = _score(active.errors, current_cost)
     _keep_values(current, active, memory, first)
     is_factored = False
     for _ in range(tries):
@@ -1018,7 +1025,7 @@ def search(
             continue  # no step is left
         _copy(current, edited)
         draw = rng.random()
-        edits = 1 + (draw < settings.two) + (draw < settings.three)
+        edits = 1 + (draw < settings.two_edits) + (draw < settings.three_edits)
         changed, is_exact = False, True
         for _ in range(edits):
             choice = rng.random()
@@ -1040,8 +1047,10 @@ def search(
         allowance = score - settings.temperature * np.log(1.0 - rng.random())
         if total > allowance:
             continue
-        evaluate(trial, active.values, first, 0, few)
-        largest = errors(trial, active.values, active.targets, active.scale, 0, few, active.errors)
+        evaluate(trial, active.values, first, 0, screened_states)
+        largest = errors(
+            trial, active.values, active.targets, active.scale, 0, screened_states, active.errors
+        )
         if not largest < settings.hopeless:
             continue
         if not is_exact:
@@ -1051,8 +1060,10 @@ def search(
             memory.numbers[: trial.length[0]] = trial.number[: trial.length[0]]
             step(memory.chord, active.errors, memory.ones)
             _moved(trial, memory.numbers, memory.chord, 1.0, True, first)
-            evaluate(trial, active.values, first, 0, few)
-            after = errors(trial, active.values, active.targets, active.scale, 0, few, active.errors)
+            evaluate(trial, active.values, first, 0, screened_states)
+            after = errors(
+                trial, active.values, active.targets, active.scale, 0, screened_states, active.errors
+            )
             if not after < largest:
                 trial.number[: trial.length[0]] = memory.numbers[: trial.length[0]]
             if not min(after, largest) < settings.screened * settings.limit:
@@ -1061,12 +1072,12 @@ def search(
         if is_exact:
             if not largest <= settings.limit:
                 continue
-            new_score = score - own_cost + total
+            new_score = score - current_cost + total
         else:
             evaluate(trial, active.values, first, 0, states)
             largest = errors(trial, active.values, active.targets, active.scale, 0, states, active.errors)
             if largest > settings.limit:
-                most = settings.worth_a_refit if total < own_cost else settings.worth_an_equal
+                most = settings.worth_a_refit if total < current_cost else settings.worth_an_equal
                 if not largest < most * settings.limit:
                     continue
                 statistics[3] += 1
@@ -1082,6 +1093,6 @@ def search(
         statistics[4] += 1
         _copy(trial, current)
         degree[: current.length[0]] = canon.degree[: current.length[0]]
-        score, own_cost = new_score, total
+        score, current_cost = new_score, total
         _keep_values(current, active, memory, first)
         is_factored = False

@@ -20,10 +20,14 @@ from gd_analyze.operations.trace import Expression, Trace
 
 # Kinds of a node.
 LEAF, SUM, PRODUCT, SCALED = 0, 1, 2, 3
-# The reference of a number 0, and the leaf of the number 1.
-ZERO, ONE = -1, 0
-# Arrays have room for this multiple of the nodes of the longest program, and for some more.
-_ROOM, _MORE = 2, 128
+# Reference of the number 0.
+ZERO = -1
+# Place of the leaf of the number 1.
+ONE = 0
+# Arrays have room for this multiple of the nodes of the longest program.
+_ROOM = 2
+# Further nodes for which they have room.
+_MORE = 128
 
 
 class Nodes(NamedTuple):
@@ -88,8 +92,8 @@ class Layout:
             or (step.operation == "input" and (step.arguments[0].startswith("qd") or _is_factor(whole, step)))
         )
         room = _ROOM * len(whole.steps) + len(leaves) + _MORE
-        made = tuple(_nodes_of(Program.of(trace, row), leaves, room) for row in outputs)
-        return cls(trace, leaves, _about(leaves, sine_price), made)
+        nodes = tuple(_nodes_of(Program.of(trace, row), leaves, room) for row in outputs)
+        return cls(trace, leaves, _about(leaves, sine_price), nodes)
 
     def values(self, inputs: Any) -> FloatArray:
         """Values of the leaves, shape (leaves, N), from an array (N,) per input."""
@@ -99,14 +103,14 @@ class Layout:
     def program(self, nodes: Nodes) -> Program:
         """Write arrays as a program, step by step.
 
-        A difference of which only the negative is needed is written the other way round.
+        If only the negative of a difference is needed, the difference is written the other way round.
         """
         trace, count = Trace(), int(nodes.length[0])
-        known: dict[int, Any] = {ONE: 1.0}
+        values: dict[int, Any] = {ONE: 1.0}
         fold = Program.of(self.trace, self.leaves).folded(trace, {})
-        known |= {place: fold(leaf) for place, leaf in enumerate(self.leaves, start=1)}
+        values |= {place: fold(leaf) for place, leaf in enumerate(self.leaves, start=1)}
         users = np.zeros(count, dtype=int)
-        for place in range(len(known), count):
+        for place in range(len(values), count):
             for reference in _operands(nodes, place):
                 users[reference >> 1] += 1
         turned = {
@@ -122,30 +126,30 @@ class Layout:
         def signed(reference: int) -> Any:
             if reference == ZERO:
                 return 0.0
-            value = known[reference >> 1]
+            value = values[reference >> 1]
             if not reference & 1 or reference >> 1 in turned:
                 return value
             return trace.record("negative", value) if isinstance(value, Expression) else -value
 
-        for place in range(len(known), count):
+        for place in range(len(values), count):
             left, right = int(nodes.left[place]), int(nodes.right[place])
-            a = known[left >> 1]
+            a = values[left >> 1]
             if nodes.kind[place] == SCALED:
                 number = float(nodes.number[place])
-                known[place] = trace.record("multiply", number, a) if isinstance(a, Expression) else number
+                values[place] = trace.record("multiply", number, a) if isinstance(a, Expression) else number
                 continue
-            b = known[right >> 1]
+            b = values[right >> 1]
             if nodes.kind[place] == PRODUCT:
-                known[place] = trace.record("multiply", a, b)
+                values[place] = trace.record("multiply", a, b)
             elif place in turned:
                 # -(a + b) has no form without a change of sign, which is free
-                known[place] = (
+                values[place] = (
                     trace.record("subtract", b, a)
                     if right & 1
                     else trace.record("negative", trace.record("add", a, b))
                 )
             else:
-                known[place] = trace.record("subtract" if right & 1 else "add", a, b)
+                values[place] = trace.record("subtract" if right & 1 else "add", a, b)
         return Program.of(trace, [signed(int(reference)) for reference in nodes.outputs])
 
 
@@ -184,9 +188,9 @@ def _about(leaves: Sequence[Expression], sine_price: float) -> Leaves:
             if step.operation in ("add", "subtract", "multiply"):
                 mask |= 1 << steps.setdefault(step.order, len(steps))
         masks[place] = mask
-        other = by_angle.setdefault(argument.order, place)
-        if other != place:
-            partner[place], partner[other] = other, place
+        partner_place = by_angle.setdefault(argument.order, place)
+        if partner_place != place:
+            partner[place], partner[partner_place] = partner_place, place
     return Leaves(degree, masks, price, partner)
 
 
@@ -194,7 +198,7 @@ def _nodes_of(program: Program, leaves: Sequence[Expression], room: int) -> Node
     """Nodes in the order of the steps; numbers are multiples of the leaf 1."""
     nodes = nodes_of_size(room, len(program.outputs))
     count = len(leaves) + 1
-    known = {leaf.order: 2 * place for place, leaf in enumerate(leaves, start=1)}
+    references = {leaf.order: 2 * place for place, leaf in enumerate(leaves, start=1)}
 
     def append(kind: int, left: int, right: int = 0, number: float = 0.0) -> int:
         nonlocal count
@@ -205,7 +209,7 @@ def _nodes_of(program: Program, leaves: Sequence[Expression], room: int) -> Node
 
     def reference(x: Any) -> int:
         if isinstance(x, Expression):
-            return known[x.order]
+            return references[x.order]
         return append(SCALED, 2 * ONE, 0, float(x)) if x else ZERO
 
     arguments = {
@@ -215,25 +219,25 @@ def _nodes_of(program: Program, leaves: Sequence[Expression], room: int) -> Node
         for step in Program.of(leaf.trace, leaf.arguments).steps
     }
     for step in program.steps:
-        if step.order in known or (step.order in arguments and not _is_known(step, known)):
+        if step.order in references or (step.order in arguments and not _is_known(step, references)):
             continue
         if step.operation == "negative":
-            known[step.order] = reference(step.arguments[0]) ^ 1
+            references[step.order] = reference(step.arguments[0]) ^ 1
             continue
         first, second = step.arguments
         if step.operation == "multiply" and not isinstance(first, Expression):
-            known[step.order] = append(SCALED, reference(second), 0, float(first))
+            references[step.order] = append(SCALED, reference(second), 0, float(first))
         elif step.operation == "multiply":
-            known[step.order] = append(PRODUCT, reference(first), reference(second))
+            references[step.order] = append(PRODUCT, reference(first), reference(second))
         else:
             flip = step.operation == "subtract"
-            known[step.order] = append(SUM, reference(first), reference(second) ^ flip)
+            references[step.order] = append(SUM, reference(first), reference(second) ^ flip)
     nodes.outputs[:] = [reference(output) for output in program.outputs]
     nodes.length[0] = count
     return nodes
 
 
-def _is_known(step: Expression, known: dict[int, int]) -> bool:
+def _is_known(step: Expression, references: dict[int, int]) -> bool:
     return step.operation != "input" and all(
-        x.order in known for x in step.arguments if isinstance(x, Expression)
+        x.order in references for x in step.arguments if isinstance(x, Expression)
     )

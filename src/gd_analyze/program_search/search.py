@@ -23,9 +23,9 @@ class SearchSizes:
     """Numbers of states and tries."""
 
     active: int = 1000  # states at which every promising try is evaluated
-    few: int = 128  # of these, states at which every try is evaluated
+    few: int = 128  # of the active states, those at which every try is evaluated
     watched: int = 6000  # states at which every accepted try is evaluated
-    remembered: int = 2000  # of these, states at which a program failed before
+    remembered: int = 2000  # of the watched states, those at which a program failed before
     batch: int = 2000  # tries between two looks at the whole pool
     unchecked: int = 20_000  # tries after which the current program is evaluated at the whole pool
     repairs: int = 5  # refits of a program that saves operations and fails at some states of the pool
@@ -36,8 +36,10 @@ USUAL_SIZES = SearchSizes()
 _BLOCK = 256
 # States at which the numbers of an edit are estimated.
 _ESTIMATED = 48
-# Rounds of a refit at the pool, and the share of the limit that it aims at.
-_ROUNDS, _AIM = 10, 0.99
+# Rounds of a refit at the pool.
+_ROUNDS = 10
+# Share of the limit that such a refit aims at.
+_AIM = 0.99
 
 
 class Pool:
@@ -57,10 +59,10 @@ class Pool:
         self, layout: Layout, inputs: Mapping[str, FloatArray], targets: FloatArray, scale: FloatArray
     ) -> Pool:
         """The pool with further states."""
-        other = Pool(layout, inputs, targets, scale)
+        further = Pool(layout, inputs, targets, scale)
         joined = copy(self)
         for name in ("leaves", "targets", "scale"):
-            setattr(joined, name, np.hstack([getattr(self, name), getattr(other, name)]))
+            setattr(joined, name, np.hstack([getattr(self, name), getattr(further, name)]))
         return joined
 
     def sample(self, chosen: np.ndarray, room: int = 0) -> kernels.Sample:
@@ -91,7 +93,7 @@ class ProgramSearch:
         self._remembered = np.empty(0, dtype=np.int64)
         self._errors = np.zeros(pool.targets.shape)
 
-    def _memory_of(self, few: int) -> kernels.Memory:
+    def _memory_of(self, screened: int) -> kernels.Memory:
         room, outputs, sizes = self._room, self._outputs, self.sizes
         numbers = room // 2
 
@@ -100,13 +102,13 @@ class ProgramSearch:
                 np.zeros(room, dtype=np.int32),
                 np.zeros((outputs, numbers), dtype=np.int32),
                 np.zeros(outputs, dtype=np.int64),
-                np.zeros((outputs, few, numbers)),
-                np.zeros((room, max(few, numbers))),
+                np.zeros((outputs, screened, numbers)),
+                np.zeros((room, max(screened, numbers))),
                 np.zeros(room, dtype=np.int8),
                 np.zeros((numbers, numbers)),
                 np.zeros(numbers),
                 np.zeros(1, dtype=np.int64),
-                np.zeros((room, min(few, _ESTIMATED))),
+                np.zeros((room, min(screened, _ESTIMATED))),
             )
 
         def whole(*shape: int) -> FloatArray:
@@ -124,16 +126,19 @@ class ProgramSearch:
                 np.zeros(room, dtype=np.int8),
             ),
             used=np.zeros(room, dtype=np.int8),
-            values=whole(room, few),
+            values=whole(room, screened),
             chord=fit(),
             fit=fit(),
-            ones=np.ones((outputs, few)),
-            weights=whole(outputs, few),
+            ones=np.ones((outputs, screened)),
+            weights=whole(outputs, screened),
             numbers=whole(room),
             dense=whole(numbers, numbers),
-            rest=whole(min(few, _ESTIMATED)),
+            remainder=whole(min(screened, _ESTIMATED)),
             gathered=kernels.Sample(
-                whole(room, few), whole(outputs, few), whole(outputs, few), whole(outputs, few)
+                whole(room, screened),
+                whole(outputs, screened),
+                whole(outputs, screened),
+                whole(outputs, screened),
             ),
             column=whole(sizes.active),
             block=whole(room, _BLOCK),
@@ -157,10 +162,10 @@ class ProgramSearch:
         errors, sizes, count = np.abs(self._errors), self.sizes, len(self.pool)
 
         def worst(most: int) -> np.ndarray:
-            each = max(most // self._outputs, 1)
-            if count <= each:
+            per_output = max(most // self._outputs, 1)
+            if count <= per_output:
                 return np.arange(count)
-            top = np.argpartition(-errors, each - 1, axis=1)[:, :each]
+            top = np.argpartition(-errors, per_output - 1, axis=1)[:, :per_output]
             return np.unique(top)
 
         watched = [worst(sizes.watched // 2), self._remembered]
@@ -168,34 +173,34 @@ class ProgramSearch:
         self.watched = self.pool.sample(np.unique(np.concatenate(watched)))
         size = min(sizes.active, count)
         worst_ones = worst(size // 2)
-        own = self._remembered[-size // 4 :]
-        active = np.unique(np.concatenate([worst_ones, own]))[:size]
-        others = np.setdiff1d(self.random.permutation(count)[: 4 * size], active, assume_unique=False)
-        self.random.shuffle(others)
-        active = np.concatenate([active, others[: size - len(active)]])
+        remembered = self._remembered[-size // 4 :]
+        active = np.unique(np.concatenate([worst_ones, remembered]))[:size]
+        drawn = np.setdiff1d(self.random.permutation(count)[: 4 * size], active, assume_unique=False)
+        self.random.shuffle(drawn)
+        active = np.concatenate([active, drawn[: size - len(active)]])
         if len(active) < size:
             active = np.concatenate([active, np.setdiff1d(np.arange(count), active)[: size - len(active)]])
         self.random.shuffle(active)
-        # The few are half the worst, and half any of the active ones.
-        few = min(sizes.few, count)
-        first = worst(few // 2)
+        # Half of the states at which every try is evaluated are the worst, half any of the active ones.
+        screened = min(sizes.few, count)
+        first = worst(screened // 2)
         active = (
             np.concatenate([first, np.setdiff1d(active, first)[: size - len(first)]])
             if len(first) < size
             else active
         )
-        rest = active[len(first) :]
-        self.random.shuffle(rest)
+        remaining = active[len(first) :]
+        self.random.shuffle(remaining)
         self.active = self.pool.sample(active[:size], self._room)
 
     def _remember(self, limit: float) -> None:
         """Keep the worst states beyond the limit, of every output."""
         errors = np.abs(self._errors)
-        found = []
+        worst = []
         for row in errors:
             beyond = np.flatnonzero(row > limit)
-            found.append(beyond[np.argsort(-row[beyond], kind="stable")[:100]])
-        self._remembered = np.unique(np.concatenate([self._remembered, *found]))
+            worst.append(beyond[np.argsort(-row[beyond], kind="stable")[:100]])
+        self._remembered = np.unique(np.concatenate([self._remembered, *worst]))
         if len(self._remembered) > self.sizes.remembered:
             self._remembered = self.random.choice(self._remembered, self.sizes.remembered, replace=False)
 
