@@ -40,21 +40,23 @@ class Box:
     def __post_init__(self) -> None:
         shape = array_of(self.lower, "lower", UsageError).shape
         least = np.full(shape, -np.inf)
-        for what in ("lower", "upper", "velocity", "acceleration"):
-            array = array_of(getattr(self, what), what, UsageError).copy()
+        for name in ("lower", "upper", "velocity", "acceleration"):
+            array = array_of(getattr(self, name), name, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
                 expected = f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row"
                 message = "a box needs one limit of each kind per joint"
-                raise UsageError(message, where=what, expected=expected, found=f"shape {array.shape}")
+                raise UsageError(message, where=name, expected=expected, found=f"shape {array.shape}")
             wrong = np.flatnonzero(~(np.isfinite(array) & (array >= least)))
             if wrong.size:
                 joint, message = wrong[0], "the box is empty"
-                where, found = f"{what}, joint {joint + 1}", f"{array[joint]:g}"
-                expected = "a finite number" + (f", {least[joint]:g} or more" if what != "lower" else "")
-                raise UsageError(message, where=where, expected=expected, found=found)
+                where, value = f"{name}, joint {joint + 1}", f"{array[joint]:g}"
+                expected = "a finite number"
+                if name != "lower":
+                    expected += f", {least[joint]:g} or more"
+                raise UsageError(message, where=where, expected=expected, found=value)
             array.flags.writeable = False
-            object.__setattr__(self, what, array)
-            least = array if what == "lower" else np.zeros(shape)
+            object.__setattr__(self, name, array)
+            least = array if name == "lower" else np.zeros(shape)
 
     @property
     def n_joints(self) -> int:
@@ -109,10 +111,10 @@ class Box:
         UsageError
             If shapes disagree, there is no state or a number is not finite.
         """
-        given = {"q": q, "qd": qd, "qdd": qdd}
-        q, qd, qdd = (array_of(values, name, UsageError) for name, values in given.items())
+        arrays = {"q": q, "qd": qd, "qdd": qdd}
+        q, qd, qdd = (array_of(values, name, UsageError) for name, values in arrays.items())
         if q.ndim != 2 or not q.size or not q.shape == qd.shape == qdd.shape:
-            message, found = "a box needs at least one state", f"{q.shape}, {qd.shape}, {qdd.shape}"
+            message, shapes = "a box needs at least one state", f"{q.shape}, {qd.shape}, {qdd.shape}"
             expected = "three arrays of equal shape (N, n)"
-            raise UsageError(message, where="q, qd, qdd", expected=expected, found=found)
+            raise UsageError(message, where="q, qd, qdd", expected=expected, found=shapes)
         return cls(q.min(axis=0), q.max(axis=0), np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0))

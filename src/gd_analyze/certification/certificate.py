@@ -27,26 +27,40 @@ from gd_analyze.simplification.accuracy import Proven
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import in_python, number, rounded_up
 
-# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles;
-# this factor more for every further angle, up to a limit beyond which it would take hours.
+# Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles.
 EFFORT = 250_000
-_ANGLES, _MOST_ANGLES, _FURTHER = 4, 7, 10
-# Most terms of a written-out program that is proven in seconds: with the given effort, and with a small one.
-_MANY_WRITTEN, _MOST_WRITTEN, _LITTLE = 20_000, 150_000, 2_000
+# Number of angles for which the effort is meant.
+_ANGLES = 4
+# Factor by which the positions grow with every further angle.
+_FURTHER = 10
+# Most angles for which they grow: beyond, a proof would take hours.
+_MOST_ANGLES = 7
+# Most terms of a written-out program that is proven in seconds with the given effort.
+_MANY_WRITTEN = 20_000
+# Effort for programs of more terms.
+_LITTLE = 2_000
+# Most terms of a written-out program that is proven in seconds with that effort.
+_MOST_WRITTEN = 150_000
 # Positions per angle at which the size of the error is estimated before grids are chosen.
 _FEW = 3
 # Groups of harmonics with a grid of their own.
 _GROUPS = 3
 # Grid positions from which the search for the worst state climbs.
 _STARTS = 8
-# Positions that cost as much as one small box of a tube; ratio to the error found that justifies a retry.
-_PER_BOX, _LOOSE = 20, 1.1
+# Positions that cost as much as one small box of a tube.
+_PER_BOX = 20
 # Coefficients beyond which a small box costs more than that.
 _MANY = 4_000
-# Positions treated together, so that all choices of velocities fit the cache: at first, and closely.
-_BATCH, _CLOSELY = 512, 32
-# Positions drawn in search of the largest torque, and the best of them from which the search climbs.
-_DRAWN, _CLIMBED = 512, 4
+# Ratio of a bound to the error found beyond which a grid is tried, too.
+_LOOSE = 1.1
+# Positions whose quick bounds are computed together, so that all choices of velocities fit the cache.
+_BATCH = 512
+# Positions whose close bounds are computed together, for the same reason.
+_CLOSELY = 32
+# Positions drawn in search of the largest torque.
+_DRAWN = 512
+# Number of these positions, the best ones, from which the search climbs.
+_CLIMBED = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,16 +177,16 @@ def certify(
     harmonics = harmonics or harmonics_of(model.arm)
     expansion = expansion_of(model)
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
-    found = []
-    every = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
+    joint_bounds = []
+    joint_weights = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
     limits = [None] * box.n_joints if limit is None else (limit - harmonics_slack(harmonics, box)).tolist()
-    parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, every, limits, strict=True)
+    parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, joint_weights, limits, strict=True)
     for exact, row, rounding, counts, most in parts:
         step = _in_hundredths(progress)
         field = ErrorField.of(exact, row, rounding, box)
-        found.append(_bounded(field, tube, effort, step, counts, most, tighten))
+        joint_bounds.append(_bounded(field, tube, effort, step, counts, most, tighten))
         step(1.0)
-    rows, errors, *states = (np.array(values) for values in zip(*found, strict=True))
+    rows, errors, *states = (np.array(values) for values in zip(*joint_bounds, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
     along = np.where(bounds <= 0.0, 0.0, np.nextafter(bounds, np.inf))
     worst = (states[0], states[1], states[2])
@@ -199,16 +213,18 @@ def usual_effort(model: SimplifiedModel, effort: int = EFFORT) -> int | None:
 
 def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
     """Box around a region, or of the arm's limits; `UsageError` for a box of another arm, or no effort."""
-    box = Box.of(arm) if region is None else region.enclosing if isinstance(region, Tube) else region
+    if region is None:
+        region = Box.of(arm)
+    box = region.enclosing if isinstance(region, Tube) else region
     if not isinstance(box, Box):
-        expected, found = "a Box or a Tube", in_python(region)
-        raise UsageError("this is not a region of states", where="region", expected=expected, found=found)
+        expected, value = "a Box or a Tube", in_python(region)
+        raise UsageError("this is not a region of states", where="region", expected=expected, found=value)
     if box.n_joints != arm.n_joints:
-        expected, found = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
-        raise UsageError("the box does not fit the arm", where="box", expected=expected, found=found)
+        expected, value = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
+        raise UsageError("the box does not fit the arm", where="box", expected=expected, found=value)
     if effort < 1:
-        expected, found = "at least 1", str(effort)
-        raise UsageError("the effort is not positive", where="effort", expected=expected, found=found)
+        expected, value = "at least 1", str(effort)
+        raise UsageError("the effort is not positive", where="effort", expected=expected, found=value)
     return box
 
 
@@ -249,9 +265,9 @@ def _bounded(
         further = _FURTHER ** (min(max(angles, _ANGLES), _MOST_ANGLES) - _ANGLES)
         bound, starts = _by_grids(field, effort * further, step)
         return Bounded(np.array([bound]), *field.worst(starts))
-    many = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
-    along = bound_along(field, tube, effort // (_PER_BOX * many), counts, limit, tighten=tighten)
-    if limit is not None or along.bounds.max() <= _LOOSE * (along.found + field.rest + field.round_off):
+    cost = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _MANY
+    along = bound_along(field, tube, effort // (_PER_BOX * cost), counts, limit, tighten=tighten)
+    if limit is not None or along.bounds.max() <= _LOOSE * (along.found + field.omitted + field.round_off):
         return along
     # For wide boxes, between distant set points, a grid over all of them may give a smaller bound.
     return along._replace(bounds=np.minimum(along.bounds, _by_grids(field, effort, step)[0]))
@@ -260,9 +276,9 @@ def _bounded(
 def _by_grids(field: ErrorField, effort: int, step: Callable[[float], None]) -> tuple[float, FloatArray]:
     """Bound over the field's box, and positions to climb from."""
     reached = _expected(field) if len(field.polynomial) else None
-    shares, rest = shared_out(field.polynomial, field.box, effort, _GROUPS, reached)
+    shares, remainder = shared_out(field.polynomial, field.box, effort, _GROUPS, reached)
     farthest = field.box.farthest
-    bound = field.rest + float(rest.sizes(farthest).sum())
+    bound = field.omitted + float(remainder.sizes(farthest).sum())
     starts = [field.box.centre]
     for part, grid in shares:
         largest, positions = _over_grid(field, part, grid, step)
@@ -278,11 +294,11 @@ def _expected(field: ErrorField) -> Reached:
     rng, box, polynomial = np.random.default_rng(0), field.box, field.polynomial
     shares = [rng.random(_FEW if degree else 1) for degree in polynomial.degrees]
     width = box.upper - box.lower
-    found = []
+    largest = []
     for widths in (width, np.where(polynomial.revolute & (width > 0.0), 2 * np.pi, width)):
         nodes = [low + share * wide for low, share, wide in zip(box.lower, shares, widths, strict=True)]
-        found.append(max(float(field.motion.quick_bound(v).max()) for v in polynomial.on_grid(nodes)))
-    return Reached(*found)
+        largest.append(max(float(field.motion.quick_bound(v).max()) for v in polynomial.on_grid(nodes)))
+    return Reached(*largest)
 
 
 def _over_grid(
@@ -296,8 +312,8 @@ def _over_grid(
         top = int(rough.argmax())
         tops.append((float(field.motion.bound(values[:, [top]])[0]), before + top))
         largest = max(largest, tops[-1][0])
-        # Most positions are excluded before signs of velocities are tried, most others before the close
-        # bound.
+        # Most positions are excluded before signs of velocities are tried; most of the remaining ones before
+        # the close bound.
         near = np.flatnonzero(rough > largest)
         batches = np.split(near, range(_BATCH, len(near), _BATCH))
         quick = np.concatenate([field.motion.quick_bound(values[:, batch]) for batch in batches])

@@ -23,12 +23,18 @@ _CANCELLED = 1e-12
 # Most coefficients with which trying the worst velocities everywhere is not slower than holding them.
 _FEW = 16_000
 _EFFECTS = 2
-# First step, as a share of the box's width, and number of times it is halved.
-_FIRST_STEP, _HALVINGS = 1 / 32, 9
-# Most moves, and most choices of velocities, so that a long ridge is not followed forever.
-_MOST_MOVES, _MOST_CHOICES = 40, 40
-# Positions tried along a joint, and Newton steps from the best one.
-_PLACES, _STEPS = 33, 3
+# First step of an ascent, as a share of the box's width.
+_FIRST_STEP = 1 / 32
+# Number of times that the step is halved.
+_HALVINGS = 9
+# Most moves, so that a long ridge is not followed forever.
+_MOST_MOVES = 40
+# Most choices of velocities, for the same reason.
+_MOST_CHOICES = 40
+# Positions tried along a joint.
+_PLACES = 33
+# Newton steps from the best of these positions.
+_STEPS = 3
 # A smaller relative gain does not count.
 _GAIN = 3e-4
 
@@ -41,7 +47,7 @@ class ErrorField:
     polynomial: TrigonometricPolynomial  # F_r(q) max|r| for every factor r
     motion: Motion
     round_off: float  # largest round-off of evaluating the error at a position of the box
-    rest: float  # largest value of omitted parts: harmonics that cancel, rounding of coefficients
+    omitted: float  # largest value of omitted parts: harmonics that cancel, rounding of coefficients
 
     @classmethod
     def of(
@@ -62,14 +68,14 @@ class ErrorField:
         error = largest * error
         # Every coefficient is the sum of three slopes of sums over links and a drive, and a difference.
         size = float(largest[places] @ parts.sizes(box.farthest).sum(axis=1))
-        rest = (box.n_joints + 8) * _EPS * size + roundings
+        omitted = (box.n_joints + 8) * _EPS * size + roundings
         sizes = error.sizes(box.farthest)
         cancelled = sizes <= _CANCELLED * size
-        kept = np.where(cancelled, 0.0, error.coefficients)
-        used = (kept != 0.0).any(axis=1)
-        error = TrigonometricPolynomial(error.prismatic, error.multiples, kept)[used].above(0.0)
+        coefficients = np.where(cancelled, 0.0, error.coefficients)
+        used = (coefficients != 0.0).any(axis=1)
+        error = TrigonometricPolynomial(error.prismatic, error.multiples, coefficients)[used].above(0.0)
         motion = Motion(box.n_joints, tuple(f for f, is_used in zip(factors, used, strict=True) if is_used))
-        return cls(box, error, motion, round_off_of(error, box), rest + float(sizes[cancelled].sum()))
+        return cls(box, error, motion, round_off_of(error, box), omitted + float(sizes[cancelled].sum()))
 
     def worst(self, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
         """Largest error found by climbing from positions (n, S), and its state q, qd, qdd, shape (n,).
@@ -114,8 +120,8 @@ def harmonics_slack(harmonics: Harmonics, box: Box) -> FloatArray:
     grown = _grown(harmonics, DEGREE, box)
     inertia = np.zeros((n, n))
     for (s, i, j), parts in harmonics.inertia_by_link.items():
-        own = _interpolated(harmonics, range(i + 1, s + 1), DEGREE, box)
-        inertia[i, j] += cut * (_EFFECTS * own + grown * np.count_nonzero(parts.coefficients))
+        interpolated = _interpolated(harmonics, range(i + 1, s + 1), DEGREE, box)
+        inertia[i, j] += cut * (_EFFECTS * interpolated + grown * np.count_nonzero(parts.coefficients))
     inertia += np.triu(inertia, 1).T
     # A slope is at most the degree times the function's bound.
     slope = DEGREE * inertia
@@ -203,13 +209,13 @@ def _highest_position(
         shares = motion.shares(values[:, climbing])
         real, imaginary = (part.T @ shares for part in polynomial.parts)
         higher = _higher(polynomial, real + 1j * imaginary, q[:, climbing], box)
-        there = polynomial(higher)
-        now = motion.reached(there)
+        higher_values = polynomial(higher)
+        now = motion.reached(higher_values)
         better = now > (1.0 + _GAIN) * reached[climbing]
         climbing = climbing[better]
         if not climbing.size:
             break
-        q[:, climbing], values[:, climbing] = higher[:, better], there[:, better]
+        q[:, climbing], values[:, climbing] = higher[:, better], higher_values[:, better]
         reached[climbing] = now[better]
     return q[:, int(reached.argmax())]
 
@@ -218,14 +224,14 @@ def _higher(
     polynomial: TrigonometricPolynomial, coefficients: NDArray[np.complex128], start: FloatArray, box: Box
 ) -> FloatArray:
     """Move S positions (n, S), each with its own coefficients (W, S), joint after joint."""
-    q, every, revolute = start.copy(), polynomial.multiples, polynomial.revolute
-    harmonics = coefficients * np.exp(1j * (every[:, revolute] @ q[revolute]))
+    q, all_multiples, revolute = start.copy(), polynomial.multiples, polynomial.revolute
+    harmonics = coefficients * np.exp(1j * (all_multiples[:, revolute] @ q[revolute]))
     for joint in map(int, np.flatnonzero(polynomial.degrees)):
-        multiples, now, turns = every[:, joint], q[joint].copy(), bool(revolute[joint])
+        multiples, now, turns = all_multiples[:, joint], q[joint].copy(), bool(revolute[joint])
         values: Array = harmonics
         for k in np.flatnonzero(~revolute):
             if k != joint:
-                values = values * q[k] ** every[:, [k]]
+                values = values * q[k] ** all_multiples[:, [k]]
         orders = np.unique(multiples)
         along = np.stack([values[multiples == m].sum(axis=0) for m in orders])
         if turns:
@@ -252,9 +258,13 @@ def _along(
     x = x[..., None, :]
     if revolute:
         basis = coefficients * np.exp(1j * m * x)
-        three = basis, 1j * m * basis, -(m**2) * basis
+        derivatives = basis, 1j * m * basis, -(m**2) * basis
     else:
         powers = [x ** np.maximum(m - less, 0.0) for less in range(3)]
-        three = coefficients * powers[0], coefficients * m * powers[1], coefficients * m * (m - 1) * powers[2]
-    value, slope, curve = (one.real.sum(axis=-2) for one in three)
+        derivatives = (
+            coefficients * powers[0],
+            coefficients * m * powers[1],
+            coefficients * m * (m - 1) * powers[2],
+        )
+    value, slope, curve = (part.real.sum(axis=-2) for part in derivatives)
     return value, slope, curve

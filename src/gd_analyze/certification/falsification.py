@@ -22,15 +22,25 @@ from gd_analyze.simplification.effort import inputs_of
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
-# Random states per round, and at a time; most of them added per joint: those that exceed the budget or, for
-# programs, reach this share of it.
-TRIED, AT_ONCE, _JOINING, _NEARLY = 200_000, 50_000, 30, 0.8
+# Random states of a tube per round.
+TRIED = 200_000
+# Random states at a time.
+AT_ONCE = 50_000
+# Most states that are added per joint: those that exceed the budget.
+_JOINING = 30
+# Most states of a box that are added per joint for programs.
 _JOINING_PROGRAMS = 150
+# Share of the budget from which on states are added for programs.
+_NEARLY = 0.8
 # Steps of an ascent in a small box.
 _STEPS = 3
-# Random positions of a box, and at a time; the worst of these per joint from which the error ascends. From 4
-# of 4000, errors of three arms of six joints end within 1.5 % of the largest known; further ones are margin.
-POSITIONS, _TOGETHER, _STARTS = 20_000, 4_000, 4
+# Random positions of a box per round.
+POSITIONS = 20_000
+# Random positions at a time.
+_TOGETHER = 4_000
+# Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors of
+# three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
+_STARTS = 4
 
 
 def worst_found(
@@ -52,10 +62,10 @@ def worst_found(
     def share(states: FloatArray, counts: FloatArray) -> FloatArray:
         """Errors over allowed ones at states (3, N, n), shape (n, N); counts (M, n) repeat."""
         inputs = inputs_of(States(*states))
-        found, torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
-        off = found - torque
-        each = np.abs(off) / allowed[:, None]
-        return np.asarray((each.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
+        torque, exact_torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
+        error = torque - exact_torque
+        shares = np.abs(error) / allowed[:, None]
+        return np.asarray((shares.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
 
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(count // AT_ONCE):
@@ -67,9 +77,9 @@ def worst_found(
             top = np.argpartition(-errors, _JOINING)[:_JOINING]
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
-            here = partial(share, counts=counts[top])
-            reached = _climbed(here, i, reached, low, high)
-            errors = here(reached)
+            share_at = partial(share, counts=counts[top])
+            reached = _climbed(share_at, i, reached, low, high)
+            errors = share_at(reached)
             largest = np.maximum(largest, errors.max(axis=1))
             worst.append(reached[:, errors[i] > least])
     return largest * allowed, np.concatenate(worst, axis=1)
@@ -85,16 +95,16 @@ def _climbed(
     """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
     count, n = states.shape[1:]
     for _ in range(_STEPS):
-        here = share(states)[joint]
+        present = share(states)[joint]
         # By end, kind and number of the variable that moves.
         moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
         for end, kind, k in np.ndindex(2, 3, n):
             moved[end, kind, k, kind, :, k] = (lower, upper)[end][kind, :, k]
-        every = np.moveaxis(moved, 3, 0).reshape(3, -1, n)
-        there = share(every)[joint].reshape(2, 3, n, count).swapaxes(2, 3)
-        ends = np.where(there[1] > there[0], upper, lower)
-        trial = np.where(there.max(axis=0) > here[:, None], ends, states)
-        better = share(trial)[joint] > here
+        candidates = np.moveaxis(moved, 3, 0).reshape(3, -1, n)
+        moved_errors = share(candidates)[joint].reshape(2, 3, n, count).swapaxes(2, 3)
+        ends = np.where(moved_errors[1] > moved_errors[0], upper, lower)
+        trial = np.where(moved_errors.max(axis=0) > present[:, None], ends, states)
+        better = share(trial)[joint] > present
         if not better.any():
             break
         states = np.where(better[:, None], trial, states)
@@ -136,8 +146,8 @@ class BoxErrors:
         """Errors at states (3, N, n), shape (n, N)."""
         inputs = inputs_of(States(*states))
         power = min(states.shape[1], CHUNK).bit_length() - 1
-        found, torque = (batch.over(inputs) for batch in self._batches(power))
-        return np.asarray((found - torque) / self.allowed[:, None])
+        torque, exact_torque = (batch.over(inputs) for batch in self._batches(power))
+        return np.asarray((torque - exact_torque) / self.allowed[:, None])
 
     def factors(self, q: FloatArray) -> FloatArray:
         """Values of the factors of `Motion` for every joint at positions (n, K), shape (n, factors, K)."""
@@ -161,8 +171,8 @@ def worst_in_box(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint that a search finds in a box, (n,), and states beyond, (3, M, n).
 
-    Positions are drawn, and ascend from the worst of them; velocities and accelerations
-    are the worst at each. Programs are told of more states, as theirs are not terms that a few determine.
+    Positions are drawn, and the error ascends from the worst of them; velocities and accelerations are the
+    worst at each. For programs more states are returned, as they have no terms that few states determine.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
     least, joining = (_NEARLY, _JOINING_PROGRAMS) if model.level.is_program else (1.0, _JOINING)
@@ -175,7 +185,7 @@ def worst_in_box(
             top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:joining]]
             highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, :_STARTS])
             states = errors.worst(np.hstack([highest, top]), i)
-            found = np.abs(errors.at(states))
-            largest = np.maximum(largest, found.max(axis=1))
-            beyond.append(states[:, found[i] > least])
+            sizes = np.abs(errors.at(states))
+            largest = np.maximum(largest, sizes.max(axis=1))
+            beyond.append(states[:, sizes[i] > least])
     return largest * allowed, np.concatenate(beyond, axis=1)

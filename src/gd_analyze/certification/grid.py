@@ -80,19 +80,19 @@ def grid_of(
     Without `reached` the amplitudes bound all curvatures, as in `Grid.between`.
     """
     spectrum = _Spectrum.of(polynomial, box)
-    planned = _best_plan(spectrum, _ways(polynomial, box, reached, spectrum.total), effort)[1]
+    planned = _best_plan(spectrum, _coverings(polynomial, box, reached, spectrum.total), effort)[1]
     if planned is None:
         return None
-    way, gaps, degrees = planned
+    covering, gaps, degrees = planned
     nodes = []
     for k, count in enumerate(gaps):
         if not count:
             nodes.append(box.centre[k : k + 1])
-        elif way.circle[k] or degrees[k]:
+        elif covering.circle[k] or degrees[k]:
             nodes.append(box.lower[k] + 2 * np.pi * np.arange(count) / count)
         else:
             nodes.append(np.linspace(box.lower[k], box.upper[k], count + 1))
-    return Grid(tuple(nodes), way.reaches(gaps, degrees), degrees)
+    return Grid(tuple(nodes), covering.reaches(gaps, degrees), degrees)
 
 
 def shared_out(
@@ -126,18 +126,22 @@ def _promising(
     total = best = whole.total
     joints = [k for k, degree in enumerate(polynomial.degrees) if degree]
     choice, expected = np.zeros(len(whole.sizes), dtype=bool), reached
-    ways = _ways(polynomial, box, reached, total)
+    coverings = _coverings(polynomial, box, reached, total)
     for count in range(len(joints) + 1):
         for left_out in itertools.combinations(joints, count):
             chosen = (whole.multiples[:, left_out] == 0).all(axis=1)
             part = whole.only(chosen)
             # A part reaches at least its share, and at least the total less the others.
             guesses = [
-                max(way.reached * part.total / total, way.reached - total + part.total) if total else 0.0
-                for way in ways
+                max(covering.reached * part.total / total, covering.reached - total + part.total)
+                if total
+                else 0.0
+                for covering in coverings
             ]
-            own = [replace(way, reached=guess) for way, guess in zip(ways, guesses, strict=True)]
-            promised = _best_plan(part, own, effort)[0] + total - part.total
+            part_coverings = [
+                replace(covering, reached=guess) for covering, guess in zip(coverings, guesses, strict=True)
+            ]
+            promised = _best_plan(part, part_coverings, effort)[0] + total - part.total
             if promised < best:
                 best, choice = promised, chosen
                 expected = reached and Reached(guesses[0], guesses[-1])
@@ -154,8 +158,8 @@ class _Spectrum:
 
     @classmethod
     def of(cls, polynomial: TrigonometricPolynomial, box: Box) -> _Spectrum:
-        every = polynomial.magnitudes()
-        sizes, curved = every.sizes(box.farthest)[0], every.curvatures(box.farthest)[0]
+        magnitudes = polynomial.magnitudes()
+        sizes, curved = magnitudes.sizes(box.farthest)[0], magnitudes.curvatures(box.farthest)[0]
         return cls(sizes, curved, np.abs(polynomial.multiples))
 
     def only(self, chosen: NDArray[np.bool_]) -> _Spectrum:
@@ -181,23 +185,23 @@ class _Spectrum:
         if not degree:
             return float(self.curvatures[joint])
         high = np.arange(degree + 1, self.amplitudes.shape[1])
-        others = self.amplitudes[joint, high]
-        return degree**2 * (largest + float(others.sum())) + float(others @ high**2)
+        high_amplitudes = self.amplitudes[joint, high]
+        return degree**2 * (largest + float(high_amplitudes.sum())) + float(high_amplitudes @ high**2)
 
     def bound(self, reaches: FloatArray, degrees: Sequence[int], largest: float) -> float:
         """G_0 from G_n; joints whose loss is a share of f come last, which minimizes it."""
         for joint in sorted(range(len(degrees)), key=lambda k: not degrees[k]):
             loss, degree = float(reaches[joint]) ** 2 / 2, degrees[joint]
-            left = 1.0 - loss * degree**2
-            if not left > 0.0:
+            remaining = 1.0 - loss * degree**2
+            if not remaining > 0.0:
                 return math.inf
-            largest = (largest + loss * self.curvature(joint, degree, 0.0)) / left
+            largest = (largest + loss * self.curvature(joint, degree, 0.0)) / remaining
         return largest
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
-    """One way to cover the box."""
+class _Covering:
+    """Ranges over which the nodes of every joint are spread, to cover the box."""
 
     half: FloatArray  # half of every joint's range, at most half a turn, (n,)
     circle: NDArray[np.bool_]  # whether that is the full circle, (n,)
@@ -217,12 +221,12 @@ class _Way:
         orders, degrees = [], []
         for k, half in enumerate(self.half.tolist()):
             degree = int(np.flatnonzero(spectrum.amplitudes[k]).max(initial=0))
-            ways = [(half, 0), *((math.pi, d) for d in range(1, degree + 1) if self.around[k])]
-            found = [
+            ranges = [(half, 0), *((math.pi, d) for d in range(1, degree + 1) if self.around[k])]
+            candidates = [
                 (reach * math.sqrt(spectrum.curvature(k, d, self.reached) / (self.reached or 1.0)), d)
-                for reach, d in ways
+                for reach, d in ranges
             ]
-            order, chosen = min(found) if half > 0.0 and degree else (-1.0, 0)
+            order, chosen = min(candidates) if half > 0.0 and degree else (-1.0, 0)
             orders.append(order)
             degrees.append(chosen)
         return orders, tuple(degrees)
@@ -233,7 +237,7 @@ class _Way:
         The loss is half the sum of (order / gaps)^2, a share of the maximum. With a limit on the product of
         the gaps it is least for gaps in proportion to the orders.
         """
-        ends = [int(not (one or d)) for one, d in zip(self.circle.tolist(), degrees, strict=True)]
+        ends = [int(not (is_circle or d)) for is_circle, d in zip(self.circle.tolist(), degrees, strict=True)]
 
         def fitting(share: float) -> list[int] | None:
             gaps = [max(1, int(share * order)) if order >= 0.0 else 0 for order in orders]
@@ -247,28 +251,32 @@ class _Way:
         return fitting(low)
 
 
-def _ways(polynomial: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float) -> list[_Way]:
+def _coverings(
+    polynomial: TrigonometricPolynomial, box: Box, reached: Reached | None, total: float
+) -> list[_Covering]:
     """Ways to cover the box: within it, or around the full circle."""
     half = (box.upper - box.lower) / 2
     circle = polynomial.revolute & (half >= np.pi)
     half = np.where(circle, np.pi, half)
     if reached is None:
-        return [_Way(half, circle, np.zeros(len(half), dtype=bool), _TYPICAL * total)]
-    within = _Way(half, circle, circle, reached.in_box)
-    return [within, _Way(half, circle, polynomial.revolute, reached.around)]
+        return [_Covering(half, circle, np.zeros(len(half), dtype=bool), _TYPICAL * total)]
+    within = _Covering(half, circle, circle, reached.in_box)
+    return [within, _Covering(half, circle, polynomial.revolute, reached.around)]
 
 
 def _best_plan(
-    spectrum: _Spectrum, ways: list[_Way], effort: int
-) -> tuple[float, tuple[_Way, list[int], tuple[int, ...]] | None]:
-    """Least promised bound, with its way, gaps and degrees; None if no way fits the effort."""
+    spectrum: _Spectrum, coverings: list[_Covering], effort: int
+) -> tuple[float, tuple[_Covering, list[int], tuple[int, ...]] | None]:
+    """Least promised bound, with its covering, gaps and degrees; None if none fits the effort."""
     best, planned = math.inf, None
-    for way in ways:
-        orders, degrees = way.orders(spectrum)
-        gaps = way.gaps(orders, degrees, effort)
+    for covering in coverings:
+        orders, degrees = covering.orders(spectrum)
+        gaps = covering.gaps(orders, degrees, effort)
         if gaps is None:
             continue
-        bound = min(spectrum.bound(way.reaches(gaps, degrees), degrees, way.reached), spectrum.total)
+        bound = min(
+            spectrum.bound(covering.reaches(gaps, degrees), degrees, covering.reached), spectrum.total
+        )
         if planned is None or bound < best:
-            best, planned = bound, (way, gaps, degrees)
+            best, planned = bound, (covering, gaps, degrees)
     return best, planned

@@ -31,9 +31,14 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer,
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
 
-# Most rounds; rounds in which the budget of a joint shrinks by a constant share; that share.
-_ROUNDS, _PATIENT, _SLIGHTLY = 16, 4, 0.96
-# Power of the excess by which the budget shrinks.
+# Most rounds.
+_ROUNDS = 16
+# Rounds in which the budget of a joint shrinks to a constant share. For positions, as many rounds before them
+# leave it unchanged.
+_PATIENT = 4
+# That share.
+_SLIGHTLY = 0.96
+# Power of the excess by which the budget shrinks in later rounds.
 _SHRINKING = 0.5
 # Share of a usual search in each round but the first; others continue it.
 _EFFORT = 0.25
@@ -41,8 +46,10 @@ _EFFORT = 0.25
 _DRAWN = 300
 # Positions at which the model's D is compared with D.
 _POSITIONS = 1000
-# A bound above the budget by more than this is not improved, nor any after this many rounds.
-_LOOSE, _CLOSING = 1.5, 8
+# Ratio of a bound to the budget above which the bound is not improved.
+_LOOSE = 1.5
+# Rounds after which no bound above the budget is improved.
+_CLOSING = 8
 
 _USUAL = SearchOptions()
 
@@ -163,9 +170,11 @@ def simplify_certified(
         If the budget is below the round-off of the bound, so that not even the exact model can be certified.
     """
     how = SearchOptions(level, refit, effort=effort)
-    held = simplify_held(exact, budget, region, how, certified=True, provenance=provenance, progress=progress)
-    assert held.certificate is not None  # as asked for
-    return held.model, held.certificate
+    outcome = simplify_held(
+        exact, budget, region, how, certified=True, provenance=provenance, progress=progress
+    )
+    assert outcome.certificate is not None  # as asked for
+    return outcome.model, outcome.certificate
 
 
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
@@ -174,8 +183,8 @@ def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:
     if states.weights is None or not states.motions or not isinstance(region, Tube):
         return region
     if region.motion is None or region.fingerprint != states.described.get("trajectory_fingerprint"):
-        expected, what = f"one around {states.in_words}", "the tube is around other motions"
-        raise UsageError(what, where="region", expected=expected, found=region.where)
+        expected, message = f"one around {states.in_words}", "the tube is around other motions"
+        raise UsageError(message, where="region", expected=expected, found=region.where)
     first = [motion.first for motion in states.motions]
     return replace(region, weights=states.weights[first][region.motion])
 
@@ -202,14 +211,14 @@ class _Rounds:
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
-        known = first = self.exact.joined_by(drawn, weights)
+        sample = first = self.exact.joined_by(drawn, weights)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, selections=[])
         for turn in range(_ROUNDS):
             if len(counts):
-                known = first.joined_by(worst, counts)
+                sample = first.joined_by(worst, counts)
             model = simplify_exact(
-                known,
+                sample,
                 Budget.of_torques(share * allowed),
                 search if turn else replace(search, effort=how.effort),
                 provenance=self.provenance,
@@ -220,9 +229,9 @@ class _Rounds:
             trial, states = self._over_region(model, allowed, turn, tighten=not how.write)
             if self.progress is not None:
                 self.progress(1)
-            found = trial.found
-            assert found is not None
-            if (found <= allowed).all():
+            errors = trial.found
+            assert errors is not None
+            if (errors <= allowed).all():
                 trial, singular = self._with_gamma(trial)
                 # Where D was usable at the states of the search, it shall be so everywhere near them.
                 if singular.size and turn + 1 < _ROUNDS:
@@ -230,18 +239,18 @@ class _Rounds:
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
                 trial = self._written(trial, allowed, shortest=how.write)
-                found = trial.found
-                assert found is not None
-                if (found <= allowed).all():
+                errors = trial.found
+                assert errors is not None
+                if (errors <= allowed).all():
                     if not trial.model.saves:
                         break
                     return trial._replace(near=first.joined_by(worst, counts))
             worst = np.concatenate([worst, states], axis=1)
             counts = np.concatenate([counts, self.region.counts_at(states)])
-            beyond = found > allowed
-            needed = np.where(beyond, 0.98 * allowed / np.where(beyond, found, 1.0), 1.0)
+            beyond = errors > allowed
+            needed = np.where(beyond, 0.98 * allowed / np.where(beyond, errors, 1.0), 1.0)
             # States at their worst say enough about velocities: with more of them the budget often holds.
-            late = turn - _PATIENT * (trial.tried_are == "positions")
+            late = turn - (_PATIENT if trial.tried_are == "positions" else 0)
             if late >= _PATIENT:
                 share = share * needed**_SHRINKING
             elif late >= 0:
@@ -258,43 +267,43 @@ class _Rounds:
         """
         where, seed = self.region.where, turn + 1
         if isinstance(self.region, Box) and not self.certified:
-            found, states = worst_in_box(model, self.exact, self.region, allowed, seed)
+            errors, states = worst_in_box(model, self.exact, self.region, allowed, seed)
             # States of the search are tried, too.
-            found = np.maximum(found, model.accuracy.errors.largest)
-            return Held(model, None, POSITIONS, found, where, tried_are="positions"), states
+            errors = np.maximum(errors, model.accuracy.errors.largest)
+            return Held(model, None, POSITIONS, errors, where, tried_are="positions"), states
         certificate = self._proof(model, allowed, tighten=tighten)
         loose = _LOOSE if turn < _CLOSING else 1.0
-        found = certificate.counting
-        if isinstance(self.region, Box) or self.certified or (found <= loose * allowed).all():
-            states = np.stack(certificate.worst_states)[:, found > allowed]
-            return Held(model, certificate, 0, found, where), states
-        found, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
-        return Held(model, certificate, TRIED, found, where), states
+        errors = certificate.counting
+        if isinstance(self.region, Box) or self.certified or (errors <= loose * allowed).all():
+            states = np.stack(certificate.worst_states)[:, errors > allowed]
+            return Held(model, certificate, 0, errors, where), states
+        errors, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
+        return Held(model, certificate, TRIED, errors, where), states
 
-    def _with_gamma(self, held: Held) -> tuple[Held, FloatArray]:
+    def _with_gamma(self, trial: Held) -> tuple[Held, FloatArray]:
         """State gamma over further positions, and return the states (3, M, n) of those where it is 1 or more.
 
         None are returned if gamma is that large at states of the search, which then cannot make D usable.
         """
-        model, nothing = held.model, np.empty((3, 0, self.exact.arm.n_joints))
+        model, nothing = trial.model, np.empty((3, 0, self.exact.arm.n_joints))
         lower, upper, _ = self.region.pieces(_POSITIONS, np.random.default_rng(1))
         states = np.random.default_rng(1).uniform(lower, upper)
         drawn = self.exact.at(States(*states))
-        each = gammas(drawn.inertia, model.inertia(drawn.states.q))
-        known = model.accuracy.gamma
-        assert known is not None  # stated by every search
-        stated = model.stating(replace(model.accuracy, gamma=max(known, float(each.max()))))
-        is_usable = model.level.has_symmetric_inertia and known < 1.0
-        return held._replace(model=stated), states[:, each >= 1.0] if is_usable else nothing
+        drawn_gammas = gammas(drawn.inertia, model.inertia(drawn.states.q))
+        stated_gamma = model.accuracy.gamma
+        assert stated_gamma is not None  # stated by every search
+        stated = model.stating(replace(model.accuracy, gamma=max(stated_gamma, float(drawn_gammas.max()))))
+        is_usable = model.level.has_symmetric_inertia and stated_gamma < 1.0
+        return trial._replace(model=stated), states[:, drawn_gammas >= 1.0] if is_usable else nothing
 
-    def _written(self, held: Held, allowed: FloatArray, *, shortest: bool) -> Held:
+    def _written(self, trial: Held, allowed: FloatArray, *, shortest: bool) -> Held:
         """Write the final program, and prove it."""
-        model = _finished(held.model, self.exact, allowed, str(self.budget), shortest=shortest)
-        certificate, found = held.certificate, held.found
-        if certificate is not None and model.program is not held.model.program:
+        model = _finished(trial.model, self.exact, allowed, str(self.budget), shortest=shortest)
+        certificate, errors = trial.certificate, trial.found
+        if certificate is not None and model.program is not trial.model.program:
             certificate = self._proof(model, allowed, tighten=True)
-            found = found if held.tried else certificate.counting
-        return held._replace(model=proven(model, certificate), certificate=certificate, found=found)
+            errors = errors if trial.tried else certificate.counting
+        return trial._replace(model=proven(model, certificate), certificate=certificate, found=errors)
 
     def _proof(self, model: SimplifiedModel, allowed: FloatArray, *, tighten: bool) -> Certificate:
         harmonics = model.form.harmonics

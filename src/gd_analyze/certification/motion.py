@@ -162,8 +162,8 @@ class Motion:
             velocities[joint] = np.where(curve < 0.0, inside, np.where(slope < 0.0, -1.0, 1.0))
         sums = still + np.einsum("asck,abk,bsck->sck", velocities, form, velocities)
         sizes = (signs * sums).reshape(-1, count)
-        best, every = sizes.argmax(axis=0), np.arange(count)
+        best, columns = sizes.argmax(axis=0), np.arange(count)
         pushes = np.zeros((n, count))
         for p in self._kinds[1]:
             pushes[self.factors[p][1][0]] = np.sign(values[p]) * np.where(best < len(starts), 1.0, -1.0)
-        return sizes[best, every] + pushed, velocities.reshape(n, -1, count)[:, best, every], pushes
+        return sizes[best, columns] + pushed, velocities.reshape(n, -1, count)[:, best, columns], pushes

@@ -84,25 +84,28 @@ def certify_positive_definite(
         If the region has another number of joints, or `effort` is not positive.
     """
     if not model.level.has_symmetric_inertia:
-        what, way = "only a model of terms has a symmetric D", "`gd-analyze simplify --level term`"
-        expected, found = "a model of level term or energy", f"level {model.level}"
-        raise ModelError(what, expected=expected, found=found, next_step=f"make one with {way}")
+        raise ModelError(
+            "only a model of terms has a symmetric D",
+            expected="a model of level term or energy",
+            found=f"level {model.level}",
+            next_step="make one with `gd-analyze simplify --level term`",
+        )
     box, n = box_of(region, model.arm, effort), model.arm.n_joints
     expansion = expansion_of(model)
     # The factors of the accelerations in every row.
-    every = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
+    inertia = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
     boxes = [box]
     if isinstance(region, Tube):
         boxes = _boxes_around(region, -(-len(region) // _MOST_BOXES))
-    gridded = [_GriddedInertia.of(expansion, every, part, max(1, effort // len(boxes))) for part in boxes]
+    gridded = [_GriddedInertia.of(expansion, inertia, part, max(1, effort // len(boxes))) for part in boxes]
     if isinstance(region, Tube):
         pieces = _boxes_around(region, 1)
         starts = np.stack([piece.centre for piece in pieces], axis=1)
-        lowest = int(_smallest(every(starts)).argmin())
+        lowest = int(_smallest(inertia(starts)).argmin())
         within, start = pieces[lowest], starts[:, [lowest]]
     else:
         within, start = box, gridded[0].lowest
-    position, highest = local_maximum(lambda q: -_smallest(every(q)), within, start)
+    position, highest = local_maximum(lambda q: -_smallest(inertia(q)), within, start)
     smallest = -highest
     unit = np.eye(n)
     round_off = _ROUNDINGS * n * _EPS * max(part.reach(unit, 0.0) for part in gridded)
@@ -122,7 +125,7 @@ def certify_positive_definite(
 def _boxes_around(tube: Tube, count: int) -> list[Box]:
     """Boxes of positions, each around at most `count` pieces of a tube that follow without a gap."""
     starts = np.flatnonzero(np.append(True, tube.begin[1:] != tube.end[:-1])).tolist()
-    firsts = [first for one, end in pairwise([*starts, len(tube)]) for first in range(one, end, count)]
+    firsts = [first for start, end in pairwise([*starts, len(tube)]) for first in range(start, end, count)]
     lower = np.minimum.reduceat(tube.lower[:, 0], firsts)
     upper = np.maximum.reduceat(tube.upper[:, 0], firsts)
     still = np.zeros(tube.n_joints)
@@ -134,28 +137,28 @@ class _GriddedInertia:
     """D over a box: harmonics bounded by a grid, the grid, and the bound on others by element."""
 
     box: Box
-    every: TrigonometricPolynomial
+    inertia: TrigonometricPolynomial
     gridded: TrigonometricPolynomial
     grid: Grid
     left_out: FloatArray  # (n, n)
 
     @classmethod
     def of(
-        cls, expansion: Expansion, every: TrigonometricPolynomial, box: Box, effort: int
+        cls, expansion: Expansion, inertia: TrigonometricPolynomial, box: Box, effort: int
     ) -> _GriddedInertia:
         n = box.n_joints
         # The constant part does not matter for the choice of a grid.
-        chosen = (every.multiples == 0).all(axis=1)
-        shares, rest = shared_out(every.only(~chosen), box, effort, groups=1)
+        chosen = (inertia.multiples == 0).all(axis=1)
+        shares, remainder = shared_out(inertia.only(~chosen), box, effort, groups=1)
         grid = Grid.at(box.centre)
         if shares:
             ((part, grid),) = shares
-            chosen |= (every.multiples[:, None] == part.multiples).all(axis=2).any(axis=1)
-        gridded = every.only(chosen)
+            chosen |= (inertia.multiples[:, None] == part.multiples).all(axis=2).any(axis=1)
+        gridded = inertia.only(chosen)
         roundings = expansion.round_off(box.farthest, np.zeros(n), np.ones(n))
-        left_out = (rest.sizes(box.farthest).sum(axis=1) + grid.between(gridded, box)).reshape(n, n)
-        left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(every, box)
-        return cls(box, every, gridded, grid, left_out)
+        left_out = (remainder.sizes(box.farthest).sum(axis=1) + grid.between(gridded, box)).reshape(n, n)
+        left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(inertia, box)
+        return cls(box, inertia, gridded, grid, left_out)
 
     @property
     def lowest(self) -> FloatArray:
@@ -181,7 +184,7 @@ class _GriddedInertia:
     def reach(self, k: FloatArray, shift: float) -> float:
         """Bound on the norm of |K| (|D| + |shift| 1) |K|^T in the box."""
         n = len(k)
-        sizes = self.every.sizes(self.box.farthest).sum(axis=1).reshape(n, n) + abs(shift) * np.eye(n)
+        sizes = self.inertia.sizes(self.box.farthest).sum(axis=1).reshape(n, n) + abs(shift) * np.eye(n)
         return float(np.linalg.norm(np.abs(k) @ sizes @ np.abs(k).T, 2))
 
     def proven(self, k: FloatArray, shift: float) -> float:

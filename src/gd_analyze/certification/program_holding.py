@@ -44,9 +44,11 @@ class _RegionSettings:
 
 _NEAR = _RegionSettings(pool=100_000, scouts=0, fresh=3, searches=4)
 _WITHIN = _RegionSettings(pool=300_000, scouts=2, fresh=4, searches=5, untried=400_000)
-# A joint's share of its budget in the next search meets the budget by this margin, if errors and bounds then
-# exceed those at the pool by as much as now.
-_MARGIN, _LEAST_SHARE = 0.995, 0.5
+# Share of the budget at which a joint's next error is aimed. It is met if errors and bounds then exceed those
+# at the pool by as much as now.
+_MARGIN = 0.995
+# Least share of its budget that a joint is allowed in a search.
+_LEAST_SHARE = 0.5
 
 
 def program_held(
@@ -80,17 +82,17 @@ def program_held(
         program = search.program(turn)
         model = replace(search.model(program, stated, exact), provenance=dict(provenance))
         stage("testing the program")
-        held, states = _tested(model, exact, allowed, region, turn, settings, certified, effort)
-        assert held.found is not None
-        if (held.found <= allowed).all() and search.is_best():
+        trial, states = _tested(model, exact, allowed, region, turn, settings, certified, effort)
+        assert trial.found is not None
+        if (trial.found <= allowed).all() and search.is_best():
             # One more search at least, which may be allowed more.
             last = max(last, turn + 1) if best is None else last
-            best = held
+            best = trial
         if best is not None and (search.stopped or turn >= last):
             break
-        # More is allowed again only after a program held, and then half as much more as it left.
+        # The share grows only after a program held, and then by the square root of the room that it left.
         most = 1.0 if best is not None else share
-        room = _MARGIN * allowed / np.maximum(held.found, 1e-300)
+        room = _MARGIN * allowed / np.maximum(trial.found, 1e-300)
         share = np.clip(share * np.minimum(room, np.sqrt(room)), _LEAST_SHARE, most)
         q, qd, qdd = states
         search.learn(exact.at(States(q, qd, qdd, weights=region.counts_at(states))), share)
@@ -136,22 +138,24 @@ def _tested(
     """Proven or found errors of a model, and states (3, M, n) of the largest ones."""
     where = region.where
     if isinstance(region, Box):
-        found, states = worst_in_box(model, exact, region, allowed, turn + 1)
-        if (found <= allowed).all():
+        errors, states = worst_in_box(model, exact, region, allowed, turn + 1)
+        if (errors <= allowed).all():
             fresh, _ = _pool(region, settings.untried, turn + 1)
-            found = np.maximum(found, largest_at(model, exact, fresh))
-        if not certified or (found > allowed).any():
-            return Held(model, None, POSITIONS, found, where, tried_are="positions"), states
+            errors = np.maximum(errors, largest_at(model, exact, fresh))
+        if not certified or (errors > allowed).any():
+            return Held(model, None, POSITIONS, errors, where, tried_are="positions"), states
     else:
-        found, states = worst_found(model, exact, region, allowed, turn + 1, TRIED)
-        if (found > allowed).any():
-            return Held(model, None, TRIED, found, where), states
+        errors, states = worst_found(model, exact, region, allowed, turn + 1, TRIED)
+        if (errors > allowed).any():
+            return Held(model, None, TRIED, errors, where), states
     certificate: Certificate | None = None
     with suppress(TooLongError):
-        some = effort if certified else usual_effort(model, effort)
-        if some is not None:
-            certificate = certify(model, region, effort=some, harmonics=exact.form.harmonics, limit=allowed)
+        proof_effort = effort if certified else usual_effort(model, effort)
+        if proof_effort is not None:
+            certificate = certify(
+                model, region, effort=proof_effort, harmonics=exact.form.harmonics, limit=allowed
+            )
     if certificate is None:
-        return Held(model, None, TRIED, found, where), states
+        return Held(model, None, TRIED, errors, where), states
     bound = certificate.counting
     return Held(model, certificate, 0, bound, where), np.stack(certificate.worst_states)[:, bound > allowed]

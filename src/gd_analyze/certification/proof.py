@@ -99,16 +99,20 @@ def proven_again(
     """
     stated, joints = model.accuracy.certificate, model.arm.joints
     if stated is None:
-        way = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
-        raise UsageError("the model states no certificate", where="--check", next_step=way)
+        next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
+        raise UsageError("the model states no certificate", where="--check", next_step=next_step)
     region: Box | Tube = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration, stated.where)
     if stated.trajectory_fingerprint:
         motion = motion or _shipped(model.arm, stated.trajectory_fingerprint)
         if motion is None or motion.fingerprint != stated.trajectory_fingerprint:
-            found = "none" if motion is None else motion.name
-            expected, way = f"the certificate's motion: {stated.where}", "name its file with --along"
-            what = "the certificate is for another motion"
-            raise UsageError(what, where="--check", expected=expected, found=found, next_step=way)
+            name = "none" if motion is None else motion.name
+            raise UsageError(
+                "the certificate is for another motion",
+                where="--check",
+                expected=f"the certificate's motion: {stated.where}",
+                found=name,
+                next_step="name its file with --along",
+            )
         region = Tube.along(model.arm, motion, stated.margin)
     again = certify(model, region, effort=stated.effort, limit=stated.certified, progress=progress)
     # The same sums, up to the rounding of another machine.

@@ -131,6 +131,6 @@ def simplify(
 def _refuse(is_wrong: bool, where: str) -> None:
     """Raise a UsageError for a margin or a proof without a region."""
     if is_wrong:
-        what, expected = "the budget holds at given states only", "neither margin nor certified"
+        message, expected = "the budget holds at given states only", "neither margin nor certified"
         next_step = "give a trajectory, or none for the arm's limits"
-        raise UsageError(what, where=where, expected=expected, next_step=next_step)
+        raise UsageError(message, where=where, expected=expected, next_step=next_step)

@@ -50,8 +50,9 @@ def bound_along(
     """Bound one joint's error in every piece of a tube by at most `effort` boxes, or one for each piece.
 
     Boxes are halved where the error may be largest, until the bound is close to an error found. With a
-    `limit`, those beyond it are halved until it is known whether the error exceeds it; to `tighten`, the rest
-    is halved with a share of the effort. `counts` (pieces,) are weights of errors, included in those found.
+    `limit`, boxes whose bound exceeds it are halved until it is known whether the error does. To `tighten`,
+    the others are then halved with a share of the effort. `counts` (pieces,) are weights of errors; errors
+    found include them.
     """
     counts = np.ones(len(tube)) if counts is None else counts
     limits = np.stack([np.ones(tube.n_joints), field.box.velocity, field.box.acceleration])
@@ -61,30 +62,30 @@ def bound_along(
     lower, upper = ((x / limits).reshape(len(tube), -1).T for x in (tube.lower, tube.upper))
     # The field's round-off covers that of centres and halves, as it covers that of a grid's nodes.
     boxes = form.boxes((lower + upper) / 2, (upper - lower) / 2, np.arange(len(tube)))
-    found, state, piece = boxes.worst(counts)
+    largest, state, piece = boxes.worst(counts)
     spent = len(tube)
     while True:
         # Rounding and cancelled harmonics are in every bound, however small the box.
-        counting, least = counts[boxes.pieces], field.rest + 8 * field.round_off
+        counting, least = counts[boxes.pieces], field.omitted + 8 * field.round_off
         near = np.empty(0, dtype=np.intp)
         if limit is not None:
-            if found > limit:
+            if largest > limit:
                 break
             near = np.flatnonzero(counting * boxes.bounds > limit)
         if not near.size and (limit is None or (tighten and spent - len(tube) < _TIGHTENING * effort)):
-            near = np.flatnonzero(counting * boxes.bounds > _CLOSE * found + counting * least)
+            near = np.flatnonzero(counting * boxes.bounds > _CLOSE * largest + counting * least)
         if not near.size or spent + 2 > effort:
             break
         order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
         near = near[order[: min(_HALVED, (effort - spent) // 2)]]
         halves = form.halved(boxes.at(near))
-        found, state, piece = max((found, state, piece), halves.worst(counts), key=lambda worst: worst[0])
+        largest, state, piece = max((largest, state, piece), halves.worst(counts), key=lambda worst: worst[0])
         boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
         spent += 2 * near.size
     bounds = np.zeros(len(tube))
     np.maximum.at(bounds, boxes.pieces, boxes.bounds)
     q, qd, qdd = np.clip(state.reshape(3, -1) * limits, tube.lower[piece], tube.upper[piece])
-    return Bounded(bounds, found, q, qd, qdd)
+    return Bounded(bounds, largest, q, qd, qdd)
 
 
 class Boxes(NamedTuple):
@@ -136,8 +137,8 @@ class TaylorForm:
         factors = field.motion.factors
         ends = [([0, 0] + [joint + offset[kind] for joint in joints])[-2:] for kind, joints in factors]
         self._first, self._second = np.array(ends, dtype=np.intp).reshape(-1, 2).T
-        one = np.eye(2 * self.n + 1)
-        self._firsts, self._seconds = one[self._first].T, one[self._second].T
+        unit = np.eye(2 * self.n + 1)
+        self._firsts, self._seconds = unit[self._first].T, unit[self._second].T
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """The error at states, shape (K,)."""
@@ -165,26 +166,28 @@ class TaylorForm:
     def _boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> Boxes:
         value, slope, curves = self._derivatives(centre)
         rows = np.arange(3 * self.n)
-        own, mixed = curves[rows, rows], np.abs(curves) * half[:, None] * half
+        diagonal, mixed = curves[rows, rows], np.abs(curves) * half[:, None] * half
         mixed[rows, rows] = 0.0
         second = mixed.sum(axis=1)
         above, whole = self._remainder(centre, half)
         # Upwards or downwards: the step of every variable, and the value there.
-        steps, gains = zip(*(_largest(sign * slope, sign * own, half) for sign in (1.0, -1.0)), strict=True)
+        steps, gains = zip(
+            *(_largest(sign * slope, sign * diagonal, half) for sign in (1.0, -1.0)), strict=True
+        )
         up, down = value + gains[0].sum(axis=0), gains[1].sum(axis=0) - value
         state = centre + np.where(up >= down, *steps)
         bound = np.maximum(up, down) + second.sum(axis=0) / 2 + above
         # Derivatives times half widths are no larger than the orders they belong to, and those up to the
         # second are less than four times 1 + D^3 / 6: so are their roundings.
         bound += 4.0 * self.field.round_off + _ROUNDINGS * above
-        bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.rest + self.field.round_off
+        bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.omitted + self.field.round_off
         turned = half[: self.n] * np.array(self.field.polynomial.degrees)[:, None]
         second[: self.n] += above * turned / np.maximum(turned.sum(axis=0), np.finfo(float).tiny)
         return Boxes(centre, half, pieces, bound, second.argmax(axis=0), np.abs(self(state)), state)
 
-    def _with_one(self, x: FloatArray, one: float) -> FloatArray:
+    def _with_one(self, x: FloatArray, first: float) -> FloatArray:
         """u, or its half widths, shape (2 n + 1, K)."""
-        return np.vstack([np.full((1, x.shape[1]), one), x[self.n :]])
+        return np.vstack([np.full((1, x.shape[1]), first), x[self.n :]])
 
     def _derivatives(self, centre: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value, first and second derivatives at states, shapes (K,), (3 n, K) and (3 n, 3 n, K)."""
@@ -202,9 +205,9 @@ class TaylorForm:
         curves[n + self._first, n + self._second] += values
         curves[n + self._second, n + self._first] += values
         real, imag = self._real.T @ factors, self._imag.T @ factors
-        one, other = self._pairs
-        by = self._angles[:, one] * self._angles[:, other]
-        curves[one, other] = -by.T @ (real * cosine - imag * sine)
+        row, column = self._pairs
+        by = self._angles[:, row] * self._angles[:, column]
+        curves[row, column] = -by.T @ (real * cosine - imag * sine)
         for k in self._used:
             cosine, sine = self._basis(plain, q, k)
             slopes = self._real @ cosine - self._imag @ sine
@@ -251,16 +254,16 @@ class TaylorForm:
             of_power = _orders_of_powers(abs(centre[k]), half[k], int(power.max()))[:, power]
             total *= sum(of_power)
             product = [np.zeros_like(angle) for _ in range(4)]
-            for i, one in enumerate(orders):
-                for j, other in enumerate(of_power):
-                    product[min(i + j, 3)] += one * other
+            for i, angle_order in enumerate(orders):
+                for j, power_order in enumerate(of_power):
+                    product[min(i + j, 3)] += angle_order * power_order
             orders = product
-        one, two, more = (self._sizes @ order for order in orders[1:])
+        first_order, second_order, higher_orders = (self._sizes @ order for order in orders[1:])
         u, h = np.abs(self._with_one(centre, 1.0)), self._with_one(half, 0.0)
         curved = h[self._first] * h[self._second]
         sloped = u[self._first] * h[self._second] + h[self._first] * u[self._second]
         factor = u[self._first] * u[self._second] + sloped + curved
-        above = more * factor + two * (sloped + curved) + one * curved
+        above = higher_orders * factor + second_order * (sloped + curved) + first_order * curved
         return above.sum(axis=0), ((self._sizes @ total) * factor).sum(axis=0)
 
 

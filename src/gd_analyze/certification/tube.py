@@ -94,10 +94,11 @@ class Tube:
         """Weights of errors at states of the tube (3, M, n), the largest where boxes meet, shape (M, n)."""
         if self.weights is None:
             return np.ones(states.shape[1:])
-        every = (
-            ((self.lower <= one) & (one <= self.upper)).all(axis=(1, 2)) for one in states.swapaxes(0, 1)
+        insides = (
+            ((self.lower <= state) & (state <= self.upper)).all(axis=(1, 2))
+            for state in states.swapaxes(0, 1)
         )
-        return np.array([self.weights[inside].max(axis=0, initial=1.0) for inside in every])
+        return np.array([self.weights[inside].max(axis=0, initial=1.0) for inside in insides])
 
     @property
     def enclosing(self) -> Box:
@@ -128,8 +129,8 @@ class Tube:
             If two set points are so close in time that no motion leads from one to the next.
         """
         if motion.n_joints != arm.n_joints:
-            what, expected = f"the trajectory does not fit arm {arm.name}", f"{arm.n_joints} joints"
-            raise UsageError(what, where=motion.name, expected=expected, found=f"{motion.n_joints}")
+            message, expected = f"the trajectory does not fit arm {arm.name}", f"{arm.n_joints} joints"
+            raise UsageError(message, where=motion.name, expected=expected, found=f"{motion.n_joints}")
         margin = Margin.of(margin)
         if motion.motions:
             return cls._around(arm, motion, margin, most)
@@ -161,8 +162,8 @@ class Tube:
         # On the clock of the whole.
         later = [float(several.time[motion.first]) - motion.start for motion in several.motions]
         notes = (f"{part.name}: {tube.note}" for part, tube in zip(parts, tubes, strict=True) if tube.note)
-        both = zip(tubes, later, strict=True)
-        boxes = ((tube.lower, tube.upper, tube.begin + t, tube.end + t) for tube, t in both)
+        pairs = zip(tubes, later, strict=True)
+        boxes = ((tube.lower, tube.upper, tube.begin + t, tube.end + t) for tube, t in pairs)
         lower, upper, begin, end = map(np.concatenate, zip(*boxes, strict=True))
         return cls(
             *(lower, upper, begin, end),
@@ -196,8 +197,8 @@ class _Path:
             places += [np.arange(len(inside) + len(gap))]
             are_known += [np.ones(len(inside), dtype=bool), np.zeros(len(gap), dtype=bool)]
         self.edges = np.append(np.concatenate(firsts), motion.n_set_points - 1)
-        self.place, self.apart = np.concatenate(places), length == 1
-        self.known = np.concatenate(are_known)
+        self.place, self.is_separate = np.concatenate(places), length == 1
+        self.is_known = np.concatenate(are_known)
         count = len(self.edges) - 1
         # Limits, largest differences of the possible motions, shape (groups, 3, n), and number of intervals
         # in which these exceed the margins.
@@ -210,11 +211,11 @@ class _Path:
                 self._reduce(first, min(first + step, count))
                 if k % 8 == 7:
                     release(motion.q, motion.qd, motion.qdd)
-        across = ~self.known
+        across = ~self.is_known
         self.lower[across] = self.upper[across] = np.nan
         self.differences[across], self.coarse[across] = 0.0, 0
         largest = np.maximum(np.abs(self.lower), np.abs(self.upper))
-        wrong = np.flatnonzero(~(largest <= LARGEST).all(axis=(1, 2)) & self.known)
+        wrong = np.flatnonzero(~(largest <= LARGEST).all(axis=(1, 2)) & self.is_known)
         if wrong.size:
             at, time = int(self.edges[wrong[0]]), motion.time
             at += int(np.diff(time[at : self.edges[wrong[0] + 1] + 1]).argmin())
@@ -236,7 +237,7 @@ class _Path:
         edges = self.edges[first : last + 1]
         part = slice(int(edges[0]), int(edges[-1]))
         groups, rounding = slice(first, last), _ROUNDING * self.margins[:2]
-        exact = self.apart
+        exact = self.is_separate
         if not exact:
             lower, upper, differences = Between.along_lines(self.motion, rounding, part)
             exact = not (differences <= self.margins).all()
@@ -255,7 +256,7 @@ class _Path:
 
     def boxes(self, most: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Limits and times of at most `most` boxes, as small as the margins if possible."""
-        if not self.known.any():
+        if not self.is_known.any():
             nothing = np.empty((0, *self.margins.shape))
             return nothing, nothing, np.empty(0), np.empty(0)
         # Half the range of positions, largest velocities and accelerations; these reductions ignore nan.
@@ -263,15 +264,15 @@ class _Path:
         reach = np.maximum(high, -low)
         reach[0] = (high[0] - low[0]) / 2
         scale = 2 * np.maximum(self.margins, _LEAST_SHARE * reach)
-        widths = np.where(self.unsure | ~self.known[:, None, None], 0.0, self.upper - self.lower)
+        widths = np.where(self.unsure | ~self.is_known[:, None, None], 0.0, self.upper - self.lower)
         shares = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
         size = 1.0
         while True:
             first, count = self._joined(size * scale)
-            kept = self.known[first]
-            first, count = first[kept], count[kept]
+            is_known = self.is_known[first]
+            first, count = first[is_known], count[is_known]
             pieces = np.clip(np.ceil(shares[first] / size), 1, _MOST_OF_ONE)
-            parts = np.where((count == 1) & self.apart, pieces, 1).astype(int)
+            parts = np.where((count == 1) & self.is_separate, pieces, 1).astype(int)
             # Every stretch takes at least one box.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
                 return self._cut(first, count, np.minimum(parts, most))
@@ -287,17 +288,17 @@ class _Path:
         lower, upper = self.lower.copy(), self.upper.copy()
         span = 1
         while span < len(self.lower):
-            left = np.flatnonzero((place[first] % (2 * span) == 0) & (count == span))
-            left = left[left + 1 < len(first)]
-            left = left[first[left + 1] == first[left] + span]
-            low, high = np.minimum(lower[left], lower[left + 1]), np.maximum(upper[left], upper[left + 1])
+            pairs = np.flatnonzero((place[first] % (2 * span) == 0) & (count == span))
+            pairs = pairs[pairs + 1 < len(first)]
+            pairs = pairs[first[pairs + 1] == first[pairs] + span]
+            low, high = np.minimum(lower[pairs], lower[pairs + 1]), np.maximum(upper[pairs], upper[pairs + 1])
             fits = (high - low <= size).all(axis=(1, 2))
-            left, low, high = left[fits], low[fits], high[fits]
-            if not len(left):
+            pairs, low, high = pairs[fits], low[fits], high[fits]
+            if not len(pairs):
                 break
-            count[left] += count[left + 1]
-            lower[left], upper[left] = low, high
-            first, count, lower, upper = (np.delete(x, left + 1, 0) for x in (first, count, lower, upper))
+            count[pairs] += count[pairs + 1]
+            lower[pairs], upper[pairs] = low, high
+            first, count, lower, upper = (np.delete(x, pairs + 1, 0) for x in (first, count, lower, upper))
             span *= 2
         return first, count
 
@@ -317,9 +318,9 @@ class _Path:
         end = np.where(place + 1 < parts[groups], np.append(begin[1:], 0.0), ends[groups])
         cut = np.flatnonzero(parts[groups] > 1)
         if cut.size:
-            among, each, intervals = place[cut], parts[groups[cut]], first[groups[cut]]
+            part, part_counts, intervals = place[cut], parts[groups[cut]], first[groups[cut]]
             between = Between.of(self.motion, _ROUNDING * self.margins[:2], intervals)
-            low, high = between.ranges(among / each, (among + 1) / each)
+            low, high = between.ranges(part / part_counts, (part + 1) / part_counts)
             lower[cut] = np.where(self.unsure[intervals], lower[cut], low)
             upper[cut] = np.where(self.unsure[intervals], upper[cut], high)
         return lower, upper, begin, end
@@ -339,9 +340,9 @@ class _Path:
             by = by if np.isfinite(times[most]) else "its margin being zero"
             begin, end = self.motion.time[self.edges[intervals[most] : intervals[most] + 2]]
             numbers = [int(joint) + 1 for joint in np.unique(joints)]
-            known = int(np.diff(self.edges)[self.known].sum())
+            count = int(np.diff(self.edges)[self.is_known].sum())
             notes.append(
-                f"Set points too far apart in {self.coarse.sum()} of {known} intervals "
+                f"Set points too far apart in {self.coarse.sum()} of {count} intervals "
                 f"({named_joints(numbers, self.motion.n_joints)}): the tube is wider there. "
                 f"Largest ambiguity: {quantity} of joint {joints[most] + 1}, {by}, "
                 f"from {begin:.4g} to {end:.4g} s."
