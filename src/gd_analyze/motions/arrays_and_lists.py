@@ -43,15 +43,15 @@ def read_numpy(path: Path) -> ArrayTable:
         if path.suffix.lower() == ".npz":
             with zipfile.ZipFile(path) as file:
                 _require_size(path, sum(member.file_size for member in file.infolist()), _LARGEST)
-            with np.load(path, allow_pickle=False) as held:
-                return _of_arrays(path, {name: held[name] for name in held.files})
+            with np.load(path, allow_pickle=False) as archive:
+                return _of_arrays(path, {name: archive[name] for name in archive.files})
         array = np.load(path, allow_pickle=False)
         if array.dtype.names:
             return _of_arrays(path, {name: array[name] for name in array.dtype.names})
     command = f"import numpy; numpy.savetxt('log.csv', numpy.load({str(path)!r}), delimiter=',')"
     step = f'python -c "{command}" writes it as CSV, whose columns --columns names'
-    found = f"an array of shape {array.shape} without names"
-    raise refusal("the columns have no names", Location(path), "named arrays, an .npz", found, step)
+    content = f"an array of shape {array.shape} without names"
+    raise refusal("the columns have no names", Location(path), "named arrays, an .npz", content, step)
 
 
 def read_matlab(path: Path) -> ArrayTable:
@@ -65,10 +65,10 @@ def read_matlab(path: Path) -> ArrayTable:
             return _of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
         arrays: dict[str, Any] = {}  # version 7.3
 
-        def take(name: str, held: object) -> None:
-            if isinstance(held, h5py.Dataset) and held.dtype.kind in "iuf" and not name.startswith("#"):
-                _require_size(path, held.nbytes, _LARGEST)
-                arrays[name] = held[()]
+        def take(name: str, node: object) -> None:
+            if isinstance(node, h5py.Dataset) and node.dtype.kind in "iuf" and not name.startswith("#"):
+                _require_size(path, node.nbytes, _LARGEST)
+                arrays[name] = node[()]
 
         with h5py.File(path) as file:
             file.visititems(take)
@@ -84,15 +84,15 @@ def _reading(path: Path, kind: str, expected: str) -> Iterator[None]:
         raise
     # Every part of these libraries fails in its own way: zip, zlib, struct, HDF5, memory.
     except Exception as error:
-        found = str(error).split("\n", 1)[0] or type(error).__name__
-        what, step = f"the log cannot be read as {kind}", "save it again, without objects, or as CSV"
-        raise refusal(what, Location(path), expected, found, step) from None
+        fault = str(error).split("\n", 1)[0] or type(error).__name__
+        message, step = f"the log cannot be read as {kind}", "save it again, without objects, or as CSV"
+        raise refusal(message, Location(path), expected, fault, step) from None
 
 
 def _require_size(path: Path, size: int, most: int) -> None:
     if size > most:
-        what, step = "the log is too large to be read at once", "save it as Parquet or CSV"
-        raise refusal(what, Location(path), f"up to {megabytes(most)}", megabytes(size), step)
+        message, step = "the log is too large to be read at once", "save it as Parquet or CSV"
+        raise refusal(message, Location(path), f"up to {megabytes(most)}", megabytes(size), step)
 
 
 def _of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
@@ -102,14 +102,16 @@ def _of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
     """
     arrays = {
         name: array.ravel() if array.ndim == 2 and 1 in array.shape else array
-        for name, array in ((name, np.asarray(held)) for name, held in _flattened(tree))
+        for name, array in ((name, np.asarray(value)) for name, value in _flattened(tree))
         if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size > 1
     }
     sides = Counter(side for array in arrays.values() for side in {*array.shape})
     if not sides:
-        found = ", ".join(f"{name} {np.shape(held)}" for name, held in [*_flattened(tree)][:12]) or "nothing"
+        content = (
+            ", ".join(f"{name} {np.shape(value)}" for name, value in [*_flattened(tree)][:12]) or "nothing"
+        )
         expected = "arrays with a value per instant, such as time (N) and q (N, n)"
-        raise refusal("the file contains no arrays of a motion", Location(path), expected, found)
+        raise refusal("the file contains no arrays of a motion", Location(path), expected, content)
     rows = max(sides, key=lambda side: (sides[side], side))
     columns: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():
@@ -176,9 +178,9 @@ def _checked(path: Path, number: int, row: object) -> tuple[int, Row | Trajector
     return number, dict(_flattened(row))
 
 
-def _not_json(where: Location, found: str) -> TrajectoryError:
+def _not_json(where: Location, content: str) -> TrajectoryError:
     expected, step = 'an object per line: {"time": 0.0, "q": [0.1, 0.2]}', "correct or remove the line"
-    return refusal("the line is not a JSON object", where, expected, found, step)
+    return refusal("the line is not a JSON object", where, expected, content, step)
 
 
 def has_lists(table: TextTable) -> bool:
@@ -197,8 +199,10 @@ def read_list_cells(table: TextTable) -> ArrayTable:
             return words if None in numbers else numbers
         if re.fullmatch(r"[-+]?[0-9]{1,18}", cell):
             return int(cell)
+        if cell.lower() in EMPTY:
+            return None
         number = number_in(table.layout.plain(cell))
-        return None if cell.lower() in EMPTY else cell if number is None else number
+        return cell if number is None else number
 
     def values_in(cells: list[str] | TrajectoryError) -> Row | TrajectoryError:
         if isinstance(cells, TrajectoryError):
@@ -218,16 +222,16 @@ def _of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> A
     labels: dict[str, list[str]] = {}
     lines: list[int] = []
     wrong: dict[int, TrajectoryError] = {}
-    for at, (line, row) in enumerate(rows):
+    for index, (line, row) in enumerate(rows):
         lines.append(line)
         if isinstance(row, TrajectoryError):
-            wrong[at] = row
+            wrong[index] = row
         for name, value in {} if isinstance(row, TrajectoryError) else row.items():
             if _are(str, value):
                 if labels.setdefault(name, value) != value:
-                    found, step = f"{', '.join(value)} in {name}", "write each arm's rows to a file"
+                    joints, step = f"{', '.join(value)} in {name}", "write each arm's rows to a file"
                     expected = f"{', '.join(labels[name])}, as before"
-                    raise refusal("the joints' names change", Location(path, line), expected, found, step)
+                    raise refusal("the joints' names change", Location(path, line), expected, joints, step)
                 continue
             numbers = _numbers(value)
             if numbers is None:
@@ -235,12 +239,12 @@ def _of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> A
             width = widths.setdefault(name, len(numbers) if isinstance(value, list) else 0)
             if isinstance(value, list) != (width > 0) or (width and len(numbers) != width):
                 expected = f"{width} numbers, as in the first row" if width else "a number"
-                wrong[at] = refusal(
+                wrong[index] = refusal(
                     f"{name} has another length", Location(path, line), expected, str(len(numbers))
                 )
                 continue
             column = columns.setdefault(name, [])
-            column.extend([[math.nan] * width if width else math.nan] * (at - len(column)))
+            column.extend([[math.nan] * width if width else math.nan] * (index - len(column)))
             column.append(numbers if width else numbers[0])
     names: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
@@ -251,19 +255,16 @@ def _of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> A
             names[name] = _stored(array)
             continue
         label = next((words for words in labels.values() if len(words) == width), None)
-        shown = (
+        column_names = (
             [f"{word}{_BELOW}{name}" for word in label]
             if label
             else [f"{name}_{k + 1}" for k in range(width)]
         )
-        names |= {one: _stored(array[:, k]) for k, one in enumerate(shown)}
+        names |= {column_name: _stored(array[:, k]) for k, column_name in enumerate(column_names)}
     if not names:
-        expected = "numbers or lists of numbers"
-        raise (
-            wrong[min(wrong)]
-            if wrong
-            else refusal("the log has no numbers", Location(path), expected, "none")
-        )
+        if wrong:
+            raise wrong[min(wrong)]
+        raise refusal("the log has no numbers", Location(path), "numbers or lists of numbers", "none")
     return ArrayTable(path, tuple(names), tuple(names.values()), lines=tuple(lines), wrong=wrong)
 
 
@@ -273,15 +274,15 @@ def _are(kind: type, value: object) -> bool:
 
 def _numbers(value: object) -> list[float | int] | None:
     """Numbers of a list, or a number as a list of one; nan for null, None for anything else."""
-    found: list[float | int] = []
+    numbers: list[float | int] = []
     for entry in value if isinstance(value, list) else [value]:
         if entry is None:
-            found.append(math.nan)
+            numbers.append(math.nan)
         elif isinstance(entry, bool) or not isinstance(entry, int | float):
             return None
         else:
-            found.append(entry if isinstance(entry, float) or abs(entry) < 2**63 else math.inf)
-    return found or None
+            numbers.append(entry if isinstance(entry, float) or abs(entry) < 2**63 else math.inf)
+    return numbers or None
 
 
 READERS: Mapping[str, Callable[[Path], ArrayTable]] = {

@@ -44,11 +44,11 @@ class Between:
         rise = off_q + off_v / 2
         # Linear acceleration, and what it does not explain.
         begin, second, third = [q0, v0 * width], a0 * width**2 / 2, (a1 - a0) * width**2 / 6
-        rest = [third + 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v]
-        quintic = [*begin, second, *rest]
+        higher = [third + 10 * rise - 4 * off_v, 7 * off_v - 15 * rise, 6 * rise - 3 * off_v]
+        quintic = [*begin, second, *higher]
         moved, turned = second + third + rise, 2 * second + 3 * third + off_v
-        nothing = np.zeros_like(q0)
-        cubic = [*begin, 3 * moved - turned, turned - 2 * moved, nothing, nothing]
+        zeros = np.zeros_like(q0)
+        cubic = [*begin, 3 * moved - turned, turned - 2 * moved, zeros, zeros]
         out = np.zeros((len(q0), _DEGREE + 1, 3, 3, q0.shape[1]))
         for place, position in enumerate((quintic, cubic)):
             rows = np.stack(position, axis=1)
@@ -91,7 +91,8 @@ class Between:
         ):
             slack[:, order] = unexplained
             for k, x in enumerate(bend, start=2):
-                if (power := k - order) > 1:
+                power = k - order
+                if power > 1:
                     slack[:, order] += math.perm(k, order) * _OFF_LINE[power] * x
             slack[:, order] /= width**order
         first, last = (np.stack(x, axis=1) for x in ((q0, v0, a0), (q1, v1, a1)))
@@ -105,9 +106,9 @@ class Between:
 
     def _combined(self, weights: FloatArray) -> FloatArray:
         """Sums of coefficients with weights (.., S, 6), shape (intervals, S, 3, 3, n)."""
-        count, powers, *rest = self.coefficients.shape
+        count, powers, *trailing = self.coefficients.shape
         flat = weights @ self.coefficients.reshape(count, powers, -1)
-        return np.asarray(flat).reshape(count, -1, *rest)
+        return np.asarray(flat).reshape(count, -1, *trailing)
 
 
 def _bernstein(begin: FloatArray, end: FloatArray) -> FloatArray:

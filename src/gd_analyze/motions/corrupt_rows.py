@@ -19,9 +19,12 @@ from gd_analyze.text import number
 
 # Garbage is a few rows long; more in a row are another motion.
 _FEW = 3
-# A position jumps by more than this many times 99 % of its steps, and faster than this, per s: ten times as
-# fast as arms move.
-_TIMES, _SHARE, _FASTEST = 30.0, 0.99, 30.0
+# A position's ordinary step is this quantile of its steps.
+_ORDINARY_SHARE = 0.99
+# A jump is longer than this many ordinary steps,
+_JUMP_STEPS = 30.0
+# and faster than this, per s: ten times as fast as arms move.
+_FASTEST = 30.0
 _TURN = 2 * math.pi
 # Most lines listed in a message.
 _MOST_LISTED = 20
@@ -39,15 +42,15 @@ def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, st
     step = float(np.median(steps[steps > 0]))
     gap = longest_step(step)
     strays = _of_time(time[rows], q[rows], step, gap)
-    found = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
+    faults = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
     rows = np.delete(rows, strays)
     for i, joint in enumerate(arm.joints):
-        known = rows[np.isfinite(q[rows, i])]
-        x = q[known, i]
-        for k in _of_position(time[known], x, gap, joint.kind == "revolute"):
-            said = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
-            found.setdefault(int(known[k]), said)
-    return found
+        finite = rows[np.isfinite(q[rows, i])]
+        x = q[finite, i]
+        for k in _of_position(time[finite], x, gap, joint.kind == "revolute"):
+            fault = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
+            faults.setdefault(int(finite[k]), fault)
+    return faults
 
 
 def _of_time(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
@@ -92,18 +95,20 @@ def _of_position(time: FloatArray, x: FloatArray, gap: float, revolute: bool) ->
     if len(x) <= 2 * _FEW:
         return []
     steps, seconds = np.diff(x), np.diff(time)
-    ordinary = float(np.quantile(np.abs(steps), _SHARE))
+    ordinary = float(np.quantile(np.abs(steps), _ORDINARY_SHARE))
     if revolute:
         # An angle at the end of its range wraps there and back.
-        rest = steps - _TURN * np.round(steps / _TURN)
-        steps = np.where((np.abs(steps) < 1.5 * _TURN) & (np.abs(rest) <= _TIMES * ordinary), rest, steps)
+        remainders = steps - _TURN * np.round(steps / _TURN)
+        steps = np.where(
+            (np.abs(steps) < 1.5 * _TURN) & (np.abs(remainders) <= _JUMP_STEPS * ordinary), remainders, steps
+        )
     beside = (seconds > 0) & (seconds <= gap)
-    jumps = beside & (np.abs(steps) > np.maximum(_TIMES * ordinary, _FASTEST * seconds))
+    jumps = beside & (np.abs(steps) > np.maximum(_JUMP_STEPS * ordinary, _FASTEST * seconds))
     at, strays = np.flatnonzero(jumps), list[int]()
     for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-        few = back - out <= _FEW and beside[out:back].all()
-        returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
-        if few and returned and steps[out] * steps[back] < 0:
+        is_short = back - out <= _FEW and beside[out:back].all()
+        has_returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
+        if is_short and has_returned and steps[out] * steps[back] < 0:
             strays += range(out + 1, back + 1)
     return strays
 
@@ -129,18 +134,18 @@ def require_sound(
         return
     remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
     if first not in wrong:
-        what = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
+        message = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
         expected = "instants and positions near those of the rows before and after"
-        found = [jumping[first], *([lines] if len(rows) > 1 else [])]
-        raise refusal(what, table.where(first), expected, found, remedy)
+        facts = [jumping[first], *([lines] if len(rows) > 1 else [])]
+        raise refusal(message, table.where(first), expected, facts, remedy)
     error = wrong[first]
     details = error.details
-    what = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
-    found = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
+    message = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
+    facts = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
     step = "; ".join(filter(None, (details.get("next"), remedy)))
-    raise refusal(what, details["where"], details.get("expected", ""), found, step)
+    raise refusal(message, details["where"], details.get("expected", ""), facts, step)
 
 
 def _listed(lines: Sequence[int], count: int) -> str:
-    shown = ", ".join(map(str, lines[:_MOST_LISTED]))
-    return f"line{'s' if count > 1 else ''} {shown}" + (f", ... ({count})" if count > _MOST_LISTED else "")
+    numbers = ", ".join(map(str, lines[:_MOST_LISTED]))
+    return f"line{'s' if count > 1 else ''} {numbers}" + (f", ... ({count})" if count > _MOST_LISTED else "")

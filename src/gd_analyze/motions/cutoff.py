@@ -18,23 +18,34 @@ from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import Sampling
 from gd_analyze.text import figures, named_joints
 
-# Length of the pieces whose spectra are averaged: in s, and the least number of readings.
-_PIECE, _SHORTEST = 8.0, 64
-# Frequencies averaged into one: a share of the frequency to either side, and the least number.
-_SHARE, _FEWEST = 0.15, 2
+# Length of the pieces whose spectra are averaged, s.
+_PIECE = 8.0
+# Least number of readings in a piece.
+_SHORTEST = 64
+# Frequencies averaged into one, to either side, as a share of the frequency.
+_SHARE = 0.15
+# Least number of frequencies averaged to either side.
+_FEWEST = 2
 # Hz; above it elastic joints make arms vibrate, which no model of rigid links describes.
 _HIGHEST = 30.0
 # Share of the sample rate: aliased noise must not reach the pass band.
 _HIGHEST_SHARE = 0.2
-# The lowest cut-off chosen by rule, Hz, and for a short motion in periods.
-_LOWEST, _FEWEST_PERIODS = 0.5, 2.0
+# Lowest cut-off chosen by rule, Hz.
+_LOWEST = 0.5
+# Least number of its periods in a motion.
+_FEWEST_PERIODS = 2.0
 # Ratio of neighbouring cut-offs that are compared.
 _RATIO = 1.05
-# A density is of motion if it exceeds by this factor the density somewhere up to this multiple of its
-# frequency: averaged noise varies less, and a sensor's filter falls less.
-_STANDS_OUT, _WITHIN = 6.0, 5.0
-# The law of the noise is fitted from the highest frequency of motion times this, for a decade.
-_CLEAR, _DECADE = 1.3, 10.0
+# A density is of motion if a density above it is smaller by this factor: averaged noise varies less, and a
+# sensor's filter falls less.
+_STANDS_OUT = 6.0
+# Multiple of a frequency up to which densities are compared with its own.
+_WITHIN = 5.0
+# The law of the noise is fitted from the highest frequency of motion times this,
+_CLEAR = 1.3
+# up to this multiple of the frequency where the fit begins.
+_DECADE = 10.0
+# Least number of frequencies fitted.
 _FEWEST_FITTED = 5
 # Steepest rise of a density: white noise, differentiated twice.
 _STEEPEST = 4.0
@@ -46,10 +57,10 @@ _ENDS = 0.0228
 _LARGEST_SHARE = 0.25
 # Share of the motion in the best readings that others must show, too, unless all is noise.
 _SEEN = 0.5
-# Share of a joint's acceleration at too high frequencies that causes a warning, if above _AT_REST, per s^2.
-_MISSED, _AT_REST = 0.1, 1e-3
-
-
+# Share of a joint's acceleration at too high frequencies that causes a warning.
+_MISSED = 0.1
+# Smallest acceleration at too high frequencies that causes a warning, per s^2.
+_AT_REST = 1e-3
 # Steps that differ by less than this share are even.
 _EVEN = 1e-3
 
@@ -213,37 +224,42 @@ def chosen(
     """
     n = sources[0].values.shape[1]
     if treatment.cutoff is not None:
-        cutoffs = _given(treatment.cutoff, n, sampling)
+        cutoffs = _cutoffs_of_joints(treatment.cutoff, n, sampling)
         best = min(sources, key=lambda source: float((source.left(cutoffs) ** 2).sum()))
         return best, cutoffs, "as asked for"
     highest = _highest(sampling)
-    seen = [sum(noise.moved**2 for noise in source.noises) for source in sources]
-    seeing = [source for source, power in zip(sources, seen, strict=True) if power >= _SEEN**2 * max(seen)]
-    size = np.max([source.sizes for source in seeing], axis=0)
-    own = [source.best_cutoff(highest) for source in seeing]
-    place = int(np.argmin([source.error(size, f) for source, f in zip(seeing, own, strict=True)]))
-    missed = np.array([noise.missed for noise in seeing[place].noises])
+    square_sums = [sum(noise.moved**2 for noise in source.noises) for source in sources]
+    moving = [
+        source
+        for source, square_sum in zip(sources, square_sums, strict=True)
+        if square_sum >= _SEEN**2 * max(square_sums)
+    ]
+    size = np.max([source.sizes for source in moving], axis=0)
+    best_cutoffs = [source.best_cutoff(highest) for source in moving]
+    place = int(np.argmin([source.error(size, f) for source, f in zip(moving, best_cutoffs, strict=True)]))
+    missed = np.array([noise.missed for noise in moving[place].noises])
     joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
     if highest < _HIGHEST and joints:
-        what = f"accelerations above {figures(highest)} Hz in the log, left out: {named_joints(joints, n)}"
-        few = f"{figures(1 / sampling.step)} readings per second are too few for these; log faster"
-        warnings.warn(f"{what}; {few}", GdAnalyzeWarning, stacklevel=4)
+        message = f"accelerations above {figures(highest)} Hz in the log, left out: {named_joints(joints, n)}"
+        advice = f"{figures(1 / sampling.step)} readings per second are too few for these; log faster"
+        warnings.warn(f"{message}; {advice}", GdAnalyzeWarning, stacklevel=4)
     rule = "least expected error of the accelerations"
-    if own[place] >= highest * 0.999:
-        slow = own[place] < _HIGHEST * 0.999
+    if best_cutoffs[place] >= highest * 0.999:
+        slow = best_cutoffs[place] < _HIGHEST * 0.999
         why = f"{_HIGHEST_SHARE:g} of the sample rate" if slow else "arms are not rigid above it"
         rule = f"the highest allowed: {why}"
-    return seeing[place], np.full(n, own[place]), rule
+    return moving[place], np.full(n, best_cutoffs[place]), rule
 
 
-def _given(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> FloatArray:
-    given = np.full(n, cutoff) if isinstance(cutoff, float | int) else np.array(cutoff, dtype=float)
-    if given.shape != (n,):
+def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Sampling) -> FloatArray:
+    cutoffs = np.full(n, cutoff) if isinstance(cutoff, float | int) else np.array(cutoff, dtype=float)
+    if cutoffs.shape != (n,):
         expected = f"one for all joints, or {n}"
-        raise refusal("wrong number of cut-offs", "--cutoff", expected, str(given.size))
+        raise refusal("wrong number of cut-offs", "--cutoff", expected, str(cutoffs.size))
     most = _LARGEST_SHARE / sampling.step
-    if given.max() > most:
-        what, found = "the cut-off is too high for the sample rate", f"{figures(float(given.max()))} Hz"
+    if cutoffs.max() > most:
+        message = "the cut-off is too high for the sample rate"
+        highest = f"{figures(float(cutoffs.max()))} Hz"
         expected = f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second"
-        raise refusal(what, "--cutoff", expected, found, "give a lower one, or none to have it chosen")
-    return given
+        raise refusal(message, "--cutoff", expected, highest, "give a lower one, or none to have it chosen")
+    return cutoffs

@@ -79,42 +79,42 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
     beside = any(
         m.number is not None and not m.label for columns in groups.values() for m in columns.values()
     )
-    found: list[Family] = []
+    families: list[Family] = []
     for group, columns in groups.items():
         make = partial(Family, *group)
         named = _by({c: m.joint for c, m in columns.items()})
-        rest = {c: m for c, m in columns.items() if m.joint is None}
+        unnamed = {c: m for c, m in columns.items() if m.joint is None}
         mixed = _by_name_or_number(make, columns, names, written)
-        affixed = None if named or mixed is not None else _by_affix(make, rest, names)
+        affixed = None if named or mixed is not None else _by_affix(make, unnamed, names)
         if mixed is not None:
-            found.append(mixed)
+            families.append(mixed)
         elif named:
-            found.append(make((), named, tuple(rest), "by name"))
+            families.append(make((), named, tuple(unnamed), "by name"))
         elif affixed is not None:
-            found.append(affixed)
+            families.append(affixed)
         else:
             labelled: dict[Words, dict[int, Meaning]] = {}
-            for column, meaning in rest.items():
+            for column, meaning in unnamed.items():
                 if meaning.number is not None and meaning.label != EXTERNAL:
                     labelled.setdefault(meaning.label, {})[column] = meaning
             tried = (
-                _by_number(make, label, of, names, None if beside else written)
-                for label, of in labelled.items()
+                _by_number(make, label, members, names, None if beside else written)
+                for label, members in labelled.items()
             )
             counted = [family for family in tried if family is not None]
-            if len(names) == len(rest) == 1 and not counted and not any(m.label for m in rest.values()):
-                counted = [make((), {0: tuple(rest)}, (), "the arm's only joint")]
-            found += counted
-    return found
+            if len(names) == len(unnamed) == 1 and not counted and not any(m.label for m in unnamed.values()):
+                counted = [make((), {0: tuple(unnamed)}, (), "the arm's only joint")]
+            families += counted
+    return families
 
 
 def _by(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
     """Columns of each joint, given the joint of each column."""
-    found: dict[int, tuple[int, ...]] = {}
+    columns: dict[int, tuple[int, ...]] = {}
     for column, joint in joints.items():
         if joint is not None:
-            found[joint] = (*found.get(joint, ()), column)
-    return found
+            columns[joint] = (*columns.get(joint, ()), column)
+    return columns
 
 
 def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
@@ -158,21 +158,21 @@ def _by_name_or_number(
     numbered = partly_numbered(names)
     if numbered is None:
         return None
-    own_label, joints = numbered
-    numbers = {c: m.number for c, m in columns.items() if m.label in ((), own_label) and m.number is not None}
+    label, joints = numbered
+    numbers = {c: m.number for c, m in columns.items() if m.label in ((), label) and m.number is not None}
     base = int(0 in numbers.values() and 0 not in joints)
-    found = {c: joints.get(number + base) for c, number in numbers.items()}
-    found |= {c: m.joint for c, m in columns.items() if m.joint is not None}
-    if all(joint is None for joint in found.values()):
+    matches = {c: joints.get(number + base) for c, number in numbers.items()}
+    matches |= {c: m.joint for c, m in columns.items() if m.joint is not None}
+    if all(joint is None for joint in matches.values()):
         return None
-    others = sorted({*range(len(names))} - {*found.values()})
+    unmatched = sorted({*range(len(names))} - {*matches.values()})
     external = [c for c, m in columns.items() if m.joint is None and m.label == EXTERNAL]
     renamed: tuple[tuple[str, str], ...] = ()
-    if len(others) == len(external) == 1:
-        found[external[0]] = others[0]
-        renamed = ((as_written(columns[external[0]].token, written[external[0]]), names[others[0]]),)
-    extra = tuple(c for c in columns if found.get(c) is None)
-    return make((), _by(found), extra, "by number of the joint's name", renamed)
+    if len(unmatched) == len(external) == 1:
+        matches[external[0]] = unmatched[0]
+        renamed = ((as_written(columns[external[0]].token, written[external[0]]), names[unmatched[0]]),)
+    extra = tuple(c for c in columns if matches.get(c) is None)
+    return make((), _by(matches), extra, "by number of the joint's name", renamed)
 
 
 def _by_number(
@@ -191,41 +191,43 @@ def _by_number(
         return None
     numbers = {c: m.number for c, m in columns.items() if m.number is not None}
     base = 0 if 0 in numbers.values() else 1
-    own = range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
-    joints = {number + base: joint for joint, number in enumerate(own)}
+    numbers_of_joints = (
+        range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
+    )
+    joints = {number + base: joint for joint, number in enumerate(numbers_of_joints)}
     matched = _by({column: joints.get(number) for column, number in numbers.items()})
     extra = tuple(column for column, number in numbers.items() if number not in joints)
     renamed: tuple[tuple[str, str], ...] = ()
     if label and written is not None and counts is not None and counts[0] != label:
-        firsts = [(of[0], joint) for joint, of in sorted(matched.items())]
+        firsts = [(group[0], joint) for joint, group in sorted(matched.items())]
         renamed = tuple((as_written(columns[c].token, written[c]), names[joint]) for c, joint in firsts)
     return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
 def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) -> Family | None:
     """Match names that differ only by the same leading words, such as the robot's prefix."""
-    own = [without_fillers(words_of(name)) for name in names]
+    joint_words = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
-    if not all(any(not word.isdigit() for word in words) for words in own):
+    if not all(any(not word.isdigit() for word in words) for words in joint_words):
         return None
     by_words: dict[Words, tuple[int, ...]] = {}
     # Leading words that the log adds; after "", leading words that it lacks.
     prefixes: dict[Words, None] = {}
     for column, words in logged.items():
         by_words[words] = (*by_words.get(words, ()), column)
-        for joint in own:
+        for joint in joint_words:
             if words[-len(joint) :] == joint:
                 prefixes.setdefault(words[: -len(joint)])
             if joint[-len(words) :] == words and words:
                 prefixes.setdefault(("", *joint[: -len(words)]))
     for prefix in sorted(prefixes, key=len):
         lacks = prefix[:1] == ("",)
-        if lacks and any(("", *joint[: len(prefix) - 1]) != prefix for joint in own):
+        if lacks and any(("", *joint[: len(prefix) - 1]) != prefix for joint in joint_words):
             continue
-        wanted = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in own]
+        wanted = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in joint_words]
         matched = {joint: by_words.get(words, ()) for joint, words in enumerate(wanted)}
         if all(matched.values()):
-            used = {c for of in matched.values() for c in of}
+            used = {c for group in matched.values() for c in group}
             beside = " ".join(prefix).strip()
             why = f"by name, but for {beside!r}" if beside else "by name"
             return make((), matched, tuple(c for c in columns if c not in used), why)
@@ -245,7 +247,7 @@ def time_columns(
     names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
 ) -> TimeColumns | None:
     """Find the time of the rows; `stand` tells whether all first cells of a column are equal."""
-    found = []
+    candidates = []
     nanoseconds: dict[Words, int] = {}  # the first column of each topic
     for k, meaning in enumerate(meanings):
         if meaning.role == "nanosec":
@@ -256,15 +258,15 @@ def time_columns(
         if rank and "stamp" in meaning.group and name != "stamp":
             rank = _STAMP
         if meaning.role == "time" and not stand[k]:
-            found.append((rank, TimeColumns((k,), meaning.unit, "name")))
+            candidates.append((rank, TimeColumns((k,), meaning.unit, "name")))
         pair = nanoseconds.get(meaning.group[:-1]) if meaning.role == "sec" else None
         if pair is not None and not (stand[k] and stand[pair]):
-            found.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
-    if not found:
+            candidates.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
+    if not candidates:
         counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
         return TimeColumns((counts[0],), SAMPLE, "name") if len(counts) == 1 else None
-    best = min(rank for rank, _ in found)
-    choices = [columns for rank, columns in found if rank == best]
+    best = min(rank for rank, _ in candidates)
+    choices = [columns for rank, columns in candidates if rank == best]
     if len(choices) > 1:
         listed = [names[columns.columns[0]] for columns in choices]
         if len({*listed}) < len(listed):

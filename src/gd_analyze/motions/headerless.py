@@ -51,16 +51,16 @@ def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints:
     numbers = table.read(wanted, (), no_progress).numbers
     numbers = numbers[np.isfinite(numbers).all(axis=1)]
     blocks = np.split(numbers[:, has_time:], len(begins), axis=1)
-    found = ["q"]
-    for role, of, values in zip(_ROLES[1:], blocks, blocks[1:], strict=False):
+    roles = ["q"]
+    for role, previous, values in zip(_ROLES[1:], blocks, blocks[1:], strict=False):
         time = numbers[:, 0] if has_time else _instants(blocks[0], blocks[1])
-        if contradictions(time, of, values, None):
+        if contradictions(time, previous, values, None):
             break
-        found.append(role)
-    return found
+        roles.append(role)
+    return roles
 
 
 def _instants(q: FloatArray, qd: FloatArray) -> FloatArray:
     """Instants of even steps with which velocities cover the distance that positions do."""
-    way, speed = (float(np.abs(x).sum()) for x in (np.diff(q, axis=0), qd[1:]))
-    return np.arange(float(len(q))) * (way / speed if speed > 0.0 else 1.0)
+    distance, speed = (float(np.abs(x).sum()) for x in (np.diff(q, axis=0), qd[1:]))
+    return np.arange(float(len(q))) * (distance / speed if speed > 0.0 else 1.0)

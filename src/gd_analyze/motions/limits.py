@@ -26,12 +26,17 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 # Joints without limits may turn several times, but numbers beyond two turns are rarely radians.
 MANY_TURNS = 4 * math.pi
-# Motions of more than this, rad or m, are not creeping; velocities from this share of the limits are usual.
-_MOVES, _USUAL = 0.1, 1.5
+# Motions of more than this, rad or m, are not creeping.
+_MOVES = 0.1
+# Velocities up to this share of the limits are usual.
+_USUAL = 1.5
 # An arm stands still if its joints keep within this many standard deviations of their noise.
 _STILL = 6.0
-# Time steps of logs, s: 10 kHz to 10 Hz.
-_FASTEST, _SLOWEST = 1e-4, 0.1
+# Shortest time step of logs, s: 10 kHz.
+_FASTEST = 1e-4
+# Longest time step of logs, s: 10 Hz.
+_SLOWEST = 0.1
+# Units of time, per s.
 _UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 Quantity = Literal["position", "velocity", "acceleration"]
@@ -121,7 +126,7 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
 
 def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[float, float]]:
     """Smallest and largest variable, largest velocity and acceleration of a joint (from 0), with instants."""
-    found = []
+    extremes = []
     for order in range(3):
         if isinstance(motion, Trajectory):
             instants = motion.time[motion.extreme_at[order, :, joint]]
@@ -130,8 +135,8 @@ def _extremes(motion: Trajectory | PPoly[np.float64], joint: int) -> list[tuple[
             instants, values = _candidates(motion.derivative(order) if order else motion, joint)
         values = np.abs(values) if order else values
         for pick in [values.argmax()] if order else [values.argmin(), values.argmax()]:
-            found.append((float(values[pick]), float(instants[pick])))
-    return found
+            extremes.append((float(values[pick]), float(instants[pick])))
+    return extremes
 
 
 def _candidates(path: PPoly[np.float64], joint: int) -> tuple[FloatArray, FloatArray]:
@@ -165,28 +170,36 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     require_joints(trajectory, arm)
     low, high = trajectory.extremes[0]
     suspects = _degree_suspects(arm, low, high)
-    found = []
+    messages = []
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
         largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
-        found.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory, suspects[0] + 1)}")
+        messages.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory, suspects[0] + 1)}")
     smooth = trajectory.recording is not None and trajectory.recording.measured
-    violations = [one for one in limit_report(arm, trajectory).violations if one.joint - 1 not in suspects]
-    for quantity in dict.fromkeys(one.quantity for one in violations):
-        alike = [one for one in violations if one.quantity == quantity]
-        points = np.searchsorted(trajectory.time, [one.time for one in alike]) + 1
+    violations = [
+        violation
+        for violation in limit_report(arm, trajectory).violations
+        if violation.joint - 1 not in suspects
+    ]
+    for quantity in dict.fromkeys(violation.quantity for violation in violations):
+        alike = [violation for violation in violations if violation.quantity == quantity]
+        points = np.searchsorted(trajectory.time, [violation.time for violation in alike]) + 1
         places = zip(alike, points, strict=True)
-        message = "; ".join(f"{one}, at set point {point} ({one.time:.4g} s)" for one, point in places)
+        message = "; ".join(
+            f"{violation}, at set point {point} ({violation.time:.4g} s)" for violation, point in places
+        )
         derived = {"velocity": "qd", "acceleration": "qdd"}.get(quantity)
         if smooth and derived:
             message += "; from smoothed readings: a lower --cutoff smooths more"
         elif derived in trajectory.derived:
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
-        sliding = next((one for one in alike if quantity == "position" and one.unit == "m"), None)
+        sliding = next(
+            (violation for violation in alike if quantity == "position" and violation.unit == "m"), None
+        )
         if sliding is not None:
             message += f"; in another unit than m, name the column q{sliding.joint}_mm or _cm"
-        found.append(message)
+        messages.append(message)
     # Velocities derived from positions and instants that would be usual in another unit of time.
     span = high - low
     moving = span > _MOVES
@@ -194,18 +207,20 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
         share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
         period = float(np.median(np.diff(trajectory.time)))
-        usual = [unit for unit, of in _UNITS.items() if 0.0 < of * share <= _USUAL]
+        usual = [unit for unit, per_second in _UNITS.items() if 0.0 < per_second * share <= _USUAL]
         # A controller's rate is better evidence than the arm's velocity limits.
-        units = [unit for unit, of in _UNITS.items() if _FASTEST <= period / of <= _SLOWEST] or usual
+        units = [
+            unit for unit, per_second in _UNITS.items() if _FASTEST <= period / per_second <= _SLOWEST
+        ] or usual
         if usual:
             slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
-            found.append(f"{slow}; if it is in {units[0]}, give --time-unit {units[0]}")
+            messages.append(f"{slow}; if it is in {units[0]}, give --time-unit {units[0]}")
     recording = trajectory.recording
     if smooth and recording is not None and (span <= _STILL * recording.noise_q + ROUNDING).all():
-        found.append("no joint moves by more than its noise: the arm stands still")
+        messages.append("no joint moves by more than its noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
-    found += contradictions(*arrays, trajectory.gaps, trajectory.derived)
-    for message in found:
+    messages += contradictions(*arrays, trajectory.gaps, trajectory.derived)
+    for message in messages:
         warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
 
 
@@ -222,12 +237,10 @@ def _in_degrees(trajectory: Trajectory, joint: int) -> str:
 def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Raise a TrajectoryError if a trajectory has another number of joints."""
     if trajectory.n_joints != arm.n_joints:
-        where, step = (
-            f"trajectory {trajectory.name}",
-            "choose the right arm; `gd-analyze arms` lists the built-in ones",
-        )
-        expected, found = f"{arm.n_joints} joints", f"{trajectory.n_joints} joints"
-        raise refusal(f"{where} is not for arm {arm.name}", where, expected, found, step)
+        where = f"trajectory {trajectory.name}"
+        step = "choose the right arm; `gd-analyze arms` lists the built-in ones"
+        expected, count = f"{arm.n_joints} joints", f"{trajectory.n_joints} joints"
+        raise refusal(f"{where} is not for arm {arm.name}", where, expected, count, step)
 
 
 def warn_if_radians(name: str, degrees: FloatArray) -> None:

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 Role = Literal["time", "unused"] | Quantity
 
 _DEGREE = 5
-_KNOTS_PER_PERIOD, _KNOTS_PER_READING = 8, 4
+# Knots of the smoothing spline per period of the cut-off frequency.
+_KNOTS_PER_PERIOD = 8
+# Most of its knots per reading.
+_KNOTS_PER_READING = 4
 # Below this many periods in a stretch the spline is a parabola for any cut-off.
 _PARABOLA = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
@@ -63,8 +66,8 @@ class Logged:
     judged: bool = False  # whether `measured` follows from names alone, so that the numbers may contradict it
 
     def __repr__(self) -> str:
-        found = [role for role in ROLES if getattr(self, role) is not None]
-        size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(found)}"
+        quantities = [role for role in ROLES if getattr(self, role) is not None]
+        size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(quantities)}"
         return f"Logged({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"
 
 
@@ -99,8 +102,8 @@ Treated = tuple[FloatArray, FloatArray, FloatArray, FloatArray, str, tuple[int, 
 def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -> Treated:
     """Make the numbers of a trajectory; see `Trajectory.from_log`."""
     if arm is not None and logged.q.shape[1] != arm.n_joints:
-        what, found = f"the log does not fit arm {arm.name}", str(logged.q.shape[1])
-        raise refusal(what, logged.origin or logged.name, f"{arm.n_joints} joints", found)
+        message, count = f"the log does not fit arm {arm.name}", str(logged.q.shape[1])
+        raise refusal(message, logged.origin or logged.name, f"{arm.n_joints} joints", count)
     if logged.gaps is not None and not logged.measured:
         arrays = (logged.time, logged.q, logged.qd, logged.qdd)
         if logged.judged and not logged.gaps and are_noise(*arrays):
@@ -118,34 +121,34 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     if arm is not None:
         q, turns = unwrapped(q, arm, sampling.stretches)
         notes += turns
-    others = (logged.qd, logged.qdd, logged.torque)
-    qd, qdd, torque = (None if x is None else x[sampling.rows] for x in others)
-    kept = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
+    optional = (logged.qd, logged.qdd, logged.torque)
+    qd, qdd, torque = (None if x is None else x[sampling.rows] for x in optional)
+    sampled = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
     if logged.measured:
-        return _smoothed(kept, sampling, treatment, notes)
-    if logged.judged and are_noise(kept.time, q, qd, qdd, sampling.gaps):
+        return _smoothed(sampled, sampling, treatment, notes)
+    if logged.judged and are_noise(sampled.time, q, qd, qdd, sampling.gaps):
         return treated(_as_readings(logged), arm, treatment)
-    derivatives = completed(kept.time, q, qd, qdd, sampling.gaps, name)
+    derivatives = completed(sampled.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
-    recording = Recording(q, torque, torque, None, nothing, nothing, kept.columns, notes)
-    return (kept.time, q, *derivatives, sampling.gaps, recording)
+    recording = Recording(q, torque, torque, None, nothing, nothing, sampled.columns, notes)
+    return (sampled.time, q, *derivatives, sampling.gaps, recording)
 
 
 def _as_readings(logged: Logged) -> Logged:
     """Treat a log as a recording although its names do not say so."""
-    what = "its accelerations are noise, so it is treated as a recording and smoothed"
-    message = f"trajectory {logged.name}: {what}; --planned uses its rows unchanged"
+    reason = "its accelerations are noise, so it is treated as a recording and smoothed"
+    message = f"trajectory {logged.name}: {reason}; --planned uses its rows unchanged"
     warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
     return replace(logged, measured=True, gaps=None, judged=False)
 
 
 def _without_sparse(logged: Logged) -> Logged:
     """Leave out velocities and accelerations given in fewer than half of the rows with positions."""
-    held = np.isfinite(logged.q).all(axis=1)
-    count = int(held.sum())
+    has_position = np.isfinite(logged.q).all(axis=1)
+    count = int(has_position.sum())
     for name in ("qd", "qdd"):
         values = getattr(logged, name)
-        beside = count if values is None else int((held & np.isfinite(values).all(axis=1)).sum())
+        beside = count if values is None else int((has_position & np.isfinite(values).all(axis=1)).sum())
         if 2 * beside < count:
             message = f"log {logged.name}: {name} left out, given in {beside} of {count} rows with positions"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
@@ -153,45 +156,49 @@ def _without_sparse(logged: Logged) -> Logged:
     return logged
 
 
-def _smoothed(kept: Logged, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
-    source, cutoffs, rule = chosen(_sources(kept, sampling, treatment), sampling, treatment)
+def _smoothed(sampled: Logged, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
+    source, cutoffs, rule = chosen(_sources(sampled, sampling, treatment), sampling, treatment)
     from_velocities = source.order == 1
-    q, qd, qdd = _smooth(sampling, kept.q, cutoffs, (0, 1, 2))
+    q, qd, qdd = _smooth(sampling, sampled.q, cutoffs, (0, 1, 2))
     if from_velocities:
         qd, qdd = _smooth(sampling, source.values, cutoffs, (0, 1))
     noise_qdd = source.left(cutoffs)
-    if kept.qdd is not None:
-        (qdd,) = _smooth(sampling, kept.qdd, cutoffs, (0,))
-        noise_qdd = noise_of(kept.qdd, qdd, sampling.step, cutoffs, left=True)
+    if sampled.qdd is not None:
+        (qdd,) = _smooth(sampling, sampled.qdd, cutoffs, (0,))
+        noise_qdd = noise_of(sampled.qdd, qdd, sampling.step, cutoffs, left=True)
     torque = None
-    if kept.torque is not None:
+    if sampled.torque is not None:
         # Noise of one joint's acceleration enters the torques of all.
-        (torque,) = _smooth(sampling, kept.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
+        (torque,) = _smooth(sampling, sampled.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
     hertz = " and ".join(dict.fromkeys(f"{figures(float(cutoff))} Hz" for cutoff in cutoffs))
-    whence = f"the measured {'velocities' if from_velocities else 'positions'}"
-    done = f"smoothed without delay, cut-off {hertz} ({rule})"
-    derived = f"{'qdd' if from_velocities else 'qd and qdd'} derived: from {whence}, {done}"
-    left = f"noise left in qdd {figures(float(noise_qdd.min()))} to {figures(float(noise_qdd.max()))} per s^2"
-    notes = (*notes, f"accelerations from {whence}, {done}; {left}")
-    noise_q = noise_of(kept.q, q, sampling.step, cutoffs)
-    recording = Recording(kept.q, kept.torque, torque, cutoffs, noise_q, noise_qdd, kept.columns, notes)
-    how = derived if kept.qdd is None else f"given: measured, {done}"
-    return kept.time, q, qd, qdd, how, sampling.gaps, recording
+    readings = f"the measured {'velocities' if from_velocities else 'positions'}"
+    smoothing = f"smoothed without delay, cut-off {hertz} ({rule})"
+    derived = f"{'qdd' if from_velocities else 'qd and qdd'} derived: from {readings}, {smoothing}"
+    noise = (
+        f"noise left in qdd {figures(float(noise_qdd.min()))} to {figures(float(noise_qdd.max()))} per s^2"
+    )
+    notes = (*notes, f"accelerations from {readings}, {smoothing}; {noise}")
+    noise_q = noise_of(sampled.q, q, sampling.step, cutoffs)
+    recording = Recording(
+        sampled.q, sampled.torque, torque, cutoffs, noise_q, noise_qdd, sampled.columns, notes
+    )
+    derivatives_from = derived if sampled.qdd is None else f"given: measured, {smoothing}"
+    return sampled.time, q, qd, qdd, derivatives_from, sampling.gaps, recording
 
 
-def _sources(kept: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:
+def _sources(sampled: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:
     """Positions, and velocities if there are any that agree with them."""
-    sources = [Source.of(sampling, kept.q, 2)]
-    if kept.qd is None or not treatment.use_velocities:
+    sources = [Source.of(sampling, sampled.q, 2)]
+    if sampled.qd is None or not treatment.use_velocities:
         return sources
     # In the longest stretch, velocities are compared with changes of positions.
     longest = max(sampling.stretches, key=lambda stretch: stretch.stop - stretch.start)
-    found = contradictions(kept.time[longest], kept.q[longest], kept.qd[longest], None)
-    if found:
-        message = f"log {kept.name}: {'; '.join(found)}; the measured velocities are not used"
+    mistakes = contradictions(sampled.time[longest], sampled.q[longest], sampled.qd[longest], None)
+    if mistakes:
+        message = f"log {sampled.name}: {'; '.join(mistakes)}; the measured velocities are not used"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
         return sources
-    return [*sources, Source.of(sampling, kept.qd, 1)]
+    return [*sources, Source.of(sampling, sampled.qd, 1)]
 
 
 def _smooth(
@@ -202,10 +209,10 @@ def _smooth(
     for stretch in sampling.stretches:
         time = sampling.time[stretch]
         for i, cutoff in enumerate(cutoffs.tolist()):
-            known = np.isfinite(values[stretch, i])
-            if np.count_nonzero(known) < 3:
+            finite = np.isfinite(values[stretch, i])
+            if np.count_nonzero(finite) < 3:
                 continue
-            spline = smoothed(time[known], values[stretch, i][known], cutoff)
+            spline = smoothed(time[finite], values[stretch, i][finite], cutoff)
             for array, order in zip(out, orders, strict=True):
                 array[stretch, i] = spline(time, order)
     return out

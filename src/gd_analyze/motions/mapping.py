@@ -78,32 +78,35 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
     for k, name in enumerate(plain if table.set_points and not reading.map else ()):
         if name in plain[:k]:
-            found = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
-            raise refusal(f"column {name} is given twice", table.where(None, k), "one column", found)
+            places = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
+            raise refusal(f"column {name} is given twice", table.where(None, k), "one column", places)
     # In a file of set points q1 is the arm's first joint, whatever its name, with or without a header line.
     named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
     in_order = table.set_points or (named and complete)
     names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
     log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
-    said = _said(table, arm, reading)
+    mapped = _mapped(table, arm, reading)
     chosen: dict[str, Family] = {}
     uses: list[tuple[int, ColumnUse]] = []
     for role in ROLES:
-        given = {joint: column for (of, joint), column in said.items() if of == role}
-        if -1 in given:
+        column_of_joint = {
+            joint: column for (mapped_role, joint), column in mapped.items() if mapped_role == role
+        }
+        if -1 in column_of_joint:
             continue
-        family = _family(log, role, chosen.get("q"), given) if len(given) < arm.n_joints else None
+        is_complete = len(column_of_joint) >= arm.n_joints
+        family = None if is_complete else _family(log, role, chosen.get("q"), column_of_joint)
         if family is not None:
             chosen[role] = family
-        if family is not None or given:
-            uses += _uses(log, role, family, given)
+        if family is not None or column_of_joint:
+            uses += _uses(log, role, family, column_of_joint)
     kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
         planned = named or kinds.get("qdd") == "plain" or kinds.get("q") == "target"
     measured = not planned if reading.measured is None else reading.measured
-    time = _time(log, said)
+    time = _time(log, mapped)
     exact = table.set_points and not measured and reading.rate is None
     if exact and time is not None:
         why = "as in files of set points" if reading.time_unit is None else "as given"
@@ -112,27 +115,28 @@ def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[obj
     if exact and unused and not (reading.columns or reading.map or reading.family):
         column = min(unused)
         kind = plain[column].rstrip("0123456789")
-        what, where = f"column {table.names[column]} does not fit arm {arm.name}", table.where(None, column)
+        message = f"column {table.names[column]} does not fit arm {arm.name}"
+        where = table.where(None, column)
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
         step = "choose the arm of this file, or complete the columns"
-        raise refusal(what, where, expected, _listed(table.names), step)
+        raise refusal(message, where, expected, _listed(table.names), step)
     return Choice(tuple(uses), time, unused, measured, exact, tuple(_remarks(log, chosen)), chosen)
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
     """Meanings of the columns' names; columns of text and those not asked for have none."""
-    known = known_joints([joint.name for joint in arm.joints])
-    for role, other in reading.map:
+    joints = known_joints([joint.name for joint in arm.joints])
+    for role, log_name in reading.map:
         if role.startswith("joint:"):
             joint = _joint_named(role.removeprefix("joint:"), arm)
-            known = {words: k for words, k in known.items() if k != joint} | {words_of(other): joint}
+            joints = {words: k for words, k in joints.items() if k != joint} | {words_of(log_name): joint}
     named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
     only = set() if named else set(reading.columns)
     for name in sorted(only - set(table.names)):
         raise _no_column(name, table, "--columns")
     meanings = []
     for k, name in enumerate(table.names):
-        meaning = meaning_of(name, known) if name and (not only or name in only) else Meaning("other")
+        meaning = meaning_of(name, joints) if name and (not only or name in only) else Meaning("other")
         unit, role = meaning.unit, meaning.role
         if role in ROLES:
             fits = not unit or any(fitting_unit(unit, role, revolute) for revolute in (True, False))
@@ -151,26 +155,26 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     for k, meaning in enumerate(meanings):
         label = labels.get(meaning.number)
         if meaning.role in ROLES and label is not None and meaning.joint is None:
-            meanings[k] = replace(meaning, token=() if label in known else label, joint=known.get(label))
+            meanings[k] = replace(meaning, token=() if label in joints else label, joint=joints.get(label))
     return meanings
 
 
-def _said(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
+def _mapped(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
     """Columns named by the user, by role and joint; joint -1 for a role to leave out."""
-    said: dict[tuple[str, int], int] = {}
+    mapped: dict[tuple[str, int], int] = {}
     for role, column in reading.map:
-        of, colon, joint = role.partition(":")
-        if of == "joint" and colon:
+        quantity, colon, joint = role.partition(":")
+        if quantity == "joint" and colon:
             continue
-        if of not in (*ROLES, "time") or ((of == "time") == bool(colon) and column != _NONE):
+        if quantity not in (*ROLES, "time") or ((quantity == "time") == bool(colon) and column != _NONE):
             expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; or qd=none"
-            what = f"{of} of which joint?" if of in ROLES else f"unknown role {role!r}"
-            raise refusal(what, "--map", expected, f"{role}={column}")
-        if column == _NONE and of != "q":
-            said[of, -1] = -1
+            message = f"{quantity} of which joint?" if quantity in ROLES else f"unknown role {role!r}"
+            raise refusal(message, "--map", expected, f"{role}={column}")
+        if column == _NONE and quantity != "q":
+            mapped[quantity, -1] = -1
         else:
-            said[of, _joint_named(joint, arm) if colon else 0] = column_named(column, table)
-    return said
+            mapped[quantity, _joint_named(joint, arm) if colon else 0] = column_named(column, table)
+    return mapped
 
 
 def _joint_named(name: str, arm: RobotArm) -> int:
@@ -192,13 +196,13 @@ def column_named(column: str, table: LogTable, where: str = "--map") -> int:
         number = int(column[1:])
         if 1 <= number <= len(table.names):
             return number - 1
-    found = [k for k, name in enumerate(table.names) if name == column]
-    if not found:
+    matches = [k for k, name in enumerate(table.names) if name == column]
+    if not matches:
         raise _no_column(column, table, where)
-    if len(found) > 1:
-        numbers, step = ", ".join(f"#{k + 1}" for k in found), f"give its number: #{found[0] + 1}"
-        raise refusal(f"{len(found)} columns are named {column}", where, "one column", numbers, step)
-    return found[0]
+    if len(matches) > 1:
+        numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
+        raise refusal(f"{len(matches)} columns are named {column}", where, "one column", numbers, step)
+    return matches[0]
 
 
 def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
@@ -215,24 +219,28 @@ def _listed(names: Sequence[str]) -> str:
     return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
 
 
-def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) -> Family | None:
+def _family(log: _Log, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
     """Choose the family of a role; positions are required."""
-    words = [word for asked in log.reading.words_for(role) for word in words_of(asked)]
+    words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
     if role != "q" and q is not None and not words:
         # Quantities of the positions' topic, measured or commanded like them, are preferred.
         commanded = q.kind == "target"
         of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
-    complete = [f for f in of_role if all(j in f.columns or j in given for j in range(log.arm.n_joints))]
+    complete = [
+        f for f in of_role if all(j in f.columns or j in column_of_joint for j in range(log.arm.n_joints))
+    ]
     alive = [family for family in complete if family.key not in log.zero]
     if not complete and role == "q":
-        raise _incomplete(log, role, given) if given else _no_positions(log, of_role, words)
+        if column_of_joint:
+            raise _incomplete(log, role, column_of_joint)
+        raise _no_positions(log, of_role, words)
     if not complete or (not alive and role != "q"):
         return None
 
     def preference(family: Family) -> tuple[int, ...]:
-        beside = 0 if q is None else int(family.group != q.group)
-        return beside, _ORDER[family.kind], family.rank, int(bool(family.label))
+        other_group = 0 if q is None else int(family.group != q.group)
+        return other_group, _ORDER[family.kind], family.rank, int(bool(family.label))
 
     best = min(map(preference, alive or complete))
     choices = [family for family in alive or complete if preference(family) == best]
@@ -241,76 +249,78 @@ def _family(log: _Log, role: str, q: Family | None, given: Mapping[int, int]) ->
     return choices[0]
 
 
-def _incomplete(log: _Log, role: str, given: Mapping[int, int]) -> TrajectoryError:
+def _incomplete(log: _Log, role: str, column_of_joint: Mapping[int, int]) -> TrajectoryError:
     """Error for a role of which the user named the columns of some joints only."""
     names = [joint.name for joint in log.arm.joints]
-    found = ", ".join(names[joint] for joint in sorted(given))
-    lacking = next(name for joint, name in enumerate(names) if joint not in given)
+    mapped_names = ", ".join(names[joint] for joint in sorted(column_of_joint))
+    lacking = next(name for joint, name in enumerate(names) if joint not in column_of_joint)
     expected, step = f"a column for each joint, {lacking} too", f"add --map '{role}:{lacking}=COLUMN'"
-    return refusal(f"{role} is given for some joints only", "--map", expected, found, step)
+    return refusal(f"{role} is given for some joints only", "--map", expected, mapped_names, step)
 
 
 def _uses(
-    log: _Log, role: Quantity, family: Family | None, given: Mapping[int, int]
+    log: _Log, role: Quantity, family: Family | None, column_of_joint: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
     table, uses = log.table, []
-    for joint, of in enumerate(log.arm.joints):
-        columns = family.columns.get(joint, ()) if family is not None else ()
-        if joint in given:
-            column, why = given[joint], "as given"
+    for index, joint in enumerate(log.arm.joints):
+        columns = family.columns.get(index, ()) if family is not None else ()
+        if index in column_of_joint:
+            column, why = column_of_joint[index], "as given"
         elif not columns or family is None:
-            raise _incomplete(log, role, given)
+            raise _incomplete(log, role, column_of_joint)
         elif len(columns) > 1:
-            what, where = f"{len(columns)} columns hold {role} of {of.name}", table.where(None, columns[1])
-            found = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
-            pairs = (_map(f"{role}:{of.name}=#{c + 1}") for c in columns[:4])
+            message = f"{len(columns)} columns hold {role} of {joint.name}"
+            where = table.where(None, columns[1])
+            candidates = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
+            pairs = (_map(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
             step = f"choose: {' or '.join(pairs)}"
-            raise refusal(what, where, "one", found, step)
+            raise refusal(message, where, "one", candidates, step)
         else:
             column, why = columns[0], family.why
-        said, revolute = log.meanings[column].unit, of.kind == "revolute"
-        if not said:
-            degrees = log.reading.degrees and revolute and role != "torque"
-            said = "deg" if degrees else next(iter(units_of(role, revolute)))
-        unit = fitting_unit(said, role, revolute)
+        stated_unit, is_revolute = log.meanings[column].unit, joint.kind == "revolute"
+        if not stated_unit:
+            degrees = log.reading.degrees and is_revolute and role != "torque"
+            stated_unit = "deg" if degrees else next(iter(units_of(role, is_revolute)))
+        unit = fitting_unit(stated_unit, role, is_revolute)
         if unit is None:
-            what, expected = f"column {table.names[column]} is in {said}", ", ".join(units_of(role, revolute))
-            another = f"--map '{role}:{of.name}=COLUMN' names another"
-            step = f"check its joint, as {of.name} is {of.kind}; {another}"
-            raise refusal(what, table.where(None, column), expected, said, step)
-        uses.append((column, ColumnUse(table.shown(column), role, of.name, unit, why)))
+            message = f"column {table.names[column]} is in {stated_unit}"
+            expected = ", ".join(units_of(role, is_revolute))
+            another = f"--map '{role}:{joint.name}=COLUMN' names another"
+            step = f"check its joint, as {joint.name} is {joint.kind}; {another}"
+            raise refusal(message, table.where(None, column), expected, stated_unit, step)
+        uses.append((column, ColumnUse(table.shown(column), role, joint.name, unit, why)))
     return uses
 
 
-def _time(log: _Log, said: Mapping[tuple[str, int], int]) -> TimeColumns | None:
+def _time(log: _Log, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     """Column of time; None where rows are counted."""
     table = log.table
-    if ("time", 0) in said:
-        unit = log.meanings[said["time", 0]].unit
-        return TimeColumns((said["time", 0],), unit if unit in TIME_UNITS else "", "as given")
-    found, stand = None, [False] * len(table.names)
-    if ("time", -1) not in said:
+    if ("time", 0) in mapped:
+        unit = log.meanings[mapped["time", 0]].unit
+        return TimeColumns((mapped["time", 0],), unit if unit in TIME_UNITS else "", "as given")
+    time, stand = None, [False] * len(table.names)
+    if ("time", -1) not in mapped:
         stand = [meaning.role in _TIMED and table.stands(k) for k, meaning in enumerate(log.meanings)]
-        found = time_columns(table.names, log.meanings, stand, table.where())
-    if found is None and log.reading.rate is None:
+        time = time_columns(table.names, log.meanings, stand, table.where())
+    if time is None and log.reading.rate is None:
         if any(stand):
             column = stand.index(True)
             cell = table.head(column)[0]
             stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
-            what = f"all rows at one instant: {table.names[column]} does not change"
+            message = f"all rows at one instant: {table.names[column]} does not change"
             expected = "stamps that increase"
             step = "write its stamps with all digits, or give the samples per second with --rate HZ"
-            raise refusal(what, table.where(None, column), expected, stamp, step)
+            raise refusal(message, table.where(None, column), expected, stamp, step)
         step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
         expected = "a column such as time, timestamp or header.stamp, in numbers"
         for k, name in enumerate(table.names):
             cells = table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
-                what = f"the time in column {name} is text, which is not read as instants"
-                raise refusal(what, table.where(None, k), expected, in_python(cells[0]), step)
-        what = "no column is recognized as time"
-        raise refusal(what, table.where(), expected, _listed(table.names), step)
-    return found
+                message = f"the time in column {name} is text, which is not read as instants"
+                raise refusal(message, table.where(None, k), expected, in_python(cells[0]), step)
+        message = "no column is recognized as time"
+        raise refusal(message, table.where(), expected, _listed(table.names), step)
+    return time
 
 
 def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
@@ -339,13 +349,13 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     remarks = []
     q = chosen.get("q")
     if q is not None and q.renamed:
-        (other, own), *_ = q.renamed
+        (log_name, arm_name), *_ = q.renamed
         if len(q.renamed) == 1:
-            matched, changes = f"{other} is taken for {own}, the only other joint", "confirms it"
+            matched, changes = f"{log_name} is taken for {arm_name}, the only other joint", "confirms it"
         else:
-            matched = f"joints matched by number, as their names differ: {other} is {own}"
+            matched = f"joints matched by number, as their names differ: {log_name} is {arm_name}"
             matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
-        remarks.append(f"{matched}; {_map(f'joint:{own}={other}')} {changes}")
+        remarks.append(f"{matched}; {_map(f'joint:{arm_name}={log_name}')} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -355,16 +365,18 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
     # An arm selected from a longer chain may count like the log.
     is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
     if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
-        left = _listed([log.table.names[k] for k in q.extra])
+        left_out = _listed([log.table.names[k] for k in q.extra])
         logged = f"{len(q.columns) + len(q.extra)} joints logged"
-        check = f"left out: {left}; check that the log belongs to this arm"
+        check = f"left out: {left_out}; check that the log belongs to this arm"
         remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
-        dead = [of for of in log.families if of.role == role and of.key in log.zero and of.key != family.key]
-        if dead:
-            first = ", ".join(log.table.names[min(of.all_columns)] for of in dead)
-            taken = log.table.names[min(family.all_columns)]
-            remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {taken} ...")
+        zero_families = [
+            f for f in log.families if f.role == role and f.key in log.zero and f.key != family.key
+        ]
+        if zero_families:
+            first = ", ".join(log.table.names[min(f.all_columns)] for f in zero_families)
+            source = log.table.names[min(family.all_columns)]
+            remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {source} ...")
     return remarks
 
 
@@ -372,15 +384,15 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     shared = frozenset.intersection(*(family.words for family in choices))
     words = []
     for family in choices[:6]:
-        own = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
-        words += own[:1] if own and own[0] else []
+        distinct_words = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
+        words += distinct_words[:1] if distinct_words and distinct_words[0] else []
     for_role = "" if role == "q" else f"{role}="
     options = [f"--family {for_role}{word}" for word in words]
     choose_by = " or ".join(options) or "--columns with the names to use"
-    what, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
-    found = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
+    message, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
+    candidates = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
     expected = "one column per joint"
-    error = AmbiguityError(what, where=table.where(), expected=expected, found=found, next_step=step)
+    error = AmbiguityError(message, where=table.where(), expected=expected, found=candidates, next_step=step)
     error.families = tuple(choices)
     return error
 
@@ -390,31 +402,35 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
     table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]
     if words and not of_role and any(family.role == "q" for family in log.families):
-        known = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
-        what, step = f"no positions are of family {' '.join(words)}", "give one of these words with --family"
-        return refusal(what, table.where(), ", ".join(known), " ".join(words), step)
+        family_words = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
+        message = f"no positions are of family {' '.join(words)}"
+        step = "give one of these words with --family"
+        return refusal(message, table.where(), ", ".join(family_words), " ".join(words), step)
     if of_role:
         nearest = max(of_role, key=lambda family: len(family.columns))
         missing = [name for j, name in enumerate(names) if j not in nearest.columns]
-        having = [table.names[c] for c in nearest.all_columns]
-        others = [name for name in table.names if name and name not in having]
-        what, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
-        found = f"{_listed(having)}; also {_listed(others)}" if others else _listed(having)
+        used_names = [table.names[c] for c in nearest.all_columns]
+        remaining_names = [name for name in table.names if name and name not in used_names]
+        message, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
+        listed = _listed(used_names) + (f"; also {_listed(remaining_names)}" if remaining_names else "")
         step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the log's arm"
-        return refusal(what, table.where(), f"positions of all joints: {expected}", found, step)
+        return refusal(message, table.where(), f"positions of all joints: {expected}", listed, step)
     strangers = {
         as_written(meaning.token, name) if meaning.label else name: None
         for meaning, name in zip(log.meanings, table.names, strict=True)
         if meaning.role == "q" and meaning.token and meaning.joint is None
     }
     if strangers:
-        what, found = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
+        message, listed = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
         if len(strangers) == arm.n_joints:
-            pairs = (_map(f"joint:{own}={other}") for own, other in zip(names, strangers, strict=True))
+            pairs = (
+                _map(f"joint:{arm_name}={log_name}")
+                for arm_name, log_name in zip(names, strangers, strict=True)
+            )
             step = f"if these are the same joints in this order: {' '.join(pairs)}"
         else:
             step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
-        return refusal(what, table.where(), ", ".join(names), found, step)
-    what, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
+        return refusal(message, table.where(), ", ".join(names), listed, step)
+    message, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
-    return refusal(what, table.where(), expected, _listed(table.names), f"name the columns: {step}")
+    return refusal(message, table.where(), expected, _listed(table.names), f"name the columns: {step}")

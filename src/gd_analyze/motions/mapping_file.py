@@ -84,8 +84,8 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         lines = TableLines(path, content)
         return Mapping.model_validate(tomllib.loads(content)), lines
     except OSError as error:
-        found = error.strerror or str(error)
-        raise _misfit(Location(path), found, "a readable mapping file") from None
+        fault = error.strerror or str(error)
+        raise _misfit(Location(path), fault, "a readable mapping file") from None
     except UnicodeDecodeError:
         raise _misfit(Location(path), "not text", "TOML in UTF-8") from None
     except tomllib.TOMLDecodeError as error:
@@ -94,15 +94,15 @@ def read_mapping(path: str | Path) -> tuple[Mapping, TableLines]:
         raise _misfit(where, re.sub(r" \(at .*\)$", "", str(error)), "TOML") from None
     except ValidationError as error:
         first = error.errors()[0]
-        expected, found = field_fault(first)
-        raise _misfit(lines.locate(tuple(first["loc"])), found, expected) from None
+        expected, fault = field_fault(first)
+        raise _misfit(lines.locate(tuple(first["loc"])), fault, expected) from None
     except (ValueError, RecursionError):
         raise _misfit(Location(path), "numbers or tables too large for a mapping", "a few columns") from None
 
 
-def _misfit(where: Location, found: str, expected: str) -> TrajectoryError:
+def _misfit(where: Location, content: str, expected: str) -> TrajectoryError:
     step = "write a new one with --save-mapping"
-    return refusal("the mapping file cannot be used", where, expected, found, step)
+    return refusal("the mapping file cannot be used", where, expected, content, step)
 
 
 def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotArm) -> Choice:
@@ -110,36 +110,36 @@ def choice_by(mapping: Mapping, lines: TableLines, table: LogTable, arm: RobotAr
     joints = {joint.name: joint for joint in arm.joints}
     uses: list[tuple[int, ColumnUse]] = []
     times: dict[str, int] = {}
-    for k, of in enumerate(mapping.columns):
-        column = column_named(of.column, table, str(lines.locate(("columns", k, "column"))))
+    for k, entry in enumerate(mapping.columns):
+        column = column_named(entry.column, table, str(lines.locate(("columns", k, "column"))))
         units = [*TIME_UNITS, SAMPLE]
-        if of.role != "time" and of.joint not in joints:
+        if entry.role != "time" and entry.joint not in joints:
             expected = f"a joint of arm {arm.name}: {', '.join(joints)}"
-            raise _misfit(lines.locate(("columns", k, "joint")), of.joint or "none", expected)
-        if of.role != "time":
-            units = list(units_of(of.role, joints[of.joint].kind == "revolute"))
-            use = ColumnUse(table.shown(column), of.role, of.joint, of.unit, "mapping file")
+            raise _misfit(lines.locate(("columns", k, "joint")), entry.joint or "none", expected)
+        if entry.role != "time":
+            units = list(units_of(entry.role, joints[entry.joint].kind == "revolute"))
+            use = ColumnUse(table.shown(column), entry.role, entry.joint, entry.unit, "mapping file")
             uses.append((column, use))
-        elif of.unit in times:
-            raise _misfit(lines.locate(("columns", k, "column")), f"another time in {of.unit}", "one")
+        elif entry.unit in times:
+            raise _misfit(lines.locate(("columns", k, "column")), f"another time in {entry.unit}", "one")
         else:
-            times[of.unit] = column
-        if of.unit not in units:
-            raise _misfit(lines.locate(("columns", k, "unit")), of.unit, ", ".join(units))
+            times[entry.unit] = column
+        if entry.unit not in units:
+            raise _misfit(lines.locate(("columns", k, "unit")), entry.unit, ", ".join(units))
     for role in ROLES:
-        having = [use.joint for _, use in uses if use.role == role]
-        wrong = next((name for name in joints if having.count(name) != 1), None)
-        if (having or role == "q") and wrong is not None:
-            found = f"{having.count(wrong)} columns for {role} of {wrong}"
-            raise _misfit(Location(lines.path), found, f"one column for {role} of every joint")
+        joint_names = [use.joint for _, use in uses if use.role == role]
+        faulty_joint = next((name for name in joints if joint_names.count(name) != 1), None)
+        if (joint_names or role == "q") and faulty_joint is not None:
+            content = f"{joint_names.count(faulty_joint)} columns for {role} of {faulty_joint}"
+            raise _misfit(Location(lines.path), content, f"one column for {role} of every joint")
     uses.sort(key=lambda pair: [*joints].index(pair[1].joint))
     time = None
     if set(times) == {"s", "ns"}:
         time = TimeColumns((times["s"], times["ns"]), "s", "mapping file")
     elif len(times) > 1 or (mapping.rate is None and (not times or SAMPLE in times)):
-        found = f"{len(times)} columns of time" + (", no rate" if mapping.rate is None else "")
+        content = f"{len(times)} columns of time" + (", no rate" if mapping.rate is None else "")
         expected = "one column of time, a pair in s and ns, or samples and their rate"
-        raise _misfit(Location(lines.path), found, expected)
+        raise _misfit(Location(lines.path), content, expected)
     elif times:
         ((unit, column),) = times.items()
         time = TimeColumns((column,), unit, "mapping file")

@@ -77,20 +77,21 @@ class Margin:
         >>> Margin.parse("0.5deg,qd=1%").velocity
         0.01
         """
-        given: dict[str, float] = {}
+        margins: dict[str, float] = {}
         for column, entry in enumerate(text.split(","), start=1):
             match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
             where = f"--margin, entry {column}"
-            if match is None or (unit := (match[1] or "") + match[3]) not in _UNITS:
-                what, found = "the margin is not understood", repr(entry.strip())
+            unit = "" if match is None else (match[1] or "") + match[3]
+            if match is None or unit not in _UNITS:
+                message, quoted = "the margin is not understood", repr(entry.strip())
                 expected = "comma-separated: 1deg or 1mm of q, qd=2% of velocities, qdd=5% of accelerations"
-                raise UsageError(what, where=where, expected=expected, found=found)
+                raise UsageError(message, where=where, expected=expected, found=quoted)
             name, factor = _UNITS[unit]
-            if name in given:
-                what, found = "a margin is given twice", repr(text)
-                raise UsageError(what, where=where, expected="one each", found=found)
-            given[name] = float(match[2]) * factor
-        return cls(**given)
+            if name in margins:
+                message, quoted = "a margin is given twice", repr(text)
+                raise UsageError(message, where=where, expected="one each", found=quoted)
+            margins[name] = float(match[2]) * factor
+        return cls(**margins)
 
     def __str__(self) -> str:
         """Text that `parse` reads."""
@@ -108,8 +109,8 @@ class Margin:
         >>> Margin().in_words(load_arm("puma560"))
         '1°, 2 % of peak velocity and 5 % of peak acceleration'
         """
-        revolute = [f"{math.degrees(self.revolute):.6g}°"] * any(arm.is_revolute)
-        prismatic = [f"{1e3 * self.prismatic:.6g} mm"] * (not all(arm.is_revolute))
+        revolute = [f"{math.degrees(self.revolute):.6g}°"] if any(arm.is_revolute) else []
+        prismatic = [] if all(arm.is_revolute) else [f"{1e3 * self.prismatic:.6g} mm"]
         return (
             f"{' or '.join(revolute + prismatic)}, {100 * self.velocity:.6g} % of peak velocity and "
             f"{100 * self.acceleration:.6g} % of peak acceleration"
