@@ -44,10 +44,10 @@ def read_numpy(path: Path) -> ArrayTable:
             with zipfile.ZipFile(path) as file:
                 _require_size(path, sum(member.file_size for member in file.infolist()), _LARGEST)
             with np.load(path, allow_pickle=False) as archive:
-                return _of_arrays(path, {name: archive[name] for name in archive.files})
+                return _table_of_arrays(path, {name: archive[name] for name in archive.files})
         array = np.load(path, allow_pickle=False)
         if array.dtype.names:
-            return _of_arrays(path, {name: array[name] for name in array.dtype.names})
+            return _table_of_arrays(path, {name: array[name] for name in array.dtype.names})
     command = f"import numpy; numpy.savetxt('log.csv', numpy.load({str(path)!r}), delimiter=',')"
     step = f'python -c "{command}" writes it as CSV, whose columns --columns names'
     content = f"an array of shape {array.shape} without names"
@@ -62,7 +62,7 @@ def read_matlab(path: Path) -> ArrayTable:
     with _reading(path, "MATLAB's file", "arrays or structures, saved with save('log.mat', ...)"):
         _require_size(path, path.stat().st_size, _LARGEST)
         if not h5py.is_hdf5(path):
-            return _of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
+            return _table_of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
         arrays: dict[str, Any] = {}  # version 7.3
 
         def take(name: str, node: object) -> None:
@@ -72,7 +72,7 @@ def read_matlab(path: Path) -> ArrayTable:
 
         with h5py.File(path) as file:
             file.visititems(take)
-        return _of_arrays(path, arrays)
+        return _table_of_arrays(path, arrays)
 
 
 @contextmanager
@@ -95,7 +95,7 @@ def _require_size(path: Path, size: int, most: int) -> None:
         raise refusal(message, Location(path), f"up to {megabytes(most)}", megabytes(size), step)
 
 
-def _of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
+def _table_of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
     """A table of the arrays that have a value, or several, per row; others describe the log.
 
     As many rows as most arrays have values along one of their sides; columns of a matrix are numbered from 1.
@@ -153,7 +153,7 @@ def read_json(path: Path, data: bytes | None) -> ArrayTable:
     lines = (text or b"").decode("utf-8-sig", errors="replace").splitlines()
     numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
     if len(numbered) > 1 and not isinstance(_parsed(path, *numbered[0]), TrajectoryError):
-        return _of_rows(path, ((number, _parsed(path, number, line)) for number, line in numbered))
+        return _table_of_rows(path, ((number, _parsed(path, number, line)) for number, line in numbered))
     try:
         whole = json.loads("\n".join(lines))
     except (ValueError, RecursionError) as error:
@@ -161,8 +161,8 @@ def read_json(path: Path, data: bytes | None) -> ArrayTable:
         raise _not_json(place, json_fault(error)) from None
     if isinstance(whole, Mapping):
         with _reading(path, "JSON", "lists of numbers, of equal length"):
-            return _of_arrays(path, whole)
-    return _of_rows(path, (_checked(path, number, row) for number, row in enumerate(whole, 1)))
+            return _table_of_arrays(path, whole)
+    return _table_of_rows(path, (_checked(path, number, row) for number, row in enumerate(whole, 1)))
 
 
 def _parsed(path: Path, number: int, line: str) -> Row | TrajectoryError:
@@ -209,10 +209,10 @@ def read_list_cells(table: TextTable) -> ArrayTable:
             return cells
         return dict(zip(table.names, map(value_in, cells), strict=True))
 
-    return _of_rows(Path(table.path), ((number, values_in(cells)) for number, cells in table.rows()))
+    return _table_of_rows(Path(table.path), ((number, values_in(cells)) for number, cells in table.rows()))
 
 
-def _of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> ArrayTable:
+def _table_of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> ArrayTable:
     """A table of rows with their lines: a column per number, and one per element of a list.
 
     A list of names that is the same in every row names the elements of lists of its length.

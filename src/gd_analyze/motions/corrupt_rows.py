@@ -41,19 +41,19 @@ def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, st
         return {}
     step = float(np.median(steps[steps > 0]))
     gap = longest_step(step)
-    strays = _of_time(time[rows], q[rows], step, gap)
+    strays = _stray_stamps(time[rows], q[rows], step, gap)
     faults = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
     rows = np.delete(rows, strays)
     for i, joint in enumerate(arm.joints):
         finite = rows[np.isfinite(q[rows, i])]
         x = q[finite, i]
-        for k in _of_position(time[finite], x, gap, joint.kind == "revolute"):
+        for k in _stray_positions(time[finite], x, gap, joint.kind == "revolute"):
             fault = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
             faults.setdefault(int(finite[k]), fault)
     return faults
 
 
-def _of_time(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
+def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
     """Rows of a few whose stamps fit neither those before nor those after, which fit each other."""
     begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
     lengths = np.diff(np.append(begins, len(time)))
@@ -90,7 +90,7 @@ def _is_late(
     return bool((q[alike] == q[k]).all(axis=1).any())
 
 
-def _of_position(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
+def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
     """Readings of a few that are far from those before and after, which are near each other."""
     if len(x) <= 2 * _FEW:
         return []

@@ -82,7 +82,7 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
     families: list[Family] = []
     for group, columns in groups.items():
         make = partial(Family, *group)
-        named = _by({c: m.joint for c, m in columns.items()})
+        named = _columns_by_joint({c: m.joint for c, m in columns.items()})
         unnamed = {c: m for c, m in columns.items() if m.joint is None}
         mixed = _by_name_or_number(make, columns, names, written)
         affixed = None if named or mixed is not None else _by_affix(make, unnamed, names)
@@ -108,7 +108,7 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
     return families
 
 
-def _by(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
+def _columns_by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
     """Columns of each joint, given the joint of each column."""
     columns: dict[int, tuple[int, ...]] = {}
     for column, joint in joints.items():
@@ -172,7 +172,7 @@ def _by_name_or_number(
         matches[external[0]] = unmatched[0]
         renamed = ((as_written(columns[external[0]].token, written[external[0]]), names[unmatched[0]]),)
     extra = tuple(c for c in columns if matches.get(c) is None)
-    return make((), _by(matches), extra, "by number of the joint's name", renamed)
+    return make((), _columns_by_joint(matches), extra, "by number of the joint's name", renamed)
 
 
 def _by_number(
@@ -195,7 +195,7 @@ def _by_number(
         range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
     )
     joints = {number + base: joint for joint, number in enumerate(numbers_of_joints)}
-    matched = _by({column: joints.get(number) for column, number in numbers.items()})
+    matched = _columns_by_joint({column: joints.get(number) for column, number in numbers.items()})
     extra = tuple(column for column, number in numbers.items() if number not in joints)
     renamed: tuple[tuple[str, str], ...] = ()
     if label and written is not None and counts is not None and counts[0] != label:

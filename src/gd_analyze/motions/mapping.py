@@ -272,7 +272,7 @@ def _uses(
             message = f"{len(columns)} columns hold {role} of {joint.name}"
             where = table.where(None, columns[1])
             candidates = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
-            pairs = (_map(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
+            pairs = (_map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
             step = f"choose: {' or '.join(pairs)}"
             raise refusal(message, where, "one", candidates, step)
         else:
@@ -339,7 +339,7 @@ def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int
     return why
 
 
-def _map(pair: str) -> str:
+def _map_option(pair: str) -> str:
     """Option that can be pasted into a shell."""
     return f"--map {shlex.quote(pair)}"
 
@@ -355,7 +355,7 @@ def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
         else:
             matched = f"joints matched by number, as their names differ: {log_name} is {arm_name}"
             matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
-        remarks.append(f"{matched}; {_map(f'joint:{arm_name}={log_name}')} {changes}")
+        remarks.append(f"{matched}; {_map_option(f'joint:{arm_name}={log_name}')} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -424,7 +424,7 @@ def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) ->
         message, listed = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
         if len(strangers) == arm.n_joints:
             pairs = (
-                _map(f"joint:{arm_name}={log_name}")
+                _map_option(f"joint:{arm_name}={log_name}")
                 for arm_name, log_name in zip(names, strangers, strict=True)
             )
             step = f"if these are the same joints in this order: {' '.join(pairs)}"

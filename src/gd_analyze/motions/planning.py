@@ -69,15 +69,15 @@ class Schedule:
 
     def __post_init__(self) -> None:
         if self.profile not in PROFILES:
-            what = f"there is no profile {self.profile!r}"
-            raise refusal(what, "profile", ", ".join(PROFILES), self.profile)
+            message = f"there is no profile {self.profile!r}"
+            raise refusal(message, "profile", ", ".join(PROFILES), self.profile)
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST <= duration <= LARGEST:
-            expected, found = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
-            raise refusal("the duration is out of range", "duration", expected, found)
+            expected, value = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
+            raise refusal("the duration is out of range", "duration", expected, value)
         if not 2 <= self.n_set_points <= _MOST_SET_POINTS:
-            expected, found = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
-            raise refusal("impossible number of set points", "n_set_points", expected, found)
+            expected, value = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
+            raise refusal("impossible number of set points", "n_set_points", expected, value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +145,10 @@ def plan(
     """
     profile = PROFILES[schedule.profile]
     if profile.via_counts is not None and len(via) not in profile.via_counts:
-        what = f"profile {profile.name} cannot take this number of vias"
+        message = f"profile {profile.name} cannot take this number of vias"
         expected = "none, or two: lift-off, set-down"
         step = "choose the profile quintic, cubic or trapezoidal for other numbers of vias"
-        raise refusal(what, "via", expected, str(len(via)), step)
+        raise refusal(message, "via", expected, str(len(via)), step)
     duration, count = float(schedule.duration), schedule.n_set_points
     knots = _knots(arm, start, via, goal)
     times = _knot_times(arm, knots, duration, schedule.via_times)
@@ -172,21 +172,21 @@ def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: Arra
     for label, values in zip(labels, [start, *via, goal], strict=True):
         knot = array_of(values, label, TrajectoryError)
         if knot.shape != (arm.n_joints,):
-            what, expected = f"{label} does not fit arm {arm.name}", f"{arm.n_joints} joint variables"
-            found = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
-            raise refusal(what, label, expected, found)
+            message, expected = f"{label} does not fit arm {arm.name}", f"{arm.n_joints} joint variables"
+            value = f"{knot.size} values" if knot.ndim == 1 else f"shape {knot.shape}"
+            raise refusal(message, label, expected, value)
         require_possible(knot, label, TrajectoryError)
         outside = (knot < lower - ROUNDING) | (knot > upper + ROUNDING)
         for i in np.flatnonzero(outside)[:1].tolist():
             joint = arm.joints[i]
-            least, most, found = (angle(float(x[i]), joint.unit) for x in (lower, upper, knot))
-            what = f"{label} lies outside the range of {joint_label(i + 1, joint.name)}"
+            least, most, value = (angle(float(x[i]), joint.unit) for x in (lower, upper, knot))
+            message = f"{label} lies outside the range of {joint_label(i + 1, joint.name)}"
             step = f"choose a position within the range, in {joint.unit}"
-            raise refusal(what, label, f"{least} .. {most}", found, step)
+            raise refusal(message, label, f"{least} .. {most}", value, step)
         if knots and np.abs(knot - knots[-1]).max() <= ROUNDING:
-            what = f"{labels[len(knots) - 1]} and {label} are the same"
+            message = f"{labels[len(knots) - 1]} and {label} are the same"
             step = "leave one out, or plan the motions around a pause separately"
-            raise refusal(what, label, "another position", "no movement", step)
+            raise refusal(message, label, "another position", "no movement", step)
         knots.append(knot)
     return np.array(knots)
 
@@ -207,9 +207,9 @@ def _knot_times(arm: RobotArm, knots: FloatArray, duration: float, via_times: Ar
     inner = np.atleast_1d(np.array(via_times, dtype=float))
     times = np.array([0.0, *inner, duration])
     if len(times) != len(knots) or not (np.diff(times) > ROUNDING * duration).all():
-        what = "the instants of the vias do not fit the motion"
+        message = "the instants of the vias do not fit the motion"
         expected = f"{len(knots) - 2} increasing instants between 0 and {duration:g} s"
-        raise refusal(what, "via_times", expected, str(inner.tolist()))
+        raise refusal(message, "via_times", expected, str(inner.tolist()))
     return times
 
 
@@ -218,17 +218,19 @@ def _judge(
 ) -> None:
     overshoots = [f"{v}, at {v.time:.3g} s" for v in report.violations if v.quantity == "position"]
     if overshoots:
-        what = "the motion leaves the joints' range between its knots"
+        message = "the motion leaves the joints' range between its knots"
         step = "move or add a via there, or choose the profile trapezoidal, which never overshoots"
-        raise refusal(what, where, "every joint within its range all the time", overshoots, step)
+        raise refusal(message, where, "every joint within its range all the time", overshoots, step)
     if not report.violations or shortest is None:
         return
-    enough = f"a duration of {rounded_up(shortest * (1 - ROUNDING), 2):.10g} s meets all limits"
-    what, found = f"the motion is too fast for {arm.name}", list(map(str, report.violations))
+    remedy = f"a duration of {rounded_up(shortest * (1 - ROUNDING), 2):.10g} s meets all limits"
+    message, violations = f"the motion is too fast for {arm.name}", list(map(str, report.violations))
     if not allow_violations:
         expected = "velocities and accelerations within the limits of every joint"
-        raise refusal(what, where, expected, found, f"{enough}; allow_violations=True plans it anyway")
-    warnings.warn(f"{what}: {'; '.join(found)}; {enough}", GdAnalyzeWarning, stacklevel=3)
+        raise refusal(
+            message, where, expected, violations, f"{remedy}; allow_violations=True plans it anyway"
+        )
+    warnings.warn(f"{message}: {'; '.join(violations)}; {remedy}", GdAnalyzeWarning, stacklevel=3)
 
 
 def _sample(
@@ -248,15 +250,15 @@ def _sample(
     return time, q, qd, qdd
 
 
-def plan_result(made: Plan) -> Result:
+def plan_result(planned: Plan) -> Result:
     """Facts of a plan; people see angles in degrees."""
-    motion, rows, shortest = made.trajectory, made.limits.rows, made.shortest_duration
+    motion, rows, shortest = planned.trajectory, planned.limits.rows, planned.shortest_duration
     joints = [row.joint for row in rows]
-    known = columns_of(rows, *((name, "", "number") for name in _REACHED))
-    known += columns_of(joints, *((name, "", "number") for name in _LIMITS))
-    values = {column.key: column.values for column in known}
+    numeric_columns = columns_of(rows, *((name, "", "number") for name in _REACHED))
+    numeric_columns += columns_of(joints, *((name, "", "number") for name in _LIMITS))
+    values = {column.key: column.values for column in numeric_columns}
     columns = [Column("joint", "joint", range(1, len(joints) + 1), shown="count")]
-    columns += [*columns_of(joints, ("name", "name", "text"), ("unit", "", "text")), *known]
+    columns += [*columns_of(joints, ("name", "name", "text"), ("unit", "", "text")), *numeric_columns]
     for label, first, second, between, units in _PAIRS:
         shown_in = [units.get(joint.unit, joint.unit) for joint in joints]
         cells = [
@@ -269,7 +271,7 @@ def plan_result(made: Plan) -> Result:
         facts=(
             Fact("trajectory", "", motion.name),
             Fact("set_points", "Set points", motion.n_set_points, shown="count"),
-            Fact("knot_times", "", made.knot_times),
+            Fact("knot_times", "", planned.knot_times),
             Fact("shortest_duration", "" if shortest is None else "Shortest duration", shortest, "s"),
             *(Fact(name, "", getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
         ),

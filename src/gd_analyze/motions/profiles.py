@@ -82,8 +82,8 @@ def _quintic(times: FloatArray, knots: FloatArray) -> PPoly[np.float64]:
     """Quintic spline through the knots, C4, at rest with zero acceleration at both ends."""
     still = np.zeros(knots.shape[1])
     # One condition for every joint; scipy-stubs know those of a single curve only.
-    rest: Any = [(1, still), (2, still)]
-    spline = make_interp_spline(times, knots - knots[0], k=5, bc_type=(rest, rest))
+    end_conditions: Any = [(1, still), (2, still)]
+    spline = make_interp_spline(times, knots - knots[0], k=5, bc_type=(end_conditions, end_conditions))
     breaks = np.unique(spline.t)
     taylor = [spline(breaks[:-1], order) / math.factorial(order) for order in range(5, -1, -1)]
     return _shifted(np.array(taylor), breaks, knots[0])

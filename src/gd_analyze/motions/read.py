@@ -120,9 +120,9 @@ def motion_of(
         if str(path_or_name) in str(error):
             raise
         # The error, raised from numbers alone, does not know the file.
-        expected, found, step = (error.details.get(key, "") for key in ("expected", "found", "next"))
+        expected, content, step = (error.details.get(key, "") for key in ("expected", "found", "next"))
         where = Location("standard input" if str(path_or_name) == "-" else path_or_name)
-        raise refusal(error.what, where, expected, found, step or None) from None
+        raise refusal(error.what, where, expected, content, step or None) from None
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
     if degrees:
@@ -172,19 +172,20 @@ def read_log(
     for file in (path, reading.mapping):
         with suppress(OSError):
             if file and reading.save_mapping and Path(reading.save_mapping).samefile(file):
-                what, found = "the mapping file would overwrite an input", str(reading.save_mapping)
-                raise refusal(what, "--save-mapping", "another file", found)
+                message = "the mapping file would overwrite an input"
+                raise refusal(message, "--save-mapping", "another file", str(reading.save_mapping))
     mapping = None
     if reading.mapping is not None:
         if reading.columns or reading.map or reading.family or reading.time_unit or reading.degrees:
-            what, expected = "a mapping file defines all columns of a log", "no option on columns or units"
+            message, expected = "a mapping file defines all columns of a log", "no option on columns or units"
             step = "change the mapping file, or write a new one with --save-mapping"
-            raise refusal(what, "--mapping", expected, "such options", step)
+            raise refusal(message, "--mapping", expected, "such options", step)
         mapping, lines = read_mapping(reading.mapping)
         rate, topic = reading.rate or mapping.rate, reading.topic or mapping.topic
         reading = replace(reading, columns=tuple(mapping.names), rate=rate, topic=topic)
     table = _opened(path, reading, data, progress, arm.n_joints)
-    if isinstance(table, TextTable) and (command := recorded_command(table.first_lines[:20])):
+    command = recorded_command(table.first_lines[:20]) if isinstance(table, TextTable) else None
+    if command:
         _require_kinds(command, arm, name, path)
         origin += f"; made by: {command}"
     if mapping is not None:
@@ -194,15 +195,17 @@ def read_log(
         columns = table.read(*choice.wanted, progress)
     else:
         choice, columns = _chosen(table, arm, reading, progress)
-    taken: dict[int, ColumnUse] = {}
+    used: dict[int, ColumnUse] = {}
     for column, use in choice.uses:
-        if column in taken or column in (choice.time.columns if choice.time else ()):
-            other = taken.get(column, ColumnUse("", "time"))
-            what, place = f"column {use.column} is given two roles", table.where(None, column)
-            found = " and ".join(f"{one.role} {one.joint}".strip() for one in (other, use))
+        if column in used or column in (choice.time.columns if choice.time else ()):
+            other_use = used.get(column, ColumnUse("", "time"))
+            message, place = f"column {use.column} is given two roles", table.where(None, column)
+            roles = " and ".join(f"{claim.role} {claim.joint}".strip() for claim in (other_use, use))
             where = f"{reading.mapping or '--map'}; {place}"
-            raise refusal(what, where, "a column for each", found, "`gd-analyze columns` shows the columns")
-        taken[column] = use
+            raise refusal(
+                message, where, "a column for each", roles, "`gd-analyze columns` shows the columns"
+            )
+        used[column] = use
     for remark in choice.remarks:
         warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
     return _logged(table, arm, reading, choice, columns, visible(name), visible(origin))
@@ -214,12 +217,14 @@ def _require_kinds(command: str, arm: RobotArm, name: str, path: Path) -> None:
     joints = () if planned == arm.name else load_arm(planned).joints
     if len(joints) != arm.n_joints:
         return  # another error says so
-    for number, (its, own) in enumerate(zip(joints, arm.joints, strict=True), start=1):
-        if its.kind != own.kind:
-            what = f"trajectory {name} is not for arm {arm.name}: joint {number} ({own.name}) is {own.kind}"
-            expected, found = f"q{number} in {own.unit}", f"q{number} in {its.unit}, planned for {planned}"
+    for number, (planned_joint, arm_joint) in enumerate(zip(joints, arm.joints, strict=True), start=1):
+        if planned_joint.kind != arm_joint.kind:
+            kind = f"joint {number} ({arm_joint.name}) is {arm_joint.kind}"
+            message = f"trajectory {name} is not for arm {arm.name}: {kind}"
+            expected = f"q{number} in {arm_joint.unit}"
+            column = f"q{number} in {planned_joint.unit}, planned for {planned}"
             step = f"choose arm {planned}, or plan a motion with `gd-analyze plan`"
-            raise refusal(what, Location(path), expected, found, step)
+            raise refusal(message, Location(path), expected, column, step)
 
 
 def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> str | None:
@@ -228,16 +233,16 @@ def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> s
     `paths` holds the joints on the path to every link. Also None if the log can be read only once.
     """
     path = Path(path_or_name)
-    known = sorted({joint for way in paths.values() for joint in way}, key=len, reverse=True)
+    joints = sorted({joint for chain in paths.values() for joint in chain}, key=len, reverse=True)
     try:
         table = _opened(path, Reading(), None, no_progress, 1)
     except (TrajectoryError, OSError):
         return None  # reading it for an arm gives a better message
-    said = set()
+    named = set()
     for name in table.names:
-        whole = (joint for joint in known if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
-        said |= {*islice(whole, 1)}
-    ends = [link for link, way in paths.items() if said and way[-1] in said and said <= {*way}]
+        whole = (joint for joint in joints if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
+        named |= {*islice(whole, 1)}
+    ends = [link for link, chain in paths.items() if named and chain[-1] in named and named <= {*chain}]
     return ends[0] if len(ends) == 1 else None
 
 
@@ -249,16 +254,16 @@ def files_in(folder: Path) -> list[Path] | None:
         entries = sorted(folder.iterdir(), key=lambda path: path.name)
     except OSError as error:
         raise _unreadable(folder, error) from None
-    shown = [path for path in entries if not path.name.startswith(".")]
-    logs = [p for p in shown if _format(p) is not None or (p.is_file() and p.suffix.lower() in _TEXT)]
-    found = [path for path in logs if path.name not in RESULT_FILES.values()]
-    if not found:
-        names = ", ".join(visible(path.name) for path in shown[:5]) or "nothing"
-        names += f" and {len(shown) - 5} more" if len(shown) > 5 else ""
+    visible_paths = [path for path in entries if not path.name.startswith(".")]
+    logs = [p for p in visible_paths if _format(p) is not None or (p.is_file() and p.suffix.lower() in _TEXT)]
+    trajectories = [path for path in logs if path.name not in RESULT_FILES.values()]
+    if not trajectories:
+        names = ", ".join(visible(path.name) for path in visible_paths[:5]) or "nothing"
+        names += f" and {len(visible_paths) - 5} more" if len(visible_paths) > 5 else ""
         expected = f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml"
         step = "name the files themselves, or another folder"
         raise refusal("the folder holds no trajectories", Location(folder), expected, names, step)
-    return found
+    return trajectories
 
 
 def _format(path: Path) -> str | None:
@@ -268,17 +273,17 @@ def _format(path: Path) -> str | None:
     return _FORMATS.get(path.suffix.lower())
 
 
-def _source(given: str | Path) -> tuple[Path, str, str, bytes | None]:
+def _source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
     """Path, name and origin of a motion, and its bytes if it can be read only once."""
-    if not isinstance(given, str | PathLike):
+    if not isinstance(path_or_name, str | PathLike):
         expected = "the name of a shipped one, or the path of a file"
-        raise refusal("this is not a trajectory", "trajectory", expected, in_python(given))
-    known, path = shipped_trajectories(), Path(given)
-    if str(given) == "-":
+        raise refusal("this is not a trajectory", "trajectory", expected, in_python(path_or_name))
+    shipped_files, path = shipped_trajectories(), Path(path_or_name)
+    if str(path_or_name) == "-":
         return Path("standard input"), "stdin", "read from standard input", _stream(None)
-    if str(given) in known:
-        return known[str(given)], path.name, f"shipped trajectory {given}", None
-    origin = f"read from {given}"
+    if str(path_or_name) in shipped_files:
+        return shipped_files[str(path_or_name)], path.name, f"shipped trajectory {path_or_name}", None
+    origin = f"read from {path_or_name}"
     with suppress(OSError, ValueError):
         if path.is_file() or _format(path) is not None:
             return path, path.stem, origin, None
@@ -291,12 +296,12 @@ def _stream(path: Path | None) -> bytes:
     try:
         data = read_at_most(path or sys.stdin.buffer, _LARGEST_STREAM)
     except (FileNotFoundError, ValueError):
-        known = shipped_trajectories()
-        near = difflib.get_close_matches(name.stem, known, n=1)
-        what, found = f"there is no trajectory {str(name)!r}", "neither an existing file nor a known name"
-        expected = f"a CSV file, a log or a shipped trajectory ({', '.join(known)})"
+        shipped_files = shipped_trajectories()
+        near = difflib.get_close_matches(name.stem, shipped_files, n=1)
+        message, reason = f"there is no trajectory {str(name)!r}", "neither an existing file nor a known name"
+        expected = f"a CSV file, a log or a shipped trajectory ({', '.join(shipped_files)})"
         step = f"did you mean {near[0]!r}?" if near else "check the path, or see `gd-analyze plan`"
-        raise refusal(what, Location(name), expected, found, step) from None
+        raise refusal(message, Location(name), expected, reason, step) from None
     except OSError as error:
         raise _unreadable(name, error) from None
     if data is None:
@@ -306,9 +311,9 @@ def _stream(path: Path | None) -> bytes:
 
 
 def _unreadable(path: Path, error: OSError) -> TrajectoryError:
-    found, step = error.strerror or str(error), "give a path you may read"
+    reason, step = error.strerror or str(error), "give a path you may read"
     expected = "a file" if isinstance(error, IsADirectoryError) else "a file, or a folder of files"
-    return refusal("cannot read the trajectory", Location(path), expected, found, step)
+    return refusal("cannot read the trajectory", Location(path), expected, reason, step)
 
 
 def _begin(path: Path) -> bytes:
@@ -322,8 +327,8 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
     kind = None if data is not None else _format(path)
     begin = data if data is not None or path.is_dir() else _begin(path)
     if (begin or b"").startswith(_LFS):
-        found, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
-        raise refusal("this is not a log", Location(path), "the log itself", found, step)
+        content, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
+        raise refusal("this is not a log", Location(path), "the log itself", content, step)
     if kind == "bag":
         return read_bag(path, reading.topic, progress)
     if kind == "parquet":
@@ -337,8 +342,8 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
     table = TextTable(path, data)
     where = Location(path, table.layout.first)
     if (table.names or table.first_cells)[0].lstrip().startswith("<"):
-        expected, found = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
-        raise refusal("this is not a log", where, expected, found, "name the robot first, then the log")
+        expected, content = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
+        raise refusal("this is not a log", where, expected, content, "name the robot first, then the log")
     if any(table.names):
         return read_list_cells(table) if has_lists(table) else table
     cells = table.first_cells
@@ -348,12 +353,12 @@ def _opened(path: Path, reading: Reading, data: bytes | None, progress: Progress
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
         return TextTable(path, data, echoed)
     if not reading.columns:
-        found, step = f"numbers in {len(cells)} columns", naming(table, joints)
-        raise refusal("the file has no header line", where, "the names of the columns", found, step)
+        content, step = f"numbers in {len(cells)} columns", naming(table, joints)
+        raise refusal("the file has no header line", where, "the names of the columns", content, step)
     width = len(table.names)
     if len(reading.columns) != width:
-        expected, found = f"{width} names, - for a column that is not needed", str(len(reading.columns))
-        raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, found)
+        expected, content = f"{width} names, - for a column that is not needed", str(len(reading.columns))
+        raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, content)
     table = TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
     return read_list_cells(table) if has_lists(table) else table
 
@@ -363,14 +368,14 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
     zero: frozenset[object] = frozenset()
     while True:
         try:
-            found: Choice | AmbiguityError = choose(table, arm, reading, zero)
+            outcome: Choice | AmbiguityError = choose(table, arm, reading, zero)
         except AmbiguityError as error:
-            found = error
-        if isinstance(found, Choice):
-            families = () if found.set_points else tuple(found.families.values())
-            numbers, times = found.wanted
+            outcome = error
+        if isinstance(outcome, Choice):
+            families = () if outcome.set_points else tuple(outcome.families.values())
+            numbers, times = outcome.wanted
         else:
-            families, times = found.families, ()
+            families, times = outcome.families, ()
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
         dead: set[object] = set()
@@ -378,9 +383,9 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
             moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
             dead = {family.key for family in families if not moving & set(family.all_columns)}
         if dead <= zero:
-            if isinstance(found, Choice):
-                return found, columns
-            raise found
+            if isinstance(outcome, Choice):
+                return outcome, columns
+            raise outcome
         zero |= dead
 
 
@@ -388,22 +393,24 @@ def _logged(
     table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
 ) -> Logged:
     numbers, _ = choice.wanted
-    held = dict(zip(numbers, columns.numbers.T, strict=True))
+    column_values = dict(zip(numbers, columns.numbers.T, strict=True))
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
         uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
         paired = [*zip(uses, arm.joints, strict=False)]
-        factors = np.array([units_of(role, joint.kind == "revolute")[of] for (_, of), joint in paired])
-        found = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
-        if paired and (role == "q" or any(np.isfinite(found[chunk]).any() for chunk in blocks(found))):
-            arrays[role] = found
+        factors = np.array(
+            [units_of(role, joint.kind == "revolute")[column_unit] for (_, column_unit), joint in paired]
+        )
+        values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
+        if paired and (role == "q" or any(np.isfinite(values[chunk]).any() for chunk in blocks(values))):
+            arrays[role] = values
     if reading.torque_constant is not None:
-        constants = len(reading.torque_constant) * ("torque" in arrays)
+        constants = len(reading.torque_constant) if "torque" in arrays else 0
         if constants != arm.n_joints:
-            what, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
+            message, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
             expected = f"{arm.n_joints} constants, and columns of torque or currents"
             step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
-            raise refusal(what, where, expected, str(constants or "no such columns"), step)
+            raise refusal(message, where, expected, str(constants or "no such columns"), step)
         arrays["torque"] = arrays["torque"] * np.array(reading.torque_constant, dtype=float)
     q = arrays["q"]
     if not len(q):
@@ -412,7 +419,7 @@ def _logged(
     if not choice.measured and any(
         np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
     ):
-        _require_numbers(table, held, choice.set_points, [*columns.wrong])
+        _require_numbers(table, column_values, choice.set_points, [*columns.wrong])
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
@@ -431,20 +438,20 @@ def _logged(
     jumping = jumping_rows(time, q, arm) if choice.measured else {}
     require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
-    known = np.isfinite(time)
+    usable = np.isfinite(time)
     for chunk in blocks(q):
-        known[chunk] &= np.isfinite(q[chunk]).any(axis=1)
-    if not known.any():
+        usable[chunk] &= np.isfinite(q[chunk]).any(axis=1)
+    if not usable.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
     corrupt = sorted({*columns.wrong, *jumping})
-    empty = np.delete(~known, corrupt).sum()
+    empty = np.delete(~usable, corrupt).sum()
     if empty:
         why += f"; rows without time or positions, left out: {int(empty)}"
-    known[corrupt] = False
-    if not known.all():
-        time, arrays = time[known], {role: array[known] for role, array in arrays.items()}
-        gaps = gaps and tuple(int(known[:gap].sum()) for gap in gaps)
+    usable[corrupt] = False
+    if not usable.all():
+        time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
+        gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
     if reading.save_mapping is not None:
         write_mapping(choice, table, reading, unit)
     return Logged(
@@ -473,18 +480,18 @@ def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) ->
 
 
 def _require_numbers(
-    table: LogTable, held: dict[int, FloatArray], everywhere: bool, corrupt: Sequence[int]
+    table: LogTable, column_values: dict[int, FloatArray], refuse_empty: bool, corrupt: Sequence[int]
 ) -> None:
     """Refuse a plan with a cell nan, and a file of set points with an empty cell, but for corrupt rows."""
-    for column, values in held.items():
+    for column, values in column_values.items():
         empty = np.isnan(values)
         empty[corrupt] = False
         for row in np.flatnonzero(empty)[:1].tolist():
-            found = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
-            if everywhere or found.lower().strip("-") == "nan":
-                what, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
+            cell = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
+            if refuse_empty or cell.lower().strip("-") == "nan":
+                message, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
                 step += "; --measured leaves out such rows of a recording"
-                raise refusal(what, table.where(row, column), "a number", found, step)
+                raise refusal(message, table.where(row, column), "a number", cell, step)
 
 
 def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
@@ -500,7 +507,7 @@ def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnU
     times = choice.time.columns if choice.time is not None else ()
     reason = "another time" if times else "no time is needed"
     numbers = range(len(table.names))
-    found = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
-    found |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
-    found |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
-    return tuple((found | dict(choice.uses)).values())
+    uses = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
+    uses |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
+    uses |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
+    return tuple((uses | dict(choice.uses)).values())

@@ -20,10 +20,10 @@ _MOST_COLUMNS = 10_000
 
 
 def refusal(
-    what: str, where: Location | str, expected: str, found: str | list[str], next_step: str | None = None
+    message: str, where: Location | str, expected: str, found: str | list[str], next_step: str | None = None
 ) -> TrajectoryError:
     """Make a TrajectoryError."""
-    return TrajectoryError(what, where=where, expected=expected, found=found, next_step=next_step)
+    return TrajectoryError(message, where=where, expected=expected, found=found, next_step=next_step)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Reading:
         columns: str | Iterable[str] = (),
         map: Iterable[str] | dict[str, str] = (),
         family: str | Iterable[str] = (),
-        **rest: Any,
+        **settings: Any,
     ) -> Reading:
         """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
@@ -93,16 +93,18 @@ class Reading:
         """
         listed = columns.split(",") if isinstance(columns, str) else list(columns)
         pairs = map.items() if isinstance(map, dict) else (_pair(entry, "--map") for entry in map)
-        constants = rest.pop("torque_constant", None)
+        constants = settings.pop("torque_constant", None)
         if isinstance(constants, str):
             constants = [number_in(word) for word in constants.split(",")]
         families = [family] if isinstance(family, str) else list(family)
         return cls(
             columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
-            map=tuple(one for role, column in pairs for one in _joint_by_joint(role.strip(), column.strip())),
+            map=tuple(
+                pair for role, column in pairs for pair in _joint_by_joint(role.strip(), column.strip())
+            ),
             family=tuple(_pair(word, "--family") if "=" in word else ("", word) for word in families),
             torque_constant=None if constants is None else tuple(constants),
-            **rest,
+            **settings,
         )
 
     def __post_init__(self) -> None:
@@ -114,16 +116,16 @@ class Reading:
             expected = "a number per joint, N m/A, with commas"
             raise refusal("the torque constants are not numbers", "torque_constant", expected, "another word")
         if self.rate is not None and self.time_unit is not None:
-            expected, found = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
-            raise refusal("a rate and a unit of time contradict each other", "rate", expected, found)
+            expected, values = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
+            raise refusal("a rate and a unit of time contradict each other", "rate", expected, values)
         for role, word in self.family:
             if role not in ("", *ROLES):
                 raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}")
 
     def words_for(self, role: str) -> tuple[str, ...]:
         """Words that the names of a role's columns must contain."""
-        own = tuple(word for of, word in self.family if of == role)
-        return own or tuple(word for of, word in self.family if not of)
+        role_words = tuple(word for family_role, word in self.family if family_role == role)
+        return role_words or tuple(word for family_role, word in self.family if not family_role)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,11 +178,11 @@ def _joint_by_joint(role: str, column: str) -> list[tuple[str, str]]:
 
 def _expanded(entry: str) -> list[str]:
     """Names of `q1..q6`; any other entry itself."""
-    found = _RANGE.fullmatch(entry)
-    if found is None:
+    match = _RANGE.fullmatch(entry)
+    if match is None:
         return [entry]
-    first, last = int(found[2]), int(found[4])
-    if found[3] not in ("", found[1]) or not first <= last < first + _MOST_COLUMNS:
+    first, last = int(match[2]), int(match[4])
+    if match[3] not in ("", match[1]) or not first <= last < first + _MOST_COLUMNS:
         expected = "q1..q6, with the same letters on both sides"
         raise refusal("this is not a range of names", "--columns", expected, repr(entry))
-    return [f"{found[1]}{k}" for k in range(first, last + 1)]
+    return [f"{match[1]}{k}" for k in range(first, last + 1)]

@@ -59,10 +59,10 @@ def unit_in_words(text: str) -> str | None:
     base, slash, per = bare.partition("/")
     if re.sub(r"[-.*·]", "", base) in _FOREIGN and (not slash or per in _TIMES):
         return bare
-    shown = _SPELT.get(base, base)
+    unit = _SPELT.get(base, base)
     if not slash:
-        return shown if shown in {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES} else None
-    return shown + _TIMES[per] if shown in {*_ANGLES, *_LENGTHS} and per in _TIMES else None
+        return unit if unit in {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES} else None
+    return unit + _TIMES[per] if unit in {*_ANGLES, *_LENGTHS} and per in _TIMES else None
 
 
 def units_of(role: str, revolute: bool) -> dict[str, float]:
@@ -73,13 +73,13 @@ def units_of(role: str, revolute: bool) -> dict[str, float]:
     return units | ({"rpm": 2 * math.pi / 60.0} if revolute and role == "qd" else {})
 
 
-def fitting_unit(said: str, role: str, revolute: bool) -> str | None:
-    """Unit of a role for the unit `said` in a name; None if that belongs to another quantity."""
-    known = units_of(role, revolute)
-    return next((unit for unit in (said, said + _PER.get(role, "")) if unit in known), None)
+def fitting_unit(stated: str, role: str, revolute: bool) -> str | None:
+    """Unit of a role for the unit `stated` in a name; None if that belongs to another quantity."""
+    units = units_of(role, revolute)
+    return next((unit for unit in (stated, stated + _PER.get(role, "")) if unit in units), None)
 
 
-Said = Literal["time", "sec", "nanosec", "index", "q", "qd", "qdd", "torque", "name", "other"]
+NameRole = Literal["time", "sec", "nanosec", "index", "q", "qd", "qdd", "torque", "name", "other"]
 Kind = Literal["measured", "plain", "target"]
 Words = tuple[str, ...]
 
@@ -88,7 +88,7 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
 _BRACKETED = re.compile(r"\[([^\[\]]{1,30})\]|\(([^()]{1,30})\)")
 
 
-_WORDS_OF: dict[Said, str] = {
+_WORDS_OF: dict[NameRole, str] = {
     "q": "q pos position positions angle angles theta th phi",
     "qd": "qd dq qdot vel vels velocity velocities speed speeds rate rates omega dtheta thetadot thetad",
     "qdd": "qdd ddq qddot acc accel acceleration accelerations ddtheta thetaddot thetadd",
@@ -147,10 +147,10 @@ def words_of(name: str) -> Words:
 
 def unit_taken_out(name: str) -> tuple[str, str]:
     """Split a unit in brackets or at the end off a name; "" if there is none."""
-    for found in _BRACKETED.finditer(name):
-        unit = unit_in_words(found[1] or found[2])
+    for match in _BRACKETED.finditer(name):
+        unit = unit_in_words(match[1] or match[2])
         if unit is not None:
-            return name[: found.start()] + name[found.end() :], unit
+            return name[: match.start()] + name[match.end() :], unit
     for separator in ("_", " ", "-"):
         front, between, last = name.rpartition(separator)
         # A single letter is ambiguous: a joint s, a counter n.
@@ -183,18 +183,18 @@ def without_fillers(words: Words) -> Words:
 
 def as_written(words: Words, name: str) -> str:
     """Words as written in a name that contains them, or joined by underscores."""
-    for some in filter(None, (words, without_fillers(words))):
-        found = re.search("[^A-Za-z0-9]?".join(map(re.escape, some)), name, re.IGNORECASE)
-        if found:
-            return found[0]
+    for candidate in filter(None, (words, without_fillers(words))):
+        match = re.search("[^A-Za-z0-9]?".join(map(re.escape, candidate)), name, re.IGNORECASE)
+        if match:
+            return match[0]
     return "_".join(words)
 
 
 def known_joints(names: Sequence[str]) -> dict[Words, int]:
     """Words of the joints whose names say more than a number, and their numbers from 0."""
-    known = {_merged(words_of(name)): number for number, name in enumerate(names)}
+    joints = {_merged(words_of(name)): number for number, name in enumerate(names)}
     return {
-        words: k for words, k in known.items() if set(joint_of(words)[0]).difference(_ROLE_WORDS, _SINGLE)
+        words: k for words, k in joints.items() if set(joint_of(words)[0]).difference(_ROLE_WORDS, _SINGLE)
     }
 
 
@@ -202,7 +202,7 @@ def known_joints(names: Sequence[str]) -> dict[Words, int]:
 class Meaning:
     """Meaning of one name."""
 
-    role: Said  # apparent role
+    role: NameRole  # apparent role
     token: Words = ()  # words of the joint; `label` and `number` are its name and its count
     joint: int | None = None  # the arm's joint of exactly this name, from 0
     group: Words = ()  # words that distinguish columns of the same role and joint: topic, actual, target
@@ -226,10 +226,11 @@ class Meaning:
 def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
     """Read a column's name; `joints` are the words of the arm's joints and their numbers from 0."""
     text, unit = unit_taken_out(name.strip().lstrip("%#"))
-    segments = [segment for part in re.split(r"[/.]", text) if (segment := _merged(words_of(part)))]
-    timed = _time_said(segments)
-    if timed is not None:
-        return Meaning(timed, group=tuple(w for s in segments for w in s), unit=unit)
+    parts = (_merged(words_of(part)) for part in re.split(r"[/.]", text))
+    segments = [segment for segment in parts if segment]
+    role_of_time = _role_of_time(segments)
+    if role_of_time is not None:
+        return Meaning(role_of_time, group=tuple(w for s in segments for w in s), unit=unit)
     points = (segment for segment in segments if "points" in segment)
     if any(next((int(word) for word in segment if _is_count(word)), 0) for segment in points):
         return Meaning("other")  # a further point of a message
@@ -259,7 +260,7 @@ def _merged(words: Words) -> Words:
     return tuple(out)
 
 
-def _time_said(segments: Sequence[Words]) -> Said | None:
+def _role_of_time(segments: Sequence[Words]) -> NameRole | None:
     if not segments:
         return None
     last = segments[-1]
@@ -279,22 +280,23 @@ def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[li
 
     Words of role and kind may stand among those of the joint: axis_a_1 is named by AXIS_ACT_A1.
     """
-    every = [range(len(segment)) for segment in segments]
+    all_places = [range(len(segment)) for segment in segments]
     bare = [
-        [i for i in at if not _says_what(segment[i])] for at, segment in zip(every, segments, strict=True)
+        [i for i in at if not _names_role_or_kind(segment[i])]
+        for at, segment in zip(all_places, segments, strict=True)
     ]
     for words in sorted(joints, key=len, reverse=True):
-        for places in (every, bare):
+        for places in (all_places, bare):
             for k, (segment, at) in enumerate(zip(segments, places, strict=True)):
                 for first in range(len(at) - len(words) + 1):
-                    taken = at[first : first + len(words)]
-                    if tuple(segment[i] for i in taken) == words:
-                        rest = tuple(word for i, word in enumerate(segment) if i not in taken)
-                        return [*segments[:k], rest, *segments[k + 1 :]], k, joints[words]
+                    matched = at[first : first + len(words)]
+                    if tuple(segment[i] for i in matched) == words:
+                        remainder = tuple(word for i, word in enumerate(segment) if i not in matched)
+                        return [*segments[:k], remainder, *segments[k + 1 :]], k, joints[words]
     return segments, -1, None
 
 
-def _says_what(word: str) -> bool:
+def _names_role_or_kind(word: str) -> bool:
     return word in _ROLE_WORDS or word in MEASURED or word in TARGET
 
 
@@ -302,7 +304,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     """Role, joint and group of a name other than time."""
     with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
-    role: Said = "other"
+    role: NameRole = "other"
     rank, spelt = 0, ""
     words: list[tuple[int, str]] = []
     group: list[str] = []
@@ -319,7 +321,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     token_at = _token_segment(segments, words, role_at, at)
     token = tuple(word for k, word in words if k == token_at) if joint is None else ()
     # Words beside the joint distinguish families, containers do not.
-    group += [w for k, w in words if (k != token_at or joint is not None) and not _says_nothing(w)]
+    group += [w for k, w in words if (k != token_at or joint is not None) and not _names_nothing(w)]
     if role == "other":
         label, number = joint_of(token)
         if "name" in label or "names" in label:
@@ -332,7 +334,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
         )
         is_external = number is not None and label == EXTERNAL
         # elbow is a position; elbow_enabled and elbow_x are other quantities.
-        more = joint is not None and any(k == at and not _says_nothing(word) for k, word in words)
+        more = joint is not None and any(k == at and not _names_nothing(word) for k, word in words)
         if more or (joint is None and not counts and not beside and not is_external):
             return Meaning("other", token, unit=unit)
         token = (str(number),) if counts else token
@@ -341,7 +343,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     return Meaning(role, token, joint, tuple(group), kind, unit, rank, spelt)
 
 
-def _says_nothing(word: str) -> bool:
+def _names_nothing(word: str) -> bool:
     return word in _CONTAINERS or word in _FILLERS or (word.isascii() and word.isdigit())
 
 
@@ -352,6 +354,6 @@ def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at:
     if role_at < 0:
         return words[-1][0] if words else -1
     for k in (role_at, *range(len(segments) - 1, role_at, -1), *range(role_at - 1, -1, -1)):
-        if any(not _says_nothing(word) or word.isdigit() for of, word in words if of == k):
+        if any(not _names_nothing(word) or word.isdigit() for index, word in words if index == k):
             return k
     return role_at

@@ -27,7 +27,7 @@ _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
-_TOLD_EVERY = 1000
+_REPORTED_EVERY = 1000
 _LARGEST_YAML = 400_000_000
 # A message takes 35 times as much memory as its text.
 _LARGEST_MESSAGE = 30_000_000
@@ -61,25 +61,25 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
         raise
     # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
     except Exception as error:
-        found, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
+        fault, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
         step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
-        raise refusal("the bag cannot be read", Location(path), expected, found, step) from None
+        raise refusal("the bag cannot be read", Location(path), expected, fault, step) from None
 
 
 def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:
     """Connections of the topic to read."""
     fitting = [c for c in connections if c.msgtype in _KINDS and c.msgcount]
     topics = list(dict.fromkeys(c.topic for c in fitting))
-    shown = fitting or connections
-    listed = (f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in shown)
+    candidates = fitting or connections
+    listed = (f"{c.topic} ({c.msgtype.rpartition('/')[2]}, {c.msgcount} messages)" for c in candidates)
     if not topics or topic not in (None, *topics):
-        what = "the bag contains no joint motion" + ("" if topic is None else f" on topic {topic}")
+        message = "the bag contains no joint motion" + ("" if topic is None else f" on topic {topic}")
         expected = ", ".join(topics) or "a topic of JointState, JointTrajectory or a controller's state"
         step = "give one of these with --topic" if topics else "record /joint_states too"
-        raise refusal(what, Location(path), expected, "; ".join(listed) or "no messages", step)
+        raise refusal(message, Location(path), expected, "; ".join(listed) or "no messages", step)
     if topic is None and len(topics) > 1:
-        what, step = "several topics of the bag contain joint motions", " or ".join(topics[:6])
-        raise refusal(what, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
+        message, step = "several topics of the bag contain joint motions", " or ".join(topics[:6])
+        raise refusal(message, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
     return [c for c in fitting if c.topic == (topic or topics[0])]
 
 
@@ -118,7 +118,7 @@ def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]
     import yaml
 
     begin, line = 0, 0
-    ends = [found.span() for found in _BETWEEN.finditer(text)]
+    ends = [separator.span() for separator in _BETWEEN.finditer(text)]
     for end, following in [*ends, (len(text), len(text))]:
         document = text[begin:end]
         where = Location(path, line + 1)
@@ -151,10 +151,10 @@ def _too_large(where: Location, most: int) -> TrajectoryError:
     return refusal("the log is too large to be read as YAML", where, f"up to {megabytes(most)}", "more", step)
 
 
-def _not_read(where: Location, found: str) -> TrajectoryError:
+def _not_read(where: Location, fault: str) -> TrajectoryError:
     expected = "output of `ros2 topic echo --full-length` for JointState or JointTrajectory"
     step = "echo the topic again, or record a bag"
-    return refusal("the log cannot be read as messages in YAML", where, expected, found, step)
+    return refusal("the log cannot be read as messages in YAML", where, expected, fault, step)
 
 
 def _field(message: Any, name: str) -> Any:
@@ -187,11 +187,13 @@ def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
     elif kind == _STATE:
         yield 0, dict(_values(message, names, ""))
     elif kind == _DYNAMIC:
-        found: dict[str, float] = {}
-        for name, of in zip(names, _field(message, "interface_values"), strict=True):
-            for interface, value in zip(_field(of, "interface_names"), _field(of, "values"), strict=True):
-                found[f"{name}/{interface}"] = float(value)
-        yield 0, found
+        row: dict[str, float] = {}
+        for name, interfaces in zip(names, _field(message, "interface_values"), strict=True):
+            for interface, value in zip(
+                _field(interfaces, "interface_names"), _field(interfaces, "values"), strict=True
+            ):
+                row[f"{name}/{interface}"] = float(value)
+        yield 0, row
     else:
         sides = ((side, _field(message, side)) for side in _SIDES)
         of_sides = (_values(point, names, f"{side}/") for side, point in sides if point is not None)
@@ -204,15 +206,16 @@ def _nanoseconds(stamp: Any) -> int:
         return 0
     whole = []
     for names in (("sec", "secs"), ("nanosec", "nsecs")):
-        value = next((x for name in names if (x := _field(stamp, name)) is not None), None)
+        fields = (_field(stamp, name) for name in names)
+        value = next((field for field in fields if field is not None), None)
         if not isinstance(value, int | np.integer) or abs(int(value)) >= 2**40:
             raise ValueError("a stamp without sec and nanosec")
         whole.append(int(value))
     return whole[0] * 1_000_000_000 + whole[1]
 
 
-def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str, float]]:
-    for key, shown in _FIELDS.items():
+def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str, float]]:
+    for key, quantity in _FIELDS.items():
         values = _field(point, key)
         if values is None or len(values) == 0:
             continue
@@ -223,14 +226,14 @@ def _values(point: Any, names: Sequence[str], before: str) -> Iterator[tuple[str
         for name, value in zip(names, values, strict=True):
             if isinstance(value, bool) or not isinstance(value, int | float | np.number):
                 raise ValueError(f"a {key} that is not a number")
-            yield f"{before}{name}/{shown}", float(value)
+            yield f"{prefix}{name}/{quantity}", float(value)
 
 
 def _gathered(
     path: str | Path,
     messages: Iterable[tuple[Any, str | None, int]],
     commanded: bool = False,
-    told: Callable[[int], None] = lambda done: None,
+    report: Callable[[int], None] = lambda done: None,
 ) -> ArrayTable:
     """Rows of messages, each with its kind, if known, and time of arrival, ns; nan for missing joints.
 
@@ -256,17 +259,17 @@ def _gathered(
                 column.append(value)
             stamps.append(stamp + later)
             arrivals.append(received + later)
-        if not done % _TOLD_EVERY:
-            told(done)
+        if not done % _REPORTED_EVERY:
+            report(done)
     if not columns:
         expected = "messages with names and positions of joints"
-        found = f"{len(stamps)} messages without numbers" if stamps else "no message"
-        raise refusal("the log contains no motion", Location(path), expected, found, "check the recording")
+        content = f"{len(stamps)} messages without numbers" if stamps else "no message"
+        raise refusal("the log contains no motion", Location(path), expected, content, "check the recording")
     several = [str(points) for points in plans if points > 1]
     if len(several) > 1:
-        what, found = f"the log contains {len(several)} trajectories", f"{', '.join(several[:6])} points"
+        problem, content = f"the log contains {len(several)} trajectories", f"{', '.join(several[:6])} points"
         expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
-        raise refusal(what, Location(path), expected, found, step)
+        raise refusal(problem, Location(path), expected, content, step)
     numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]
     times = (np.array(stamps, dtype=np.int64), np.array(arrivals, dtype=np.int64))
     names = ("header/stamp_ns", "received/time_ns", *columns)

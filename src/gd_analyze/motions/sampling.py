@@ -19,10 +19,14 @@ from gd_analyze.text import figures, named_joints
 
 # Least readings of a stretch that is kept: fewer do not show accelerations.
 FEWEST = 16
-# A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger, s.
-_GAP_STEPS, _GAP = 5.0, 0.05
-# Stamps closer than this share of the usual step are equal; this share of equal stamps causes a warning.
-SAME, _MANY_SAME = 0.01, 0.01
+# A gap is longer than this many usual steps of the log,
+_GAP_STEPS = 5.0
+# and longer than a pause of a slow logger, s.
+_GAP = 0.05
+# Stamps closer than this share of the usual step are equal.
+SAME = 0.01
+# Share of equal stamps that causes a warning.
+_MANY_SAME = 0.01
 # A step of this many usual ones lacks a reading.
 LONG = 1.5
 # Times that start beyond this, s, are dates.
@@ -74,36 +78,36 @@ def sampling_of(
     same = int((np.diff(times) <= SAME * step).sum())
     times = _apart(times, q[rows], step)
     # Of equal stamps the last is kept: a message sent again is the newest.
-    kept = np.append(np.diff(times) > SAME * step, True)
+    is_kept = np.append(np.diff(times) > SAME * step, True)
     if same:
-        left_out = int((~kept).sum())
+        left_out = int((~is_kept).sum())
         done = f"put between their neighbours: {same - left_out}, left out: {left_out}"
         notes.append(f"rows with the stamp of the next one, {done}")
         if same > _MANY_SAME * len(rows):
             message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {done}"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
-    rows, times = rows[kept], times[kept]
+    rows, times = rows[is_kept], times[is_kept]
     begins = np.concatenate([[0], np.flatnonzero(np.diff(times) > gap) + 1])
     lengths = np.diff(np.append(begins, len(times)))
-    enough = lengths >= fewest
-    if not enough.any():
+    is_long = lengths >= fewest
+    if not is_long.any():
         among = f" at most, in {len(begins)} stretches between gaps" if len(begins) > 1 else ""
         raise _too_few(name, f"{lengths.max()}{among}", fewest)
-    if not enough.all():
-        short = f"{int((~enough).sum())} (rows: {int(lengths[~enough].sum())})"
+    if not is_long.all():
+        short = f"{int((~is_long).sum())} (rows: {int(lengths[~is_long].sum())})"
         notes.append(f"stretches of fewer than {fewest} readings between gaps, left out: {short}")
-    kept = np.repeat(enough, lengths)
-    gaps = tuple(np.cumsum(lengths[enough])[:-1].tolist())
+    is_kept = np.repeat(is_long, lengths)
+    gaps = tuple(np.cumsum(lengths[is_long])[:-1].tolist())
     if gaps:
         across = "nothing is differentiated, smoothed or bounded across them"
         notes.append(f"gaps longer than {figures(gap)} s: {len(gaps)}; {across}")
-    times = times[kept]
+    times = times[is_kept]
     since = times - times[0]
     # If stamps are dates, unless this loses digits that distinguish them.
     if abs(times[0]) > _DATE and (np.diff(since) > 0).all():
         notes.append("time counts from the first reading")
         times = since
-    return Sampling(rows[kept], times, gaps, step, tuple(notes))
+    return Sampling(rows[is_kept], times, gaps, step, tuple(notes))
 
 
 def _in_order(
@@ -142,10 +146,10 @@ def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
     return times
 
 
-def _too_few(name: str, found: str, fewest: int) -> TrajectoryError:
+def _too_few(name: str, readings: str, fewest: int) -> TrajectoryError:
     expected = f"a stretch of at least {fewest} readings at different instants without a gap"
-    next_step = "check the unit of time, or give a larger --largest-gap" if "gaps" in found else None
-    return refusal("the log has too few readings in a row", name, expected, found, next_step)
+    next_step = "check the unit of time, or give a larger --largest-gap" if "gaps" in readings else None
+    return refusal("the log has too few readings in a row", name, expected, readings, next_step)
 
 
 def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, FloatArray, chunks
 
-# Most numbers kept in memory, 32 MB; rows after which memory of mapped ones is released.
-_MOST, _ROWS = 2**22, 8 * CHUNK
+# Most numbers kept in memory: 32 MB.
+_MOST = 2**22
+# Rows of mapped numbers after which their memory is released.
+_ROWS = 8 * CHUNK
 # Scattered rows after which memory is released: the system maps 64 kB with each.
 _GATHERED = 256
 
@@ -65,9 +67,9 @@ def is_mapped(array: FloatArray) -> bool:
 def release(*arrays: FloatArray) -> None:
     """Release the memory of mapped arrays, which are read from their file again on access."""
     for array in arrays:
-        found = _map_of(array)
-        if found is not None and hasattr(mmap, "MADV_DONTNEED"):
-            found.madvise(mmap.MADV_DONTNEED)
+        mapping = _map_of(array)
+        if mapping is not None and hasattr(mmap, "MADV_DONTNEED"):
+            mapping.madvise(mmap.MADV_DONTNEED)
 
 
 def gathered(array: FloatArray, rows: NDArray[np.intp]) -> FloatArray:

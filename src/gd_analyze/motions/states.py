@@ -100,8 +100,10 @@ class States:
     ) -> States:
         """Add states, shape (M, n), with equal weights unless weights are given."""
         if self.weights is not None or weights is not None:
-            both = (self.weights, self.q), (weights, q)
-            weights = np.vstack([np.ones_like(like) if own is None else own for own, like in both])
+            pairs = (self.weights, self.q), (weights, q)
+            weights = np.vstack(
+                [np.ones_like(variables) if weight is None else weight for weight, variables in pairs]
+            )
         q, qd, qdd = (np.vstack(pair) for pair in zip(self.arrays, (q, qd, qdd), strict=True))
         return States(q, qd, qdd, self.described, weights=weights)
 
@@ -114,10 +116,10 @@ class States:
 def in_words(described: Mapping[str, str | int]) -> str:
     """Origin of states in words, from `States.described`."""
     if "trajectory" in described:
-        of = described["trajectory"]
+        name = described["trajectory"]
         if "motions" in described:
-            of = motion.in_words(str(described["motions"]).split(", "))
-        return f"{counted(int(described['set_points']), 'set point')} of {of}"
+            name = motion.in_words(str(described["motions"]).split(", "))
+        return f"{counted(int(described['set_points']), 'set point')} of {name}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 
 
@@ -153,18 +155,18 @@ def states_for(arm: RobotArm, states: States) -> States:
     return states if states.q.ndim == 2 else states.in_a_row
 
 
-def require_dataset(given: object) -> None:
+def require_dataset(value: object) -> None:
     """Raise a TrajectoryError if states are given as an object of the wrong type."""
-    if not hasattr(given, "data_vars"):
+    if not hasattr(value, "data_vars"):
         expected = "a trajectory, its shipped name or its path, States, or a Dataset of `decompose`"
-        raise refusal("these are not states", "states", expected, in_python(given))
+        raise refusal("these are not states", "states", expected, in_python(value))
 
 
 def require_joints(arm: RobotArm, states: States) -> None:
     """Raise a TrajectoryError if states have another number of joints."""
     if states.q.shape[-1] != arm.n_joints:
-        what, expected = f"the states do not fit arm {arm.name}", f"shape (..., {arm.n_joints})"
-        raise refusal(what, "q", expected, f"shape {states.q.shape}")
+        message, expected = f"the states do not fit arm {arm.name}", f"shape (..., {arm.n_joints})"
+        raise refusal(message, "q", expected, f"shape {states.q.shape}")
 
 
 def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) -> States:
@@ -194,8 +196,8 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     """
     arm = arm_of(arm)
     if not isinstance(count, int | np.integer) or count < 1:
-        found = in_python(count)
-        raise UsageError("this is not a number of states", where="count", expected="1 or more", found=found)
+        message, value = "this is not a number of states", in_python(count)
+        raise UsageError(message, where="count", expected="1 or more", found=value)
     limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)
@@ -206,16 +208,16 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     return States(q, qd, qdd, {"box": box, "states": count, "seed": seed})
 
 
-def checked_states(arm: RobotArm, **given: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
+def checked_states(arm: RobotArm, **quantities: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
     """Leading shape, and arrays of quantities with one finite number per joint."""
     arrays: list[FloatArray] = []
-    for name, values in given.items():
+    for name, values in quantities.items():
         array = array_of(values, name, UsageError)
         first = arrays[0].shape if arrays else (*array.shape[:-1], arm.n_joints)
         if array.shape != first:
             leading = "".join(f"{size}, " for size in first[:-1]) if arrays else "..., "
-            what, expected = f"{name} does not fit arm {arm.name}", f"shape ({leading}{arm.n_joints})"
-            raise UsageError(what, where=name, expected=expected, found=str(array.shape))
+            message, expected = f"{name} does not fit arm {arm.name}", f"shape ({leading}{arm.n_joints})"
+            raise UsageError(message, where=name, expected=expected, found=str(array.shape))
         require_possible(array, name, UsageError)
         arrays.append(array)
     return arrays[0].shape[:-1], arrays

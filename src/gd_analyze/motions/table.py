@@ -41,7 +41,7 @@ class Stamps:
     """Instants relative to an integer, which may be an epoch in nanoseconds."""
 
     base: int
-    rest: FloatArray
+    offsets: FloatArray
 
     @classmethod
     def of(cls, values: FloatArray | NDArray[np.int64]) -> Stamps:
@@ -140,9 +140,9 @@ def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> di
     wrong: dict[int, TrajectoryError] = {}
     for row, k in np.argwhere(np.isinf(values) | (np.abs(values) > LARGEST)).tolist():
         if row not in wrong:
-            what = f"{table.label(numbers[k])} is too large for any motion"
+            message = f"{table.label(numbers[k])} is too large for any motion"
             where, expected = table.where(row, numbers[k]), f"numbers up to {LARGEST:g}"
-            wrong[row] = refusal(what, where, expected, str(values[row, k]), "check its unit")
+            wrong[row] = refusal(message, where, expected, str(values[row, k]), "check its unit")
             if len(wrong) > MOST_WRONG:
                 raise wrong[min(wrong)]
     values[list(wrong)] = np.nan
@@ -151,8 +151,8 @@ def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> di
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
     """Error for a log that needs a missing library."""
-    what, step = f"this log needs the library {library}", f"pip install {library}"
-    return refusal(what, Location(path), library, "it is not installed", step)
+    message, step = f"this log needs the library {library}", f"pip install {library}"
+    return refusal(message, Location(path), library, "it is not installed", step)
 
 
 class ParquetTable(LogTable):
@@ -174,7 +174,7 @@ class ParquetTable(LogTable):
         try:
             self._file = pyarrow.parquet.ParquetFile(path)
             self._first = next(self._file.iter_batches(HEAD_ROWS), None)
-            self._fields = [each for field in self._file.schema_arrow for each in self._elements(field)]
+            self._fields = [element for field in self._file.schema_arrow for element in self._elements(field)]
         except self._errors as error:
             raise self._broken(error) from None
         self.names = tuple(
@@ -202,11 +202,11 @@ class ParquetTable(LogTable):
             for group in range(groups):
                 names = dict.fromkeys(self._fields[k][0] for k in columns)
                 read = self._file.read_row_group(group, columns=list(names))
-                held = {k: self._of(read, k) for k in columns}
+                arrays = {k: self._of(read, k) for k in columns}
                 for i, k in enumerate(numbers):
-                    table[row : row + read.num_rows, i] = self._numbers(held[k], exact=False)
+                    table[row : row + read.num_rows, i] = self._numbers(arrays[k], exact=False)
                 for parts, k in zip(instants, stamps, strict=True):
-                    parts.append(self._numbers(held[k]))
+                    parts.append(self._numbers(arrays[k]))
                 row += read.num_rows
                 progress(group + 1, groups)
         except self._errors as error:
@@ -224,12 +224,12 @@ class ParquetTable(LogTable):
     def _of(self, rows: Any, column: int) -> Any:
         """A column of some rows."""
         name, _, at = self._fields[column]
-        held = rows.column(name)
+        values = rows.column(name)
         if at is None:
-            return held
+            return values
         import pyarrow.compute
 
-        return pyarrow.compute.list_element(held, at)
+        return pyarrow.compute.list_element(values, at)
 
     def _numbers(self, column: Any, *, exact: bool = True) -> Any:
         """Floats, or integers if the file has them; instants in nanoseconds."""
@@ -238,13 +238,13 @@ class ParquetTable(LogTable):
             column = column.cast(kind("ns")).cast(self._arrow.int64())
         whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
         # A batch must be told to copy, a table's column has no such argument.
-        told = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
+        options = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
         kind = self._arrow.int64() if whole else self._arrow.float64()
-        return column.cast(kind, safe=whole).to_numpy(**told)
+        return column.cast(kind, safe=whole).to_numpy(**options)
 
     def _broken(self, error: Exception) -> TrajectoryError:
-        where, found = Location(self.path), str(error).split("\n", 1)[0]
-        return refusal("the log cannot be read as Parquet", where, "a Parquet file", found, "write it again")
+        where, fault = Location(self.path), str(error).split("\n", 1)[0]
+        return refusal("the log cannot be read as Parquet", where, "a Parquet file", fault, "write it again")
 
 
 def _is_instant(kind: Any) -> bool:
@@ -262,39 +262,42 @@ def in_seconds(
     """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse."""
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
-        values = seconds.rest + 1e-9 * (nano.rest + nano.base)
+        values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
         return values - _first(values), "s", chosen.why
     stamp = stamps[0]
-    values, first = stamp.rest - _first(stamp.rest), stamp.base + _first(stamp.rest)
+    values, first = stamp.offsets - _first(stamp.offsets), stamp.base + _first(stamp.offsets)
     # The unit by the column's name or by its first instant, since 1970.
-    dated = (known for known, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1])
-    told = next(((known, "since 1970") for known in dated), None)
+    dated_units = (
+        unit_name for unit_name, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1]
+    )
+    stated = next(((unit_name, "since 1970") for unit_name in dated_units), None)
     if chosen.unit in TIME_UNITS:
-        told = chosen.unit, chosen.why
+        stated = chosen.unit, chosen.why
     if rate is not None:
         least = _steps(values, np.min)
-        if told or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
-            what = f"{name} does not count samples, so --rate does not apply to it"
+        if stated or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
+            message = f"{name} does not count samples, so --rate does not apply to it"
             expected = "whole numbers in steps of 1, or a name such as sample"
-            found = f"time in {told[0]}" if told else f"{first:.10g} first, steps of {least:g} at least"
+            content = f"time in {stated[0]}" if stated else f"{first:.10g} first, steps of {least:g} at least"
             remedy = "omit --rate; or count the rows in place of this column: --map time=none"
-            raise refusal(what, where, expected, found, remedy)
+            raise refusal(message, where, expected, content, remedy)
         return values / rate, SAMPLE, f"{rate:g} Hz as given"
     if unit is not None:
         return values * TIME_UNITS[unit], unit, "as given"
-    if told:
-        return values * TIME_UNITS[told[0]], *told
+    if stated:
+        return values * TIME_UNITS[stated[0]], *stated
     step = _steps(values, np.median)
     if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
-        what, found = f"{name} counts samples, or its unit is unknown", f"whole numbers in steps of {step:g}"
+        message = f"{name} counts samples, or its unit is unknown"
+        content = f"whole numbers in steps of {step:g}"
         remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
-        raise refusal(what, where, "time in s, or the sample rate", found, remedy)
+        raise refusal(message, where, "time in s, or the sample rate", content, remedy)
     if step <= _LONGEST:
         return values, "s", "no unit stated"
     likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
-    expected, found = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
+    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
     next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
-    raise refusal(f"the unit of {name} is unknown", where, expected, found, next_step)
+    raise refusal(f"the unit of {name} is unknown", where, expected, content, next_step)
 
 
 def _first(values: FloatArray) -> float:
@@ -302,11 +305,11 @@ def _first(values: FloatArray) -> float:
 
 
 def _whole(values: FloatArray) -> bool:
-    known = values[np.isfinite(values)]
-    return bool((known == np.round(known)).all())
+    finite = values[np.isfinite(values)]
+    return bool((finite == np.round(finite)).all())
 
 
-def _steps(values: FloatArray, of: Callable[[FloatArray], Any]) -> float:
+def _steps(values: FloatArray, statistic: Callable[[FloatArray], Any]) -> float:
     """Median or smallest of the positive steps; 0 if there are none."""
     steps = np.diff(values[np.isfinite(values)])
-    return float(of(steps[steps > 0])) if (steps > 0).any() else 0.0
+    return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0

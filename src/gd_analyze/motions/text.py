@@ -94,10 +94,10 @@ def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
     """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
     rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
     if not rows:
-        found = "comments only" if any(line.strip() for line in lines) else "no data"
+        content = "comments only" if any(line.strip() for line in lines) else "no data"
         expected = "a line of names, such as time,q1,q2, and a line per instant"
         step = "check the recording; `gd-analyze plan --help` shows how to make a trajectory"
-        raise refusal("the file is empty", Location(path), expected, found, step)
+        raise refusal("the file is empty", Location(path), expected, content, step)
     # The delimiter occurs equally often in every line; so may a decimal comma, which is tried last.
     judged = [line for _, line in rows[:_JUDGED]]
     even = (sign for sign in "\t;," if len({line.count(sign) for line in judged}) == 1 and sign in judged[0])
@@ -130,11 +130,16 @@ def _with_units(
 ) -> tuple[tuple[str, ...], tuple[int, str]]:
     """Names with units from the line below, if it has them, and the first row."""
     units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
-    said = [unit for unit in units if unit not in ("", "-", "1")]
-    if len(following) < 2 or len(units) != len(names) or not said or None in map(unit_in_words, said):
+    stated_units = [unit for unit in units if unit not in ("", "-", "1")]
+    if (
+        len(following) < 2
+        or len(units) != len(names)
+        or not stated_units
+        or None in map(unit_in_words, stated_units)
+    ):
         return tuple(names), following[0]
     pairs = zip(names, units, strict=True)
-    return tuple(f"{name} [{unit}]" if unit in said else name for name, unit in pairs), following[1]
+    return tuple(f"{name} [{unit}]" if unit in stated_units else name for name, unit in pairs), following[1]
 
 
 def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple[tuple[str, ...], int]:
@@ -153,17 +158,17 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
     """Raise a TrajectoryError if a name is too long for a column."""
     for column, name in enumerate(names, start=1):
         if len(name) > _LONGEST_NAME:
-            what, place = f"name {column} is far too long", Location(where.path, where.line, column)
+            message, place = f"name {column} is far too long", Location(where.path, where.line, column)
             expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
-            raise refusal(what, place, expected, in_python(name), "check that the file is a log")
+            raise refusal(message, place, expected, in_python(name), "check that the file is a log")
 
 
 def _require_number(cell: str, name: str, where: Location) -> None:
     """Raise a TrajectoryError if a cell is not a finite number of possible size."""
     number = number_in(cell)
     if number is None and cell.lower() in EMPTY | _INFINITE:
-        found, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
-        raise refusal(f"{name} is not a finite number", where, "a finite number", found, step)
+        value, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
+        raise refusal(f"{name} is not a finite number", where, "a finite number", value, step)
     if number is None:
         expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
         step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell"
@@ -221,7 +226,8 @@ class TextTable(LogTable):
             for column, cells in frame.items():
                 for row, cell in enumerate(cells if column in first else ()):
                     # An empty cell is read as nan.
-                    if cell.strip() != first[column] if isinstance(cell, str) else not or_empty:
+                    differs = cell.strip() != first[column] if isinstance(cell, str) else not or_empty
+                    if differs:
                         where = Location(self.path, block.numbers[row], column + 1)
                         expected, step = f"{first[column]}, as before", "write each arm's rows to a file"
                         raise refusal("the joints' names change", where, expected, str(cell), step)
@@ -330,7 +336,7 @@ class TextTable(LogTable):
         import pandas as pd
 
         layout, last = self.layout, len(self.names) - 1
-        asked = sorted({*columns, last})
+        used_columns = sorted({*columns, last})
         text = as_text | ({last} - set(columns))
         # Since 3.1 pandas reads every digit, and warns if told to.
         release = tuple(int(part) for part in pd.__version__.split(".")[:2])
@@ -343,10 +349,10 @@ class TextTable(LogTable):
                     header=None,
                     names=range(last + 1),
                     index_col=False,
-                    usecols=asked,
+                    usecols=used_columns,
                     sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
                     decimal=layout.decimal,
-                    dtype={column: object if column in text else float for column in asked},
+                    dtype={column: object if column in text else float for column in used_columns},
                     skipinitialspace=True,
                     keep_default_na=False,
                     na_values=_NOT_GIVEN,
@@ -380,15 +386,15 @@ class TextTable(LogTable):
             try:
                 cells = self._cells(line, number)
                 if len(cells) != width:
-                    what = f"the line has too {'few' if len(cells) < width else 'many'} columns"
+                    message = f"the line has too {'few' if len(cells) < width else 'many'} columns"
                     where = Location(self.path, number, min(len(cells), width) + 1)
                     expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
                     step = "complete the line, or remove it if the recording broke off there"
-                    raise refusal(what, where, expected, str(len(cells)), step)
+                    raise refusal(message, where, expected, str(len(cells)), step)
                 for column in sorted({*numbers, *stamps}):
                     # A stamp may have any size.
-                    known = cells[column].lower() in EMPTY
-                    if not known and (column in numbers or not self._is_instant(cells[column])):
+                    is_empty = cells[column].lower() in EMPTY
+                    if not is_empty and (column in numbers or not self._is_instant(cells[column])):
                         where = Location(self.path, number, column + 1)
                         _require_number(layout.plain(cells[column]), self.label(column), where)
             except TrajectoryError as error:
@@ -396,31 +402,31 @@ class TextTable(LogTable):
 
     def _stamps(self, cells: Any) -> Stamps:
         """Instants from their digits, so that an epoch in nanoseconds stays exact."""
-        given = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
-        texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in given]
+        stripped = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
+        texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in stripped]
         values = np.array([float(text) for text in texts])
-        known = values[np.isfinite(values)]
-        if not known.size or np.abs(known).max() < _EXACT_ENOUGH or np.abs(known).max() > 2.0**62:
+        finite = values[np.isfinite(values)]
+        if not finite.size or np.abs(finite).max() < _EXACT_ENOUGH or np.abs(finite).max() > 2.0**62:
             return Stamps(0, values)
         try:
-            base = int(known[0])
-            rest = [np.nan if text == "nan" else float(Decimal(text) - base) for text in texts]
+            base = int(finite[0])
+            offsets = [np.nan if text == "nan" else float(Decimal(text) - base) for text in texts]
         except InvalidOperation:
             return Stamps.of(values)
-        return Stamps(base, np.array(rest))
+        return Stamps(base, np.array(offsets))
 
     def _blocks(self, progress: Progress) -> Iterator[_Block]:
         """The rows, some megabytes at a time, split between lines."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
-        number, done, rest = 1, 0, b""
+        number, done, tail = 1, 0, b""
         with self._opened() as file:
             while True:
                 piece = file.read(_BLOCK)
                 done += len(piece)
                 progress(done, max(size, done))
-                data = rest + piece
+                data = tail + piece
                 cut = data.rfind(b"\n") + 1 if piece else len(data)
-                rest = data[cut:]
+                tail = data[cut:]
                 lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
                 if lines:
                     self._refuse_binary(lines)
@@ -434,8 +440,8 @@ class TextTable(LogTable):
         try:
             return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
         except OSError as error:
-            found, step = error.strerror or str(error), "give the path of a file you may read"
-            raise refusal("cannot read the file", Location(self.path), "a file", found, step) from None
+            reason, step = error.strerror or str(error), "give the path of a file you may read"
+            raise refusal("cannot read the file", Location(self.path), "a file", reason, step) from None
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
@@ -443,7 +449,7 @@ class TextTable(LogTable):
                 "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz, .mat or .yaml"
             )
             utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-            found = "UTF-16" if utf_16 else "a binary file (zero bytes)"
+            content = "UTF-16" if utf_16 else "a binary file (zero bytes)"
             reader = _PANDAS.get(Path(self.path).suffix.lower())
             step = "save it as CSV in UTF-8"
             if utf_16:
@@ -451,7 +457,7 @@ class TextTable(LogTable):
             elif reader is not None:
                 command = f"import pandas; pandas.{reader}({str(self.path)!r}).to_csv('log.csv', index=False)"
                 step = f'python -c "{command}" writes it as CSV'
-            raise refusal("the file is not a text table", Location(self.path), expected, found, step)
+            raise refusal("the file is not a text table", Location(self.path), expected, content, step)
 
 
 def _block_of(lines: bytes, number: int, begin: int) -> _Block:
@@ -461,11 +467,11 @@ def _block_of(lines: bytes, number: int, begin: int) -> _Block:
     # Any other line is a row; this check takes a tenth of the pattern's time.
     if number >= begin and not (np.isin(firsts, _BEFORE_NO_ROW).any() and _NEEDS_LOOK.search(lines[:-1])):
         return _Block(lines, range(number, number + len(firsts)))
-    kept: dict[int, bytes] = {}
+    rows: dict[int, bytes] = {}
     gaps: list[int] = []
     for k, line in enumerate(lines[:-1].split(b"\n"), number):
         if k >= begin and line.strip() and not line.lstrip().startswith(b"#"):
-            kept[k] = line + b"\n"
+            rows[k] = line + b"\n"
         elif k >= begin and line.rstrip() == GAP.encode():
-            gaps.append(len(kept))
-    return _Block(b"".join(kept.values()), list(kept), gaps)
+            gaps.append(len(rows))
+    return _Block(b"".join(rows.values()), list(rows), gaps)

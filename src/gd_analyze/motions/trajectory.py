@@ -119,19 +119,19 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
-        for what, given in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = given.view() if is_mapped(given) else given.copy()
+        for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
+            array = values.view() if is_mapped(values) else values.copy()
             wrong = (chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in blocks(array))
             for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
-                problem = f"{what} is not finite, or too large for any motion, at set point {row + 1}"
+                problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
                 step = "check units, and that no two set points share almost the same instant"
                 expected = f"finite numbers up to {LARGEST:g} in SI units"
                 raise refusal(problem, where, expected, str(array[row].tolist()), step)
             array.flags.writeable = False
-            object.__setattr__(self, what, array)
+            object.__setattr__(self, name, array)
         for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
-            expected, found = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
-            raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, found)
+            expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
+            raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
         object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
         if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
             expected = f"ascending numbers from 1 to {len(self.q) - 1}"
@@ -246,8 +246,8 @@ class Trajectory:
     @property
     def derived(self) -> tuple[str, ...]:
         """Which of "qd" and "qdd" were derived, as `derivatives_from` says."""
-        before, said, _ = self.derivatives_from.partition(" derived")
-        return tuple(before.split(" and ")) if said else ()
+        names, marker, _ = self.derivatives_from.partition(" derived")
+        return tuple(names.split(" and ")) if marker else ()
 
     @property
     def stretches(self) -> list[slice]:
@@ -270,16 +270,16 @@ class Trajectory:
     def extreme_at(self) -> NDArray[np.intp]:
         """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
         arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
-        found = np.zeros((3, 2, self.n_joints), dtype=np.intp)
+        places = np.zeros((3, 2, self.n_joints), dtype=np.intp)
         for chunk in blocks(*arrays):
-            for array, at in zip(arrays, found, strict=True):
+            for array, at in zip(arrays, places, strict=True):
                 block = array[chunk]
                 for row, pick, sign in zip(
                     at, (block.argmin(axis=0), block.argmax(axis=0)), (-1, 1), strict=True
                 ):
                     beyond = sign * block[pick, joints] > sign * array[row, joints]
                     row[beyond] = chunk.start + pick[beyond]
-        return found
+        return places
 
     @cached_property
     def extremes(self) -> FloatArray:
@@ -304,15 +304,15 @@ def _arrays(
     time: ArrayLike, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
 ) -> dict[str, FloatArray]:
     """The arrays given, by name, checked against the shape (N, n) of q."""
-    given = {"q": q, "time": time} | {what: x for what, x in (("qd", qd), ("qdd", qdd)) if x is not None}
-    arrays = {what: array_of(x, what, TrajectoryError) for what, x in given.items()}
+    values = {"q": q, "time": time} | {name: x for name, x in (("qd", qd), ("qdd", qdd)) if x is not None}
+    arrays = {name: array_of(x, name, TrajectoryError) for name, x in values.items()}
     shape = arrays["q"].shape
     if len(shape) != 2 or not all(shape):
         raise refusal("a trajectory needs at least one set point", "q", "shape (N, n)", str(shape))
-    for what, array in arrays.items():
-        wanted = shape[:1] if what == "time" else shape
+    for name, array in arrays.items():
+        wanted = shape[:1] if name == "time" else shape
         if array.shape != wanted:
-            raise refusal(f"{what} has the wrong shape", what, str(wanted), str(array.shape))
+            raise refusal(f"{name} has the wrong shape", name, str(wanted), str(array.shape))
     return arrays
 
 
@@ -339,4 +339,5 @@ def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterabl
 
 def recorded_command(lines: Iterable[str]) -> str | None:
     """Find the `gd-analyze plan` command in the comments of a trajectory file, or None."""
-    return next((found[1] for line in lines if (found := _COMMAND.fullmatch(line))), None)
+    matches = (_COMMAND.fullmatch(line) for line in lines)
+    return next((match[1] for match in matches if match is not None), None)

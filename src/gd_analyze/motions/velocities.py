@@ -15,26 +15,38 @@ from gd_analyze.text import LARGEST, named_joints
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
-# An arm may stop, turn or jerk between two set points: this many intervals prove nothing, and more are
-# needed. Planned motions of any profile with up to four vias then show no contradiction.
-_LEFT_OUT, FEWEST_COMPARED = 3, 8
+# An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions of
+# any profile with up to four vias then show no contradiction.
+_LEFT_OUT = 3
+# Least number of set points compared.
+FEWEST_COMPARED = 8
 # Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
 # or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
 _MISSED = 0.25
-# Movements below these are noise: relative to the other joints, and in rad or m (per s, s^2).
-_STILL_SHARE, _STILL = 0.05, 1e-3
-# Tolerance of a known factor, and largest share left over.
-_NEAR, _LEFT_OVER = 0.1, 0.2
+# Movements below this share of the largest movement of a joint are noise,
+_STILL_SHARE = 0.05
+# and so are those below this, rad or m (per s, s^2).
+_STILL = 1e-3
+# Tolerance of a known factor, relative to it.
+_NEAR = 0.1
+# Largest share of a movement that a factor may leave over.
+_LEFT_OVER = 0.2
 
 # Accelerations that change by more than half from one set point to the next are noise; those of planned
 # motions change by a fifth, those of real arms, derived from positions, threefold.
-_NOISE, _FEWEST_JUDGED = 0.5, 32
-# Set points judged, and their windows: mistakes affect the whole motion.
-_WINDOWS, _WINDOW = 16, 8192
+_NOISE = 0.5
+# Least number of set points of a stretch that is judged.
+_FEWEST_JUDGED = 32
+# Number of windows of a long motion that are judged: mistakes affect the whole motion.
+_WINDOWS = 16
+# Set points of a window.
+_WINDOW = 8192
 # A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
 _FINE = 0.01
-# Number of largest values left out as jumps, and one more per this many.
-_JUMPS, _ROWS_PER_JUMP = 4, 50
+# Number of largest changes left out as jumps,
+_JUMPS = 4
+# and one more per this many changes.
+_ROWS_PER_JUMP = 50
 
 # A joint that rests and whose position was computed at every set point differs in the last digit or two.
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
@@ -55,7 +67,7 @@ _MEANING = {
 }
 
 
-def _some(
+def _windows(
     arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
 ) -> tuple[tuple[Any, ...], Sequence[int]]:
     """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
@@ -64,8 +76,10 @@ def _some(
         return arrays, gaps
     starts = np.linspace(0, count - _WINDOW, _WINDOWS).astype(int)
     rows = (starts[:, None] + np.arange(_WINDOW)).ravel()
-    own = {int(gap) for gap in np.searchsorted(rows, gaps)} | {k * _WINDOW for k in range(1, _WINDOWS)}
-    return tuple(None if x is None else x[rows] for x in arrays), sorted(own - {0, len(rows)})
+    window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)} | {
+        k * _WINDOW for k in range(1, _WINDOWS)
+    }
+    return tuple(None if x is None else x[rows] for x in arrays), sorted(window_gaps - {0, len(rows)})
 
 
 def are_noise(
@@ -76,22 +90,22 @@ def are_noise(
     Judged by the mean square of their changes over their own (von Neumann): 2 for white noise, 3 or more for
     differentiated noise, 0 for a smooth motion.
     """
-    (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
+    (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
     parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
     values, order = (q, 2) if qd is None else (qd, 1) if qdd is None else (qdd, 0)
-    found, bends = [], []
+    derivatives, bends = [], []
     for part in parts:
         accelerations, instants = values[part], time[part]
         for _ in range(order):
             accelerations = np.diff(accelerations, axis=0) / np.diff(instants)[:, None]
             instants = (instants[1:] + instants[:-1]) / 2
-        found.append(accelerations)
+        derivatives.append(accelerations)
         bends.append(np.abs(np.diff(q[part], 2, axis=0)))
-    if not found or np.median(np.concatenate(bends), axis=0).max() > _FINE:
+    if not derivatives or np.median(np.concatenate(bends), axis=0).max() > _FINE:
         return False
-    changes = np.concatenate([np.diff(part, axis=0) for part in found])
+    changes = np.concatenate([np.diff(part, axis=0) for part in derivatives])
     least = _JUMPS + len(changes) // _ROWS_PER_JUMP
-    pair = (changes, np.concatenate(found))
+    pair = (changes, np.concatenate(derivatives))
     changed, size = (np.partition(np.square(x), -least, axis=0)[:-least].mean(axis=0) for x in pair)
     moves = size > max(_STILL_SHARE**2 * float(size.max()), _STILL**2)
     return bool((changed > _NOISE * size)[moves].any())
@@ -112,11 +126,11 @@ def completed(
     lacking = " and ".join(absent)
     shortest = int(np.diff([0, *gaps, len(time)]).min())
     if shortest < FEWEST_SET_POINTS:
-        what, step = f"too few set points to derive {lacking}", "add them, or set points"
+        message, step = f"too few set points to derive {lacking}", "add them, or set points"
         expected = f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {lacking}"
-        raise refusal(what, where, expected, str(shortest), step)
-    source, given = ("q", q) if qd is None else ("qd", qd)
-    parts = list(zip(np.split(time, gaps), np.split(given, gaps), strict=True))
+        raise refusal(message, where, expected, str(shortest), step)
+    source, samples = ("q", q) if qd is None else ("qd", qd)
+    parts = list(zip(np.split(time, gaps), np.split(samples, gaps), strict=True))
 
     def derived(order: int) -> FloatArray:
         return np.concatenate([_differentiated(*part, order) for part in parts])
@@ -127,10 +141,10 @@ def completed(
         qd = derived(1)
     for name, values in (("qd", qd), ("qdd", qdd)):
         if name in absent and not are_possible(values):
-            what, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
+            message, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
             expected = f"time steps in s, even enough that {name} stays below {LARGEST:g}"
-            found, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
-            raise refusal(what, where, expected, found, step)
+            span, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
+            raise refusal(message, where, expected, span, step)
     return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
@@ -159,15 +173,16 @@ def contradictions(
     """Given velocities, or else accelerations, that are not derivatives: one line per likely mistake."""
     if len(time) < FEWEST_COMPARED:
         return []
-    (time, q, qd, qdd), gaps = _some((time, q, qd, qdd), gaps)
-    for name, of, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
+    (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
+    for name, integral, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
         joints_of: dict[float | None, list[int]] = {}
         if v is not None and name not in derived:
             for joint, factor in _contradicted(time, x, v, gaps).items():
                 joints_of.setdefault(factor, []).append(joint + 1)
         if joints_of:
+            n_joints = q.shape[1]
             return [
-                f"{name} of {named_joints(joints, q.shape[1])} is {_MEANING[factor].format(x=of, v=name)}"
+                f"{name} of {named_joints(joints, n_joints)} is {_MEANING[factor].format(x=integral, v=name)}"
                 for factor, joints in joints_of.items()
             ]
     return []
@@ -177,7 +192,7 @@ def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[
     """Whether given velocities, in radians, show that positions are in degrees."""
     if len(time) < FEWEST_COMPARED:
         return False
-    (time, q, qd, _), gaps = _some((time, q, qd, None), gaps)
+    (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
     return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
 
 
@@ -218,4 +233,6 @@ def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
     factor = float(a @ b / (a @ a))
     if np.ptp(b - factor * a) > _LEFT_OVER * np.ptp(b):
         return None
-    return next((known for known in _MEANING if known and abs(factor / known - 1) < _NEAR), None)
+    return next(
+        (candidate for candidate in _MEANING if candidate and abs(factor / candidate - 1) < _NEAR), None
+    )
