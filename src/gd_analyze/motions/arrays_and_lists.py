@@ -155,14 +155,14 @@ def read_json(path: Path, data: bytes | None) -> ArrayTable:
     if len(numbered) > 1 and not isinstance(_parsed(path, *numbered[0]), TrajectoryError):
         return _table_of_rows(path, ((number, _parsed(path, number, line)) for number, line in numbered))
     try:
-        whole = json.loads("\n".join(lines))
+        document = json.loads("\n".join(lines))
     except (ValueError, RecursionError) as error:
         place = Location(path, getattr(error, "lineno", None), getattr(error, "colno", None))
         raise _not_json(place, json_fault(error)) from None
-    if isinstance(whole, Mapping):
+    if isinstance(document, Mapping):
         with _reading(path, "JSON", "lists of numbers, of equal length"):
-            return _table_of_arrays(path, whole)
-    return _table_of_rows(path, (_checked(path, number, row) for number, row in enumerate(whole, 1)))
+            return _table_of_arrays(path, document)
+    return _table_of_rows(path, (_checked(path, number, row) for number, row in enumerate(document, 1)))
 
 
 def _parsed(path: Path, number: int, line: str) -> Row | TrajectoryError:

@@ -33,7 +33,7 @@ _MOST_LISTED = 20
 def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
     """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
 
-    A row that comes late is none: its stamp fills a hole among the others.
+    A row that comes late is not among them: its stamp fills a hole between the others.
     """
     rows = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[rows])
@@ -54,7 +54,7 @@ def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, st
 
 
 def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
-    """Rows of a few whose stamps fit neither those before nor those after, which fit each other."""
+    """At most three rows in a row whose stamps fit neither side, where the two sides fit each other."""
     begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
     lengths = np.diff(np.append(begins, len(time)))
     is_long = np.repeat(lengths > _FEW, lengths)
@@ -91,7 +91,7 @@ def _is_late(
 
 
 def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
-    """Readings of a few that are far from those before and after, which are near each other."""
+    """At most three readings in a row that are far from those on both sides, which are near each other."""
     if len(x) <= 2 * _FEW:
         return []
     steps, seconds = np.diff(x), np.diff(time)
@@ -102,11 +102,11 @@ def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool
         steps = np.where(
             (np.abs(steps) < 1.5 * _TURN) & (np.abs(remainders) <= _JUMP_STEPS * ordinary), remainders, steps
         )
-    beside = (seconds > 0) & (seconds <= gap)
-    jumps = beside & (np.abs(steps) > np.maximum(_JUMP_STEPS * ordinary, _FASTEST * seconds))
+    is_adjacent = (seconds > 0) & (seconds <= gap)
+    jumps = is_adjacent & (np.abs(steps) > np.maximum(_JUMP_STEPS * ordinary, _FASTEST * seconds))
     at, strays = np.flatnonzero(jumps), list[int]()
     for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-        is_short = back - out <= _FEW and beside[out:back].all()
+        is_short = back - out <= _FEW and is_adjacent[out:back].all()
         has_returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
         if is_short and has_returned and steps[out] * steps[back] < 0:
             strays += range(out + 1, back + 1)
@@ -129,8 +129,8 @@ def require_sound(
     lines = _listed(table.lines_of(rows[: _MOST_LISTED + 1]), len(rows))
     first = rows[0]
     if drop:
-        counted = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
-        warnings.warn(f"log {name}: {counted}: {lines}", GdAnalyzeWarning, stacklevel=4)
+        omission = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
+        warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
         return
     remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
     if first not in wrong:

@@ -205,8 +205,8 @@ class Source:
         lowest = min(max(_LOWEST, _FEWEST_PERIODS / self.noises[0].seconds), highest)
         count = math.ceil(math.log(highest / lowest) / math.log(_RATIO)) + 1
         size = self.sizes
-        tried = np.geomspace(lowest, highest, count).tolist()
-        return float(min(tried, key=lambda cutoff: self.error(size, cutoff)))
+        cutoffs = np.geomspace(lowest, highest, count).tolist()
+        return float(min(cutoffs, key=lambda cutoff: self.error(size, cutoff)))
 
 
 def _highest(sampling: Sampling) -> float:

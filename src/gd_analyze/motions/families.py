@@ -76,7 +76,7 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
             key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
             groups.setdefault(key, {})[column] = meaning
     # A log that numbers its joints may use other words for further quantities: TorqueSm1 beside Position1.
-    beside = any(
+    has_bare_numbers = any(
         m.number is not None and not m.label for columns in groups.values() for m in columns.values()
     )
     families: list[Family] = []
@@ -97,14 +97,15 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
             for column, meaning in unnamed.items():
                 if meaning.number is not None and meaning.label != EXTERNAL:
                     labelled.setdefault(meaning.label, {})[column] = meaning
-            tried = (
-                _by_number(make, label, members, names, None if beside else written)
+            numbered = (
+                _by_number(make, label, members, names, None if has_bare_numbers else written)
                 for label, members in labelled.items()
             )
-            counted = [family for family in tried if family is not None]
-            if len(names) == len(unnamed) == 1 and not counted and not any(m.label for m in unnamed.values()):
-                counted = [make((), {0: tuple(unnamed)}, (), "the arm's only joint")]
-            families += counted
+            by_number = [family for family in numbered if family is not None]
+            has_label = any(m.label for m in unnamed.values())
+            if len(names) == len(unnamed) == 1 and not by_number and not has_label:
+                by_number = [make((), {0: tuple(unnamed)}, (), "the arm's only joint")]
+            families += by_number
     return families
 
 
@@ -127,10 +128,10 @@ def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
 
 
 def partly_numbered(names: Sequence[str]) -> tuple[Words, dict[int, int]] | None:
-    """Label of the numbered joints of an arm whose other joints are not, and joint, from 0, by number.
+    """Label of an arm's numbered joints, if its other joints have no number; and joint, from 0, by number.
 
-    None where counting along the chain agrees with the numbers, as it does without a rail below them, and
-    where the numbers tell apart only some joints of a kind, such as wrist_1 to wrist_3 of six.
+    None where the numbers agree with counting along the chain, as they do unless a rail comes first. None
+    also where only some joints of a kind are numbered, such as wrist_1 to wrist_3 of six joints.
     """
     if arms_numbers(names) is not None:
         return None
@@ -191,9 +192,11 @@ def _by_number(
         return None
     numbers = {c: m.number for c, m in columns.items() if m.number is not None}
     base = 0 if 0 in numbers.values() else 1
-    numbers_of_joints = (
-        range(len(names)) if counts is None else [k - (0 if 0 in counts[1] else 1) for k in counts[1]]
-    )
+    if counts is None:
+        numbers_of_joints: Sequence[int] = range(len(names))
+    else:
+        first = 0 if 0 in counts[1] else 1
+        numbers_of_joints = [k - first for k in counts[1]]
     joints = {number + base: joint for joint, number in enumerate(numbers_of_joints)}
     matched = _columns_by_joint({column: joints.get(number) for column, number in numbers.items()})
     extra = tuple(column for column, number in numbers.items() if number not in joints)
@@ -224,12 +227,12 @@ def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) 
         lacks = prefix[:1] == ("",)
         if lacks and any(("", *joint[: len(prefix) - 1]) != prefix for joint in joint_words):
             continue
-        wanted = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in joint_words]
-        matched = {joint: by_words.get(words, ()) for joint, words in enumerate(wanted)}
+        wanted_words = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in joint_words]
+        matched = {joint: by_words.get(words, ()) for joint, words in enumerate(wanted_words)}
         if all(matched.values()):
             used = {c for group in matched.values() for c in group}
-            beside = " ".join(prefix).strip()
-            why = f"by name, but for {beside!r}" if beside else "by name"
+            added = " ".join(prefix).strip()
+            why = f"by name, but for {added!r}" if added else "by name"
             return make((), matched, tuple(c for c in columns if c not in used), why)
     return None
 

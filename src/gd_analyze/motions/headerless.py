@@ -23,10 +23,10 @@ def naming(table: LogTable, joints: int) -> str:
     begins = range(has_time, has_time + count * joints, joints)
     numeric = [k for k in begins if all(_is_numeric(table, k + joint) for joint in range(joints))]
     roles = _derivatives(table, has_time, numeric, joints)
-    names = ["time"] * has_time
+    names = ["time"] if has_time else []
     for begin, role in zip(begins, [*roles, *[""] * count], strict=False):
-        several = f"{role}1..{role}{joints}" if joints > 1 else f"{role}1"
-        names += [several] if role and begin in numeric else ["-"] * joints
+        numbered_names = f"{role}1..{role}{joints}" if joints > 1 else f"{role}1"
+        names += [numbered_names] if role and begin in numeric else ["-"] * joints
     names += ["-"] * (width - has_time - count * joints)
     options = f"--columns {','.join(names)}" + ("" if has_time else " --rate HZ")
     if "qdd" not in roles:
@@ -45,10 +45,10 @@ def _is_numeric(table: LogTable, column: int) -> bool:
 def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints: int) -> list[str]:
     """Roles of the first blocks of columns: each is the derivative of the one before."""
     begins = begins[: len(_ROLES)]
-    wanted = [*range(has_time), *(k + joint for k in begins for joint in range(joints))]
-    if not begins or not all(_is_numeric(table, k) for k in wanted[:has_time]):
+    columns = [*range(has_time), *(k + joint for k in begins for joint in range(joints))]
+    if not begins or not all(_is_numeric(table, k) for k in columns[:has_time]):
         return ["q"]
-    numbers = table.read(wanted, (), no_progress).numbers
+    numbers = table.read(columns, (), no_progress).numbers
     numbers = numbers[np.isfinite(numbers).all(axis=1)]
     blocks = np.split(numbers[:, has_time:], len(begins), axis=1)
     roles = ["q"]

@@ -256,7 +256,10 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
 
 
 def _degree_suspects(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
-    """Joints (from 0) that turn beyond their limits, within in degrees; without limits, beyond two turns."""
+    """Joints (from 0) whose angles exceed their limits, but not if read as degrees.
+
+    A joint without limits is suspect if it turns by more than two turns.
+    """
     lower, upper = arm.limits("lower"), arm.limits("upper")
     reach = np.maximum(np.abs(low), np.abs(high))
     outside = (reach > 2 * math.pi) & ((low < lower) | (high > upper))

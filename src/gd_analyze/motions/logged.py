@@ -114,7 +114,8 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     logged = _without_sparse(logged)
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
     readable = np.logical_and.reduce([np.isfinite(x).all(axis=1) for x in needed])
-    fewest = FEWEST if logged.measured else FEWEST_SET_POINTS if len(needed) < 3 else 1
+    fewest_of_plan = FEWEST_SET_POINTS if len(needed) < 3 else 1
+    fewest = FEWEST if logged.measured else fewest_of_plan
     name = logged.origin or logged.name
     sampling = sampling_of(logged.time, logged.q, readable, treatment.largest_gap, name, fewest)
     q, notes = logged.q[sampling.rows], sampling.notes
@@ -148,9 +149,9 @@ def _without_sparse(logged: Logged) -> Logged:
     count = int(has_position.sum())
     for name in ("qd", "qdd"):
         values = getattr(logged, name)
-        beside = count if values is None else int((has_position & np.isfinite(values).all(axis=1)).sum())
-        if 2 * beside < count:
-            message = f"log {logged.name}: {name} left out, given in {beside} of {count} rows with positions"
+        n_given = count if values is None else int((has_position & np.isfinite(values).all(axis=1)).sum())
+        if 2 * n_given < count:
+            message = f"log {logged.name}: {name} left out, given in {n_given} of {count} rows with positions"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
             logged = replace(logged, qd=None) if name == "qd" else replace(logged, qdd=None)
     return logged

@@ -240,8 +240,8 @@ def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> s
         return None  # reading it for an arm gives a better message
     named = set()
     for name in table.names:
-        whole = (joint for joint in joints if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
-        named |= {*islice(whole, 1)}
+        matches = (joint for joint in joints if re.search(rf"(?<![^\W_]){re.escape(joint)}(?![^\W_])", name))
+        named |= {*islice(matches, 1)}
     ends = [link for link, chain in paths.items() if named and chain[-1] in named and named <= {*chain}]
     return ends[0] if len(ends) == 1 else None
 
@@ -378,15 +378,15 @@ def _chosen(table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
             families, times = outcome.families, ()
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
-        dead: set[object] = set()
+        zero_keys: set[object] = set()
         if families:
             moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
-            dead = {family.key for family in families if not moving & set(family.all_columns)}
-        if dead <= zero:
+            zero_keys = {family.key for family in families if not moving & set(family.all_columns)}
+        if zero_keys <= zero:
             if isinstance(outcome, Choice):
                 return outcome, columns
             raise outcome
-        zero |= dead
+        zero |= zero_keys
 
 
 def _logged(

@@ -305,13 +305,13 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
     with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
     role: NameRole = "other"
-    rank, spelt = 0, ""
+    rank, role_word = 0, ""
     words: list[tuple[int, str]] = []
     group: list[str] = []
     for k, segment in enumerate(segments):
         for i, word in enumerate(segment):
             if k == role_at and word in _ROLE_WORDS and role == "other":
-                role, rank, spelt = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
+                role, rank, role_word = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
             elif k == role_at and word == "d" and i and segment[i - 1] in (*_ROLE_WORDS, "j"):
                 group.append("desired")
             elif word in MEASURED or word in TARGET:
@@ -328,19 +328,19 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             return Meaning("name", token)
         # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name; other words certainly name a joint only
         # beside "joint".
-        beside = bool(set(token) & {"joint", "jnt", "axis"})
+        names_joint = bool(set(token) & {"joint", "jnt", "axis"})
         counts = number is not None and (
             not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
         )
         is_external = number is not None and label == EXTERNAL
         # elbow is a position; elbow_enabled and elbow_x are other quantities.
-        more = joint is not None and any(k == at and not _names_nothing(word) for k, word in words)
-        if more or (joint is None and not counts and not beside and not is_external):
+        has_more_words = joint is not None and any(k == at and not _names_nothing(word) for k, word in words)
+        if has_more_words or (joint is None and not counts and not names_joint and not is_external):
             return Meaning("other", token, unit=unit)
         token = (str(number),) if counts else token
         role, rank = "q", 2
     kind: Kind = "target" if set(group) & TARGET else "measured" if set(group) & MEASURED else "plain"
-    return Meaning(role, token, joint, tuple(group), kind, unit, rank, spelt)
+    return Meaning(role, token, joint, tuple(group), kind, unit, rank, role_word)
 
 
 def _names_nothing(word: str) -> bool:

@@ -204,14 +204,14 @@ def _nanoseconds(stamp: Any) -> int:
     """Instant of a stamp or a duration, ns; 0 if there is none, ValueError if it is not a stamp."""
     if stamp is None:
         return 0
-    whole = []
+    parts = []
     for names in (("sec", "secs"), ("nanosec", "nsecs")):
         fields = (_field(stamp, name) for name in names)
         value = next((field for field in fields if field is not None), None)
         if not isinstance(value, int | np.integer) or abs(int(value)) >= 2**40:
             raise ValueError("a stamp without sec and nanosec")
-        whole.append(int(value))
-    return whole[0] * 1_000_000_000 + whole[1]
+        parts.append(int(value))
+    return parts[0] * 1_000_000_000 + parts[1]
 
 
 def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str, float]]:
@@ -265,9 +265,9 @@ def _gathered(
         expected = "messages with names and positions of joints"
         content = f"{len(stamps)} messages without numbers" if stamps else "no message"
         raise refusal("the log contains no motion", Location(path), expected, content, "check the recording")
-    several = [str(points) for points in plans if points > 1]
-    if len(several) > 1:
-        problem, content = f"the log contains {len(several)} trajectories", f"{', '.join(several[:6])} points"
+    lengths = [str(points) for points in plans if points > 1]
+    if len(lengths) > 1:
+        problem, content = f"the log contains {len(lengths)} trajectories", f"{', '.join(lengths[:6])} points"
         expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
         raise refusal(problem, Location(path), expected, content, step)
     numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]

@@ -81,10 +81,10 @@ def sampling_of(
     is_kept = np.append(np.diff(times) > SAME * step, True)
     if same:
         left_out = int((~is_kept).sum())
-        done = f"put between their neighbours: {same - left_out}, left out: {left_out}"
-        notes.append(f"rows with the stamp of the next one, {done}")
+        remedy = f"put between their neighbours: {same - left_out}, left out: {left_out}"
+        notes.append(f"rows with the stamp of the next one, {remedy}")
         if same > _MANY_SAME * len(rows):
-            message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {done}"
+            message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {remedy}"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
     rows, times = rows[is_kept], times[is_kept]
     begins = np.concatenate([[0], np.flatnonzero(np.diff(times) > gap) + 1])

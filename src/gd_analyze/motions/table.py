@@ -236,11 +236,11 @@ class ParquetTable(LogTable):
         if _is_instant(column.type):
             kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
             column = column.cast(kind("ns")).cast(self._arrow.int64())
-        whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
+        is_whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
         # A batch must be told to copy, a table's column has no such argument.
         options = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
-        kind = self._arrow.int64() if whole else self._arrow.float64()
-        return column.cast(kind, safe=whole).to_numpy(**options)
+        kind = self._arrow.int64() if is_whole else self._arrow.float64()
+        return column.cast(kind, safe=is_whole).to_numpy(**options)
 
     def _broken(self, error: Exception) -> TrajectoryError:
         where, fault = Location(self.path), str(error).split("\n", 1)[0]

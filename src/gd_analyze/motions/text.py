@@ -237,8 +237,11 @@ class TextTable(LogTable):
         read: list[str | float] = []
         for row in self._head:
             cell = row[column] if column < len(row) else ""
+            if cell.lower() in EMPTY:
+                read.append(float("nan"))
+                continue
             number = number_in(self.layout.plain(cell))
-            read.append(float("nan") if cell.lower() in EMPTY else cell if number is None else number)
+            read.append(cell if number is None else number)
         return read
 
     def stands(self, column: int) -> bool:

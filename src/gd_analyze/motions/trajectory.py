@@ -310,9 +310,9 @@ def _arrays(
     if len(shape) != 2 or not all(shape):
         raise refusal("a trajectory needs at least one set point", "q", "shape (N, n)", str(shape))
     for name, array in arrays.items():
-        wanted = shape[:1] if name == "time" else shape
-        if array.shape != wanted:
-            raise refusal(f"{name} has the wrong shape", name, str(wanted), str(array.shape))
+        expected_shape = shape[:1] if name == "time" else shape
+        if array.shape != expected_shape:
+            raise refusal(f"{name} has the wrong shape", name, str(expected_shape), str(array.shape))
     return arrays
 
 

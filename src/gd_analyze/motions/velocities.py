@@ -92,7 +92,12 @@ def are_noise(
     """
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
     parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
-    values, order = (q, 2) if qd is None else (qd, 1) if qdd is None else (qdd, 0)
+    if qd is None:
+        values, order = q, 2
+    elif qdd is None:
+        values, order = qd, 1
+    else:
+        values, order = qdd, 0
     derivatives, bends = [], []
     for part in parts:
         accelerations, instants = values[part], time[part]
@@ -170,7 +175,7 @@ def contradictions(
     gaps: Sequence[int] = (),
     derived: Sequence[str] = (),
 ) -> list[str]:
-    """Given velocities, or else accelerations, that are not derivatives: one line per likely mistake."""
+    """One line per likely mistake in given velocities, or else accelerations, that are not derivatives."""
     if len(time) < FEWEST_COMPARED:
         return []
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
