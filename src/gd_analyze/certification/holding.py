@@ -225,7 +225,7 @@ class _Rounds:
                 stage=self.stage,
             )
             if len(model.terms) > how.most_terms:
-                return Held(with_gamma(self.exact, model), near=known)
+                return Held(with_gamma(self.exact, model), near=sample)
             trial, states = self._over_region(model, allowed, turn, tighten=not how.write)
             if self.progress is not None:
                 self.progress(1)
