@@ -117,14 +117,14 @@ def batch(
     OutputError
         If the folder cannot be written to.
     """
-    rows, beside = [], Path()
     if isinstance(table, str | Path):
-        rows, beside = rows_in(Path(table)), Path(table) if Path(table).is_dir() else Path(table).parent
+        rows = rows_in(Path(table))
+        base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
-        rows = checked(table, "rows")
-    for kind, known, asked in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
-        for unknown in sorted(set(asked) - set(known)):
-            raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(known))
+        rows, base_folder = checked(table, "rows"), Path()
+    for kind, choices, names in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
+        for unknown in sorted(set(names) - set(choices)):
+            raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(choices))
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
         raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)
@@ -138,35 +138,35 @@ def batch(
         stage("analysing", len(rows))
 
         def tasks() -> Iterator[tuple[Task]]:
-            asked = set[str]()
+            task_keys = set[str]()
             for row in rows:
-                task = Task(row, *inputs_of(row, beside), tuple(sorted(formats)))
+                task = Task(row, *inputs_of(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
-                if task.key in asked or done.get(task.key, {}).get("state") == "done":
+                if task.key in task_keys or done.get(task.key, {}).get("state") == "done":
                     progress(1)
                 else:
-                    asked.add(task.key)
+                    task_keys.add(task.key)
                     yield (task,)
 
-        for _, (key, found, files) in each(analysed, tasks(), jobs, scheduler, at_once=1):
+        for _, (key, entries, files) in each(analysed, tasks(), jobs, scheduler, at_once=1):
             with replacing_together([folder / key / name for name in files]) as temporaries:
                 for temporary, content in zip(temporaries, files.values(), strict=True):
                     temporary.write_bytes(content)
             written = {name: digest_of(folder / key / name) for name in files}
-            line = {"key": key, **found, "files": written}
+            line = {"key": key, **entries, "files": written}
             record.write(json.dumps(line | {"digest": _digest(line)}).encode() + b"\n")
             record.flush()
             os.fsync(record.fileno())
-            done[key] = found
+            done[key] = entries
             progress(1)
-        made = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
+        frame = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:
                 if kind == "csv":
-                    made.map(_no_formula).to_csv(temporary, index=False, lineterminator="\n")
+                    frame.map(_no_formula).to_csv(temporary, index=False, lineterminator="\n")
                 else:
-                    made.to_parquet(temporary, index=False)
-    return made
+                    frame.to_parquet(temporary, index=False)
+    return frame
 
 
 def _no_formula(cell: Any) -> Any:
@@ -190,8 +190,8 @@ def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
         except Exception as error:
             kind = "" if isinstance(error, GdAnalyzeError) else f"{type(error).__name__}: "
             text = f"{kind}{error}".replace(f"{folder}/", "")
-            for given, word in ((task.arm, task.row["arm"]), (task.trajectory, task.row["trajectory"])):
-                text = text.replace(given.path or given.name, str(word))
+            for source, word in ((task.arm, task.row["arm"]), (task.trajectory, task.row["trajectory"])):
+                text = text.replace(source.path or source.name, str(word))
             return task.key, {"state": "failed", "error": text}, {}
 
 
@@ -202,14 +202,15 @@ def _findings(task: Task, folder: Path, caught: Sequence[warnings.WarningMessage
         arm = carrying(arm, parse_payload(str(row["payload"])))
     motion = trajectory_of(task.trajectory.at(folder), arm)
     motion = replace(motion, origin=motion.origin.replace(f"{folder}/", ""))
-    how = Settings(**settings_of(row))
-    return find(arm, motion, how, warned=[str(one.message).replace(f"{folder}/", "") for one in caught])
+    settings = Settings(**settings_of(row))
+    warned = [str(warning.message).replace(f"{folder}/", "") for warning in caught]
+    return find(arm, motion, settings, warned=warned)
 
 
 def _headline(findings: Findings) -> dict[str, Any]:
     """Entries of an analysis in the table."""
     model, dominance = findings.model, findings.dominance
-    facts = {one.key: plain(one.value) for one in first_facts(findings) if one.key.endswith("_error")}
+    facts = {fact.key: plain(fact.value) for fact in first_facts(findings) if fact.key.endswith("_error")}
     errors = model.accuracy.errors
     by_joint = {"peak_torque": errors.peak_torque, "largest_error": errors.largest}
     by_joint["allowed_error"] = model.accuracy.allowed
@@ -227,7 +228,7 @@ def _headline(findings: Findings) -> dict[str, Any]:
         **facts,
         "warnings": "; ".join(findings.warnings),
         **{f"{k}_{i}": x for k, row in by_joint.items() for i, x in enumerate(row.tolist(), start=1)},
-        **{one.label: verdicts[one.label] for one in elements(findings.arm.n_joints)},
+        **{element.label: verdicts[element.label] for element in elements(findings.arm.n_joints)},
     }
 
 
@@ -238,21 +239,21 @@ def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
     whole = data[: data.rfind(b"\n") + 1]
     if len(whole) < len(data):
         os.truncate(path, len(whole))
-    found: dict[str, dict[str, Any]] = {}
+    rows: dict[str, dict[str, Any]] = {}
     try:
         for line in whole.splitlines():
             row = json.loads(line)
             digest, key = row.pop("digest", ""), row["key"]
             if digest == _digest(row):
-                found[key] = row
+                rows[key] = row
             else:
-                found.pop(key, None)
+                rows.pop(key, None)
     except (ValueError, KeyError, AttributeError, TypeError):
         step = "name another folder, or remove the file to begin anew"
         raise OutputError("the record of the rows is damaged", where=Location(path), next_step=step) from None
     return {
         key: {name: value for name, value in row.items() if name not in ("key", "files")}
-        for key, row in found.items()
+        for key, row in rows.items()
         if all(digest_of(folder / key / name) == written for name, written in row["files"].items())
     }
 
@@ -262,14 +263,14 @@ def _digest(row: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
 
 
-def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def _table(rows: Sequence[Row], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     import pandas as pd
 
     used = [key for key in KEYS if any(key in row for row in rows)]
     options = ({key: str(row[key]) if key in row else "" for key in used} for row in rows)
     lines = [
-        {"row": number, "state": one["state"], "error": one["error"], **option, **one}
-        for number, (option, one) in enumerate(zip(options, found, strict=True), start=1)
+        {"row": number, "state": entries["state"], "error": entries["error"], **option, **entries}
+        for number, (option, entries) in enumerate(zip(options, entries_of_rows, strict=True), start=1)
     ]
     order = dict.fromkeys(key for line in lines for key in line if key not in ("files", "warnings"))
     return pd.DataFrame(lines, columns=[*order, "files", "warnings"]).convert_dtypes()
@@ -278,7 +279,7 @@ def _table(rows: Sequence[Row], found: Sequence[Mapping[str, Any]]) -> pd.DataFr
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and the failed rows."""
     failed, done = table[table.state == "failed"], int((table.state == "done").sum())
-    shown: tuple[tuple[str, str, Shown], ...] = (
+    headings: tuple[tuple[str, str, Shown], ...] = (
         ("row", "row", "count"),
         ("state", "state", "text"),
         ("arm", "arm", "name"),
@@ -288,17 +289,19 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         ("sampled_error", "sampled", "percent"),
         ("proven_error", "proven", "bound_percent"),
     )
-    held = table.reindex(columns=[key for key, *_ in shown]).astype(object)
-    held = held.where(held.notna(), None)
-    columns = tuple(Column(key, label, held[key].tolist(), shown=how) for key, label, how in shown)
+    cells = table.reindex(columns=[key for key, *_ in headings]).astype(object)
+    cells = cells.where(cells.notna(), None)
+    columns = tuple(Column(key, label, cells[key].tolist(), shown=style) for key, label, style in headings)
     lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
-    why = Column("error", "", failed.error.tolist()), Column("", "error", lines, shown="text")
-    failures = Table(
-        "failures", "Failed", (Column("row", "row", failed.row.tolist(), shown="count"), *why), top=most
+    failed_columns = (
+        Column("row", "row", failed.row.tolist(), shown="count"),
+        Column("error", "", failed.error.tolist()),
+        Column("", "error", lines, shown="text"),
     )
+    failures = Table("failures", "Failed", failed_columns, top=most)
     return Result(
         title="Batch",
         headline=f"{done} of {len(table)} rows done.",
         facts=(Fact("rows", "", len(table)), Fact("done", "", done), Fact("failed", "", len(failed))),
-        parts=(Table("table", "Rows", columns, top=most), *[failures] * bool(len(failed))),
+        parts=(Table("table", "Rows", columns, top=most), *([failures] if len(failed) else [])),
     )

@@ -29,10 +29,13 @@ KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTINGS)
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
-# Bytes of a table, and of an input that travels with its task.
-_LARGEST, _SMALL = 100_000_000, 1_000_000
+# Most bytes of a table.
+_LARGEST = 100_000_000
+# Most bytes of an input that travels with its task.
+_SMALL = 1_000_000
 # Most rows: some hundred MB, as for the points of a sweep.
 _MOST_ROWS = 1_000_000
+# Bytes that are read at a time for a digest.
 _PIECE = 2**20
 
 Row = Mapping[str, Any]
@@ -75,8 +78,8 @@ def checked(rows: Sequence[Row], where: str) -> list[Row]:
         for key in row:
             if key not in KEYS:
                 near = difflib.get_close_matches(str(key), KEYS, n=1)
-                step, what = f"did you mean {near[0]!r}?" if near else None, f"there is no option {key!r}"
-                raise UsageError(what, where=place, expected=", ".join(KEYS), next_step=step)
+                step, message = f"did you mean {near[0]!r}?" if near else None, f"there is no option {key!r}"
+                raise UsageError(message, where=place, expected=", ".join(KEYS), next_step=step)
         for key in ("arm", "trajectory"):
             if key not in row:
                 raise UsageError(f"the row has no {key}", where=place, expected="arm and trajectory")
@@ -90,13 +93,13 @@ def checked(rows: Sequence[Row], where: str) -> list[Row]:
 
 def _of_folders(folder: Path) -> Iterator[Row]:
     """A row per log: each in the folder of its robot, with the robot's file or by a built-in name."""
-    for robot in sorted(one for one in folder.iterdir() if one.is_dir()):
-        found = sorted(one for one in robot.iterdir() if one.suffix.lower() in _ROBOTS)
-        if len(found) > 1 or (not found and robot.name not in builtin_arms()):
-            names = ", ".join(one.name for one in found) or "none"
-            what = "a robot's folder needs one robot file, or the name of a built-in arm"
-            raise UsageError(what, where=Location(robot), found=names)
-        arm = str(found[0].relative_to(folder)) if found else robot.name
+    for robot in sorted(path for path in folder.iterdir() if path.is_dir()):
+        robot_files = sorted(path for path in robot.iterdir() if path.suffix.lower() in _ROBOTS)
+        if len(robot_files) > 1 or (not robot_files and robot.name not in builtin_arms()):
+            names = ", ".join(path.name for path in robot_files) or "none"
+            message = "a robot's folder needs one robot file, or the name of a built-in arm"
+            raise UsageError(message, where=Location(robot), found=names)
+        arm = str(robot_files[0].relative_to(folder)) if robot_files else robot.name
         yield from ({"arm": arm, "trajectory": str(log.relative_to(folder))} for log in files_in(robot) or ())
 
 
@@ -106,47 +109,47 @@ def _combined(document: Any, path: Path) -> Iterator[Row]:
         expected = "keys with a value or a list of values each, and `rows`, a list of such tables"
         raise UsageError("this is not a table of a batch", where=Location(path), expected=expected)
     lists = {key: x if isinstance(x, list) else [x] for key, x in document.items() if key != "rows"}
-    every = [{key: values for key, values in lists.items() if key not in row} for row in rows]
-    _require_few(sum(math.prod(map(len, free.values())) for free in every), path)
-    for row, free in zip(rows, every, strict=True):
+    free_lists = [{key: values for key, values in lists.items() if key not in row} for row in rows]
+    _require_few(sum(math.prod(map(len, free.values())) for free in free_lists), path)
+    for row, free in zip(rows, free_lists, strict=True):
         yield from ({**dict(zip(free, chosen, strict=True)), **row} for chosen in product(*free.values()))
 
 
 def _require_few(count: int, path: Path) -> None:
     """Refuse more rows than memory holds."""
     if count > _MOST_ROWS:
-        found = f"{count}" if path.suffix.lower() in _COMBINED else "more"
-        what, step = "the table has too many rows", "divide it into several tables"
+        count_text = f"{count}" if path.suffix.lower() in _COMBINED else "more"
+        message, step = "the table has too many rows", "divide it into several tables"
         expected = f"1 to {_MOST_ROWS}"
-        raise UsageError(what, where=Location(path), expected=expected, found=found, next_step=step)
+        raise UsageError(message, where=Location(path), expected=expected, found=count_text, next_step=step)
 
 
 def picked_of(row: Row) -> dict[str, Any]:
     """Options by which the row chooses the arm from its file, as arguments of `load_arm`."""
-    found: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
-    several = {key: found[key].split(",") for key in ("lock", "limits") if "=" in found.get(key, "")}
-    return found | several
+    options: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
+    several = {key: options[key].split(",") for key in ("lock", "limits") if "=" in options.get(key, "")}
+    return options | several
 
 
 def settings_of(row: Row) -> dict[str, Any]:
     """Values of the row's `Settings`; a UsageError names one that cannot be read."""
-    kinds, found = get_type_hints(Settings), {}
+    kinds, settings = get_type_hints(Settings), {}
     for key, value in row.items():
         if key not in SETTINGS:
             continue
         text = str(value).strip()
-        share, number = text.endswith("%"), number_in(text.removesuffix("%"))
-        read: Any = text
+        is_percent, number = text.endswith("%"), number_in(text.removesuffix("%"))
+        parsed: Any = text
         if bool in (kinds[key], *getattr(kinds[key], "__args__", ())):
-            read = _FLAGS.get(text.lower())
+            parsed = _FLAGS.get(text.lower())
         elif key == "dominance":
-            read = number if number is None or not share else number / 100
+            parsed = number if number is None or not is_percent else number / 100
         elif key == "operations":
-            read = None if number is None or share else int(number)
-        if read is None:
+            parsed = None if number is None or is_percent else int(number)
+        if parsed is None:
             raise UsageError("the option cannot be read", where=key, found=text)
-        found[key] = read
-    return found
+        settings[key] = parsed
+    return settings
 
 
 @dataclass(frozen=True)
@@ -159,9 +162,9 @@ class Input:
     digest: str = ""
 
     @classmethod
-    def of(cls, word: str, shipped: Mapping[str, Path], beside: Path) -> Input:
+    def of(cls, word: str, shipped: Mapping[str, Path], base_folder: Path) -> Input:
         """Take the input that a word of the table names; the word alone where there is no such file."""
-        path = (beside / word).resolve()
+        path = (base_folder / word).resolve()
         if word in shipped or not path.exists():
             return cls(word if word in shipped else str(path), digest=word)
         small = path.is_file() and path.stat().st_size <= _SMALL
@@ -173,10 +176,11 @@ class Input:
         if self.content is not None:
             (folder / self.name).write_bytes(self.content)
             return str(folder / self.name)
-        if self.path and (found := digest_of(Path(self.path))) != self.digest:
-            what, step = "the file differs on this worker", "let all workers see the same files"
+        digest = digest_of(Path(self.path)) if self.path else self.digest
+        if digest != self.digest:
+            message, step = "the file differs on this worker", "let all workers see the same files"
             raise UsageError(
-                what, where=self.path, expected=self.digest[:16], found=found[:16], next_step=step
+                message, where=self.path, expected=self.digest[:16], found=digest[:16], next_step=step
             )
         return self.path or self.name
 
@@ -184,16 +188,19 @@ class Input:
 def digest_of(path: Path) -> str:
     """SHA-256 of a file, or of names and contents of all files in a folder; "" where there is none."""
     digest = hashlib.sha256()
-    for one in sorted(path.rglob("*")) if path.is_dir() else [path]:
-        if one.is_file():
-            digest.update(str(one.relative_to(path)).encode())
-            with one.open("rb") as file:
+    for member in sorted(path.rglob("*")) if path.is_dir() else [path]:
+        if member.is_file():
+            digest.update(str(member.relative_to(path)).encode())
+            with member.open("rb") as file:
                 while piece := file.read(_PIECE):
                     digest.update(piece)
     return digest.hexdigest() if path.exists() else ""
 
 
-def inputs_of(row: Row, beside: Path) -> tuple[Input, Input]:
+def inputs_of(row: Row, base_folder: Path) -> tuple[Input, Input]:
     """Arm and trajectory of a row."""
     arm, trajectory = str(row["arm"]), str(row["trajectory"])
-    return Input.of(arm, builtin_arms(), beside), Input.of(trajectory, shipped_trajectories(), beside)
+    return (
+        Input.of(arm, builtin_arms(), base_folder),
+        Input.of(trajectory, shipped_trajectories(), base_folder),
+    )

@@ -66,16 +66,16 @@ def outside_of(arm: RobotArm, box: Box, states: States) -> NDArray[np.bool_]:
 
 def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[BoxExit, ...]:
     """Find where a motion leaves a box, by joint and limit."""
-    found, time = [], trajectory.time
+    exits, time = [], trajectory.time
     for side in _sides(arm, box, trajectory.q, trajectory.qd, trajectory.qdd):
-        most, name = int(side.excess.argmax()), arm.joints[side.joint].name
-        at = float(side.values[most]), side.limit, float(time[most]), side.unit
-        farthest = Violation(side.joint + 1, name, side.quantity, *at)
+        index, name = int(side.excess.argmax()), arm.joints[side.joint].name
+        values = float(side.values[index]), side.limit, float(time[index]), side.unit
+        farthest = Violation(side.joint + 1, name, side.quantity, *values)
         runs: list[tuple[float, float]] = []
         for stretch in trajectory.stretches:
             beyond = side.beyond[stretch]
             edges = np.flatnonzero(np.diff(beyond, prepend=False, append=False)) + stretch.start
             runs += [(float(time[a]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]
         longest = max(runs, key=lambda run: run[1] - run[0])
-        found.append(BoxExit(farthest, int(side.beyond.sum()), runs[0][0], *longest))
-    return tuple(found)
+        exits.append(BoxExit(farthest, int(side.beyond.sum()), runs[0][0], *longest))
+    return tuple(exits)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 # Budgets beside 1 % of peak torque, and what an arm must state of every joint for each.
 _NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
-# Budgets of larger errors, and the share of a readable model's terms that may exceed one alone: a model keeps
-# about as many terms as exceed its budget, seldom twice as many.
-_WIDER, _LIKELY = ("2%", "5%", "10%", "20%", "50%"), 0.5
+# Budgets of larger errors.
+_WIDER = ("2%", "5%", "10%", "20%", "50%")
+# Share of a readable model's terms that may exceed a larger budget alone: a model keeps about as many terms
+# as exceed its budget, seldom twice as many.
+_LIKELY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +50,9 @@ class Stop:
 
 def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
     """1 % of peak torque, and the larger of it and a share of what the arm states of every joint."""
-    none = np.zeros(arm.n_joints)
-    by = ReferenceTorques(arm, none, none)
-    stated = [text for text, whole in _NAMED.items() if np.isfinite(by.all(whole)).all()]
+    no_torque = np.zeros(arm.n_joints)
+    references = ReferenceTorques(arm, no_torque, no_torque)
+    stated = [text for text, whole in _NAMED.items() if np.isfinite(references.all(whole)).all()]
     return tuple(map(Budget.parse, ("1%", *stated)))
 
 
@@ -62,22 +64,25 @@ def stop_at(
     most: float = READABLE,
 ) -> Stop:
     """Search a budget's model, unless more than `most` terms exceed the budget alone."""
-    own, beyond = exact.under(budget), -1
+    dynamics, beyond = exact.under(budget), -1
     try:
-        beyond = terms_beyond(own, level, own.allowed(budget))
+        beyond = terms_beyond(dynamics, level, dynamics.allowed(budget))
         return Stop(budget, None if beyond > most else search(budget), beyond)
     except TooManyTermsError:
         return Stop(budget, None, beyond)
 
 
-def wider_stop(exact: ExactDynamics, level: CandidateLevel, asked: Budget) -> Stop | None:
+def wider_stop(exact: ExactDynamics, level: CandidateLevel, budget: Budget) -> Stop | None:
     """The smallest larger budget that is likely to have a readable model; it is not searched."""
-    least = exact.under(asked).allowed(asked)
-    for budget in map(Budget.parse, _WIDER):
-        own = exact.under(budget)
-        allowed = own.allowed(budget)
-        if (allowed >= least).all() and (beyond := terms_beyond(own, level, allowed)) <= _LIKELY * READABLE:
-            return Stop(budget, None, beyond)
+    least = exact.under(budget).allowed(budget)
+    for wider in map(Budget.parse, _WIDER):
+        dynamics = exact.under(wider)
+        allowed = dynamics.allowed(wider)
+        if not (allowed >= least).all():
+            continue
+        beyond = terms_beyond(dynamics, level, allowed)
+        if beyond <= _LIKELY * READABLE:
+            return Stop(wider, None, beyond)
     return None
 
 

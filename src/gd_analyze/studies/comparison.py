@@ -28,8 +28,11 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number
 
-# Most set points that are compared one by one in Pinocchio; states drawn without a motion, and their seed.
-_MOST_SET_POINTS, _N_RANDOM, _SEED = 5000, 500, 1987
+# Most set points that are compared one by one in Pinocchio.
+_MOST_SET_POINTS = 5000
+# Number of states drawn if there is no motion, and the seed of the draw.
+_N_RANDOM = 500
+_SEED = 1987
 
 # Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing sums
 # whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
@@ -85,20 +88,23 @@ def agreement(
 ) -> Agreement:
     """Compare torque, D, h and c of methods at the same states; recursions are probed for D, h and c."""
     q_last, qd_last, _ = states.last
-    theirs = pinocchio_dynamics(arm, *states.arrays)
+    reference = pinocchio_dynamics(arm, *states.arrays)
     torques, from_pinocchio = [], {}
     for name, method in methods.items():
         torques.append(torque_of_states(method, arm, *states.arrays))
-        given = method.dynamics(arm, q_last, qd_last)
-        ours = {
-            "inertia": np.moveaxis(given.inertia, -1, 0),
-            "coriolis_centrifugal": given.coriolis_centrifugal.T,
-            "gravity_loading": given.gravity_loading.T,
+        dynamics = method.dynamics(arm, q_last, qd_last)
+        quantities = {
+            "inertia": np.moveaxis(dynamics.inertia, -1, 0),
+            "coriolis_centrifugal": dynamics.coriolis_centrifugal.T,
+            "gravity_loading": dynamics.gravity_loading.T,
             "torque": torques[-1],
         }
-        from_pinocchio[name] = {of: float(np.abs(ours[of] - value).max()) for of, value in theirs.items()}
+        from_pinocchio[name] = {
+            quantity: float(np.abs(quantities[quantity] - value).max())
+            for quantity, value in reference.items()
+        }
         progress(1)
-    torques.append(theirs["torque"])
+    torques.append(reference["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, *states.arrays).items()}
     return Agreement(differences, from_pinocchio, bounds)
@@ -125,10 +131,10 @@ def comparison(
         else:
             check_against_arm(trajectory, arm)
             require_joints(trajectory, arm)
-            every = states_of(trajectory)
-            states, compared_at = every.evenly(_MOST_SET_POINTS), every.in_words
-            if len(states) < len(every):
-                compared_at = f"{len(states)} of the {every.in_words}"
+            all_states = states_of(trajectory)
+            states, compared_at = all_states.evenly(_MOST_SET_POINTS), all_states.in_words
+            if len(states) < len(all_states):
+                compared_at = f"{len(states)} of the {all_states.in_words}"
         require_positive_definite(arm, states, arm.counts_drives())
         agreed = agreement(arm, states, progress=progress)
     unit = "N m" if all(arm.is_revolute) else "N m or N"
@@ -158,10 +164,10 @@ def comparison(
     )
 
 
-def _names(*others: str) -> tuple[Column, Column]:
+def _names(*more_rows: str) -> tuple[Column, Column]:
     """Columns that begin a table of formulations."""
-    shown = [*(method.short for method in METHODS.values()), *others]
-    return Column("name", "", (*METHODS, *others)), Column("", "formulation", shown, shown="text")
+    labels = [*(method.short for method in METHODS.values()), *more_rows]
+    return Column("name", "", (*METHODS, *more_rows)), Column("", "formulation", labels, shown="text")
 
 
 def _cost_table(arm: RobotArm) -> Table:

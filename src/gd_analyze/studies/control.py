@@ -27,9 +27,10 @@ from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
 
-# The polynomials' accelerations agree with the given ones if they are at most this many times as large, or
-# below this many rad/s^2 (m/s^2).
-_LARGER, _SMALL = 3.0, 1e-2
+# The polynomials' accelerations agree with the given ones if they are at most this many times as large.
+_LARGER = 3.0
+# Accelerations below this, rad/s^2 (m/s^2), agree whatever their ratio.
+_SMALL = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,9 +236,9 @@ def names_of(arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> li
 def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: ControlSettings) -> World:
     """Inputs that all loops share; refuses an arm that cannot be simulated."""
     if settings.friction and not arm.drives:
-        where, hint = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
-        what, wanted = f"{where} describes no friction", "drives with their friction"
-        raise ArmError(what, where=where, expected=wanted, next_step=hint)
+        where, step = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
+        message, wanted = f"{where} describes no friction", "drives with their friction"
+        raise ArmError(message, where=where, expected=wanted, next_step=step)
     along = ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
     reference, exact = Reference.of(motion), model.form.program
     limits = np.full(arm.n_joints, np.inf)
@@ -260,20 +261,20 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
 def followable(motion: Trajectory) -> Trajectory:
     """Prepare a trajectory for tracking; derivatives that contradict its positions are recomputed."""
     if motion.gaps:
-        at = motion.gaps[0]
+        begin, end = motion.time[motion.gaps[0] - 1], motion.time[motion.gaps[0]]
         raise TrajectoryError(
             "a motion with gaps cannot be tracked",
-            where=f"trajectory {motion.name}, between {motion.time[at - 1]:g} and {motion.time[at]:g} s",
+            where=f"trajectory {motion.name}, between {begin:g} and {end:g} s",
             expected="one motion without gaps",
-            found=f"{len(motion.gaps)} gap{'s' * (len(motion.gaps) > 1)}",
+            found=f"{len(motion.gaps)} gap{'s' if len(motion.gaps) > 1 else ''}",
             next_step="give one of its parts as a trajectory of its own",
         )
     if motion.n_set_points < 2:
-        what, where = "there is no motion to track", f"trajectory {motion.name}"
-        raise TrajectoryError(what, where=where, expected="two set points or more", found="1 set point")
-    between = Reference.of(motion)
-    middles = between.time[:-1] + np.diff(between.time) * np.array([[0.25], [0.5], [0.75]])
-    largest = np.abs(between.at(middles)[2]).max(axis=(1, 2))
+        message, where = "there is no motion to track", f"trajectory {motion.name}"
+        raise TrajectoryError(message, where=where, expected="two set points or more", found="1 set point")
+    reference = Reference.of(motion)
+    middles = reference.time[:-1] + np.diff(reference.time) * np.array([[0.25], [0.5], [0.75]])
+    largest = np.abs(reference.at(middles)[2]).max(axis=(1, 2))
     wild = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
     if not wild.any() or motion.n_set_points < FEWEST_SET_POINTS:
         return motion

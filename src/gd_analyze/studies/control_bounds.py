@@ -28,10 +28,14 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Gains, Reference, World
 from gd_analyze.studies.control_loop import Dynamics
 
-# Margins beyond which a bound is useless, rad (m) and per s and s^2; positions of a certificate.
-_FARTHEST, _EFFORT = 10.0, 25_000
-# How often margins are widened, and by how much more than needed.
-_ROUNDS, _WIDER = 6, 1.25
+# Margins beyond which a bound is useless, rad (m) and per s and s^2.
+_FARTHEST = 10.0
+# Positions at which a certificate is evaluated.
+_EFFORT = 25_000
+# How often margins are widened.
+_ROUNDS = 6
+# Ratio of widened margins to those needed.
+_WIDER = 1.25
 _MUCH = 0.5  # of inertia, of feedback
 
 
@@ -63,14 +67,14 @@ def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
     D^-1 M the eigenvalue is the ratio to the intended acceleration.
     """
     q, _, _ = reference.sampled()
-    exact, own = (_inertia(program, q) for program in (model.form.program, model.program))
-    values, vectors = np.linalg.eig(np.linalg.solve(exact, own))
-    at, which = np.unravel_index(int(values.real.argmin()), values.shape)
+    exact, simplified = (_inertia(program, q) for program in (model.form.program, model.program))
+    values, vectors = np.linalg.eig(np.linalg.solve(exact, simplified))
+    k, mode = np.unravel_index(int(values.real.argmin()), values.shape)
     diagonal = np.einsum("kii->ki", exact)
     # In units in which every joint takes as much to accelerate.
-    direction = np.abs(vectors[at, :, which]) * np.sqrt(diagonal[at])
+    direction = np.abs(vectors[k, :, mode]) * np.sqrt(diagonal[k])
     moves = direction >= _MUCH * direction.max()
-    lacks = (np.einsum("kii->ki", own) / diagonal).min(axis=0) < _MUCH
+    lacks = (np.einsum("kii->ki", simplified) / diagonal).min(axis=0) < _MUCH
     return FeedbackLeft(float(values.real.min()), tuple((1 + np.flatnonzero(moves | lacks)).tolist()))
 
 
@@ -132,8 +136,8 @@ def at_rest(world: World, controller: Controller) -> FloatArray:
     q, _, _ = world.reference.sampled()
     still = np.zeros_like(q)
     needed = _torque(world.plant.program, q, still, still)
-    asked = Bank([controller] * q.shape[1], world).torque(q, still, (q, still, still))
-    missing = np.abs(needed - asked).max(axis=1)
+    commanded = Bank([controller] * q.shape[1], world).torque(q, still, (q, still, still))
+    missing = np.abs(needed - commanded).max(axis=1)
     missing[missing <= ROUND_OFF_SHARE * np.abs(needed).max()] = 0.0
     return np.asarray(missing / (world.gains.stiffness * world.diagonal))
 
@@ -154,7 +158,7 @@ def certified(
     inertia = _inertia(model.program, q.reshape(n, -1))
     if np.linalg.eigvalsh(inertia + np.swapaxes(inertia, 1, 2)).min() <= 0.0:
         return None
-    answers = np.abs(np.linalg.inv(inertia)).reshape(*times.shape, n, n)
+    inverse = np.abs(np.linalg.inv(inertia)).reshape(*times.shape, n, n)
     margins = np.zeros((3, n))
     for _ in range(_ROUNDS):
         if not (margins <= _FARTHEST).all():
@@ -165,7 +169,7 @@ def certified(
         except GdAnalyzeError:  # its program is too long to be written out
             break
         assert along is not None  # of a tube
-        unexpected = np.einsum("kpij,pj->kpi", answers, along).max(axis=(0, 1))
+        unexpected = np.einsum("kpij,pj->kpi", inverse, along).max(axis=(0, 1))
         needed = np.outer(world.gains.margins, unexpected)
         if (needed <= margins).all():
             return CertifiedTracking(along.max(axis=0), needed[0])

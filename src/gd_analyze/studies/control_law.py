@@ -91,8 +91,8 @@ class Gains:
         if zeta > 1.0:
             root = math.sqrt(zeta**2 - 1.0)
             fast, slow = w * (zeta + root), w * (zeta - root)
-            when = math.log(fast / slow) / (fast - slow)
-            return 2.0 * (math.exp(-slow * when) - math.exp(-fast * when)) / (fast - slow)
+            peak_time = math.log(fast / slow) / (fast - slow)
+            return 2.0 * (math.exp(-slow * peak_time) - math.exp(-fast * peak_time)) / (fast - slow)
         a = zeta / math.sqrt(1.0 - zeta**2)
         return 2.0 * math.exp(-a * math.acos(zeta)) / (w * (1.0 - math.exp(-a * math.pi)))
 
@@ -119,8 +119,8 @@ class Tolerance:
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
-                what, wanted = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
-                raise UsageError(what, where="tolerance", expected=wanted, found=f"{value:g}")
+                message, wanted = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
+                raise UsageError(message, where="tolerance", expected=wanted, found=f"{value:g}")
 
     @classmethod
     def parse(cls, text: str, arm: RobotArm | None = None, where: str = "--within") -> Tolerance:
@@ -136,28 +136,28 @@ class Tolerance:
         >>> Tolerance.parse("2mrad").revolute
         0.002
         """
-        given: dict[str, float] = {}
+        errors: dict[str, float] = {}
         for place, entry in enumerate(text.split(","), start=1):
             match = re.fullmatch(rf"({UNSIGNED}) ?(deg|mrad|rad|mm|m)", entry.strip())
             name, worth = _UNITS[match[2]] if match else ("", 0.0)
-            if match is None or name in given:
+            if match is None or name in errors:
                 raise UsageError(
                     "the tolerance is given twice" if match else "the tolerance is not understood",
                     where=f"{where}, entry {place}",
                     expected="an angle such as 0.1deg or 2mrad, a length such as 1mm, or both with a comma",
                     found=repr(entry.strip()),
                 )
-            given[name] = float(match[1]) * worth
-        if arm is not None and given.keys().isdisjoint(joint.kind for joint in arm.joints):
-            kind, moves = ("a length", "turns") if "prismatic" in given else ("an angle", "slides")
-            wanted = "0.1deg" if moves == "turns" else "1mm"
+            errors[name] = float(match[1]) * worth
+        if arm is not None and errors.keys().isdisjoint(joint.kind for joint in arm.joints):
+            kind, motion = ("a length", "turns") if "prismatic" in errors else ("an angle", "slides")
+            wanted = "0.1deg" if motion == "turns" else "1mm"
             raise UsageError(
                 "the tolerance applies to no joint",
                 where=where,
-                expected=f"such as {wanted}: every joint {moves}",
+                expected=f"such as {wanted}: every joint {motion}",
                 found=f"{kind}: {text.strip()!r}",
             )
-        return cls(**given)
+        return cls(**errors)
 
     def of(self, arm: RobotArm) -> FloatArray:
         """Tolerance of every joint, rad (m), shape (n,)."""
@@ -213,13 +213,13 @@ class ControlSettings:
         ):
             for value in values:
                 if not low <= value <= high:
-                    what, wanted = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
-                    raise UsageError(what, where=name, expected=wanted.rstrip(), found=f"{value:g}")
+                    message, wanted = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
+                    raise UsageError(message, where=name, expected=wanted.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
-                what, wanted = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
-                found = ", ".join(f"{value:g}" for value in values) or "none"
-                raise UsageError(what, where=name, expected=wanted, found=found)
+                message, wanted = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
+                numbers = ", ".join(f"{value:g}" for value in values) or "none"
+                raise UsageError(message, where=name, expected=wanted, found=numbers)
         if min(self.rates) < self.bandwidth:
             raise UsageError(
                 "the loop is too slow for its bandwidth: it cannot be stable",
@@ -314,8 +314,8 @@ class Reference:
 
     def sampled(self, speed: float = 1.0) -> tuple[FloatArray, ...]:
         """Return q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""
-        every = np.unique(np.concatenate([self.instants, self.time]))
-        return self.at(every / speed, speed)
+        instants = np.unique(np.concatenate([self.instants, self.time]))
+        return self.at(instants / speed, speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,17 +341,17 @@ class Bank:
     """Several controllers, m, evaluated at the same time."""
 
     def __init__(self, controllers: Sequence[Controller], world: World) -> None:
-        def where(holds: Callable[[Controller], bool]) -> FloatArray:
+        def indicator(holds: Callable[[Controller], bool]) -> FloatArray:
             return np.array([float(holds(controller)) for controller in controllers])
 
         self._gains, self._diagonal = world.gains, world.diagonal[:, None]
         # Without a model's D, the constants multiply feedback and, for some laws, the desired acceleration.
-        self._forward = where(lambda c: c.law == "computed_torque" and not c.knows_inertia)
-        self._multiplies = where(lambda c: c.multiplies)
-        inertia = where(lambda c: c.knows_inertia)
-        velocities = where(lambda c: c.knows_inertia and c.knows != "without_h")
-        by_simplified = where(lambda c: c.knows == "simplified")
-        by_any = where(lambda c: c.knows != "nothing")
+        self._forward = indicator(lambda c: c.law == "computed_torque" and not c.knows_inertia)
+        self._multiplies = indicator(lambda c: c.multiplies)
+        inertia = indicator(lambda c: c.knows_inertia)
+        velocities = indicator(lambda c: c.knows_inertia and c.knows != "without_h")
+        by_simplified = indicator(lambda c: c.knows == "simplified")
+        by_any = indicator(lambda c: c.knows != "nothing")
         self._models = []
         for program, uses in ((world.exact, by_any - by_simplified), (world.simplified, by_simplified)):
             chosen = np.flatnonzero(uses)
@@ -361,9 +361,9 @@ class Bank:
                 inputs = [(batch.rows(x, len(world.diagonal)), factor) for x, factor in factors.items()]
                 self._models.append((chosen, batch, inputs))
 
-    def torque(self, q: FloatArray, qd: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
+    def torque(self, q: FloatArray, qd: FloatArray, desired: Sequence[FloatArray]) -> FloatArray:
         """Commanded torque, N m (N), shape (n, m), at states and desired q, qd and qdd, all of that shape."""
-        q_d, qd_d, qdd_d = wanted
+        q_d, qd_d, qdd_d = desired
         feedback = self._gains.damper * (qd_d - qd) + self._gains.stiffness * (q_d - q)
         torque = self._diagonal * (self._forward * qdd_d + (1.0 - self._multiplies) * feedback)
         states = (q, qd, qdd_d + self._multiplies * feedback)

@@ -22,8 +22,12 @@ from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, World
 
 # s: about a hundredth of the settling time of a loop with a bandwidth of 5 Hz.
 _LONGEST_STEP = 2e-3
-# Largest number of steps, some minutes; samples of a history; steps per block of desired states.
-_MOST_STEPS, _KEPT, _AHEAD = 300_000, 6_000, 128
+# Largest number of steps: some minutes.
+_MOST_STEPS = 300_000
+# Samples of a history.
+_SAMPLES = 6_000
+# Steps per block of desired states.
+_BLOCK = 128
 # Tracking error at which a loop counts as lost: a turn, or this many metres.
 _LOST = 2.0 * math.pi
 
@@ -48,8 +52,8 @@ class Dynamics:
             for i, row in rows:
                 row[:] = values[i]
         torque = self._batch.run().reshape(len(q), *self._shape)
-        rest = torque[:, 0]
-        return np.moveaxis(torque[:, 1:] - rest[:, None], -1, 0), rest
+        bias = torque[:, 0]
+        return np.moveaxis(torque[:, 1:] - bias[:, None], -1, 0), bias
 
 
 class Loop(NamedTuple):
@@ -100,8 +104,8 @@ def follow(
     begin, reported, most = 0, 0, int(run.count.max())
     for end in np.unique(run.count).tolist():
         run.keep(int((run.count >= end).sum()))
-        for first in range(begin, end, _AHEAD):
-            last = min(first + _AHEAD, end)
+        for first in range(begin, end, _BLOCK):
+            last = min(first + _BLOCK, end)
             run.advance(first, last)
             progress(100 * last // most - reported)
             reported = 100 * last // most
@@ -123,9 +127,10 @@ def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
         length = 1.0 / (loop.rate * per)
         count = max(1, math.floor(whole * loop.rate + 1e-9)) * per
     if count > _MOST_STEPS:
+        rate = "" if loop.rate == CONTINUOUS else f", {loop.rate:g} Hz"
         raise UsageError(
             "the motion takes too many steps to be simulated",
-            where=f"{loop.speed:g} times its speed" + f", {loop.rate:g} Hz" * (loop.rate != CONTINUOUS),
+            where=f"{loop.speed:g} times its speed{rate}",
             expected=f"{_MOST_STEPS} at most",
             found=f"{count}: {whole:.4g} s",
             next_step="give a part of the motion, a lower rate or a higher speed",
@@ -140,8 +145,8 @@ def accelerations(inertia: FloatArray, torque: FloatArray) -> FloatArray:
     except np.linalg.LinAlgError:
         if len(torque) == 1:
             return np.full_like(torque, np.nan)
-        each = zip(inertia, torque, strict=True)
-        return np.concatenate([accelerations(matrix[None], one[None]) for matrix, one in each])
+        systems = zip(inertia, torque, strict=True)
+        return np.concatenate([accelerations(matrix[None], row[None]) for matrix, row in systems])
 
 
 class _Run:
@@ -160,12 +165,12 @@ class _Run:
         # q, qd, and behind them work and dissipated energy: (2 n + 2, m).
         self.state = np.concatenate([q, qd, np.zeros((2, m))])
         self.start = self.state.copy()
-        self.held, self.at_limit = np.zeros((2, self.n, m))
+        self.torque_held, self.at_limit = np.zeros((2, self.n, m))
         self.peak, self.square, self.torque_peak, self.torque_square, self.share = np.zeros((5, self.n, m))
         self.lost_at = np.full(m, np.inf)
-        self.stride = -(-int(self.count[0]) // _KEPT)
-        kept = int(self.count[0]) // self.stride + 1
-        self.history = np.zeros((kept, self.n, m), dtype=np.float32)
+        self.stride = -(-int(self.count[0]) // _SAMPLES)
+        samples = int(self.count[0]) // self.stride + 1
+        self.history = np.zeros((samples, self.n, m), dtype=np.float32)
 
     def keep(self, m: int) -> None:
         """Continue with the first m loops only."""
@@ -184,58 +189,61 @@ class _Run:
                 at = 2 * (k - begin)
                 self._take(k, [tuple(x[:, at + half] for x in ahead) for half in range(3)])
 
-    def _take(self, k: int, wanted: Sequence[tuple[FloatArray, ...]]) -> None:
+    def _take(self, k: int, desired: Sequence[tuple[FloatArray, ...]]) -> None:
         """Take step k, with the desired states at its beginning, middle and end."""
         m, n, h = self.m, self.n, self.length[: self.m]
-        state, held, lost_at = self.state[:, :m], self.held[:, :m], self.lost_at[:m]
-        asks = k % self.per[:m] == 0
-        if asks.any():
-            torque = self._asked(state, wanted[0])
-            np.copyto(held, np.clip(torque, -self.limits, self.limits), where=asks)
-            np.copyto(self.at_limit[:, :m], np.abs(torque) > self.limits, where=asks)
-        first = self._slope(state, held)
-        second = self._slope(middle := state + 0.5 * h * first, self._now(held, middle, wanted[1]))
-        third = self._slope(middle := state + 0.5 * h * second, self._now(held, middle, wanted[1]))
-        fourth = self._slope(end := state + h * third, self._now(held, end, wanted[2]))
+        state, torque_held, lost_at = self.state[:, :m], self.torque_held[:, :m], self.lost_at[:m]
+        starts_period = k % self.per[:m] == 0
+        if starts_period.any():
+            torque = self._commanded(state, desired[0])
+            np.copyto(torque_held, np.clip(torque, -self.limits, self.limits), where=starts_period)
+            np.copyto(self.at_limit[:, :m], np.abs(torque) > self.limits, where=starts_period)
+        first = self._slope(state, torque_held)
+        middle = state + 0.5 * h * first
+        second = self._slope(middle, self._now(torque_held, middle, desired[1]))
+        middle = state + 0.5 * h * second
+        third = self._slope(middle, self._now(torque_held, middle, desired[1]))
+        end = state + h * third
+        fourth = self._slope(end, self._now(torque_held, end, desired[2]))
         after = state + h / 6.0 * (first + 2.0 * (second + third) + fourth)
-        error = wanted[2][0] - after[:n]
-        going = lost_at == np.inf
-        lost = going & ~((np.abs(error) < _LOST).all(axis=0) & np.isfinite(after).all(axis=0))
+        error = desired[2][0] - after[:n]
+        runs = lost_at == np.inf
+        lost = runs & ~((np.abs(error) < _LOST).all(axis=0) & np.isfinite(after).all(axis=0))
         lost_at[lost] = (k + 1) * h[lost]
-        going &= ~lost
-        np.copyto(state, after, where=going)
-        size, used = np.where(going, np.abs(error), 0.0), np.where(going, np.abs(held), 0.0)
-        np.maximum(self.peak[:, :m], size, out=self.peak[:, :m])
-        np.maximum(self.torque_peak[:, :m], used, out=self.torque_peak[:, :m])
-        self.square[:, :m] += size**2
-        self.torque_square[:, :m] += used**2
+        runs &= ~lost
+        np.copyto(state, after, where=runs)
+        error_size, torque_size = np.where(runs, np.abs(error), 0.0), np.where(runs, np.abs(torque_held), 0.0)
+        np.maximum(self.peak[:, :m], error_size, out=self.peak[:, :m])
+        np.maximum(self.torque_peak[:, :m], torque_size, out=self.torque_peak[:, :m])
+        self.square[:, :m] += error_size**2
+        self.torque_square[:, :m] += torque_size**2
         self.share[:, :m] += self.at_limit[:, :m]
         if (k + 1) % self.stride == 0:
-            self.history[(k + 1) // self.stride, :, :m] = np.where(going, error, np.nan)
+            self.history[(k + 1) // self.stride, :, :m] = np.where(runs, error, np.nan)
 
-    def _asked(self, state: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
-        return self.bank.torque(state[: self.n], state[self.n : 2 * self.n], wanted)
+    def _commanded(self, state: FloatArray, desired: Sequence[FloatArray]) -> FloatArray:
+        return self.bank.torque(state[: self.n], state[self.n : 2 * self.n], desired)
 
-    def _now(self, held: FloatArray, state: FloatArray, wanted: Sequence[FloatArray]) -> FloatArray:
+    def _now(self, torque_held: FloatArray, state: FloatArray, desired: Sequence[FloatArray]) -> FloatArray:
         """Torque at a stage within a step; in a continuous loop it follows the state."""
         if not self.any_continuous:
-            return held
-        torque = np.clip(self._asked(state, wanted), -self.limits, self.limits)
-        return np.where(self.continuous[: self.m], torque, held)
+            return torque_held
+        torque = np.clip(self._commanded(state, desired), -self.limits, self.limits)
+        return np.where(self.continuous[: self.m], torque, torque_held)
 
     def _slope(self, state: FloatArray, torque: FloatArray) -> FloatArray:
         n = self.n
         q, qd = state[:n], state[n : 2 * n]
         resistance = self.world.resistance(qd.T).T
-        inertia, rest = self.dynamics.at(q, qd)
-        solved = accelerations(inertia, (torque - resistance - rest).T)
+        inertia, bias = self.dynamics.at(q, qd)
+        solved = accelerations(inertia, (torque - resistance - bias).T)
         energies = [(torque * qd).sum(axis=0), (resistance * qd).sum(axis=0)]
         return np.concatenate([qd, solved.T, energies])
 
     def tracked(self, j: int) -> TrackedLoop:
         """Result of one loop."""
         lost, count, end = np.isfinite(self.lost_at[j]), int(self.count[j]), self.state[:, j]
-        kept, form = count // self.stride + 1, self.world.plant
+        samples, form = count // self.stride + 1, self.world.plant
         work, dissipated = end[-2:].tolist()
         q, qd = np.stack([self.start[:-2, j], end[:-2]]).reshape(2, 2, -1).swapaxes(0, 1)
         energy = kinetic_energy(form.arm, q, qd, drives=form.drives) + potential_energy(form.arm, q)
@@ -251,6 +259,6 @@ class _Run:
             dissipated=dissipated,
             energy_residual=float(energy[1] - energy[0] - work + dissipated),
             end=end[: 2 * self.n].reshape(2, -1),
-            time=np.arange(kept) * (self.stride * self.length[j]),
-            error=self.history[:kept, :, j].astype(float),
+            time=np.arange(samples) * (self.stride * self.length[j]),
+            error=self.history[:samples, :, j].astype(float),
         )

@@ -43,9 +43,10 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
     laws.PD_ALONE: ("series-5", (4.0, 1.6)),
 }
-# Expected errors beyond this, rad (m), are not of first order; errors below this share of the largest
-# are cut off in the figure.
-_FARTHEST, _DECADES = 1.0, 5
+# Expected errors beyond this, rad (m), are not of first order.
+_FARTHEST = 1.0
+# Decades of errors, below the largest, that the figure shows.
+_DECADES = 5
 
 
 def good_enough(study: ControlStudy) -> Controller | None:
@@ -120,9 +121,9 @@ def _rate_label(rate: float) -> str:
     return "continuous" if rate == CONTINUOUS else f"{rate:g} Hz"
 
 
-def _here(study: ControlStudy) -> str:
+def _usual_conditions(study: ControlStudy) -> str:
     speed = study.settings.usual_speed
-    return _rate(study) + f", at {speed:g} times the speed" * (speed != 1.0)
+    return _rate(study) + ("" if speed == 1.0 else f", at {speed:g} times the speed")
 
 
 def _unit(study: ControlStudy, joint: int) -> str:
@@ -147,11 +148,11 @@ def _headline(study: ControlStudy) -> str:
         verdict = f"The simplified model is good enough to control this arm, by {law.law.replace('_', ' ')}"
     else:
         verdict = "The simplified model is not good enough to control this arm"
-    within = study.settings.tolerance.in_words(study.arm)
+    tolerance = study.settings.tolerance.in_words(study.arm)
     simplified, exact = (_worst_text(study, _usual(study, c).peak_error) for c in (_judged(study), EXACT))
     return (
-        f"{verdict}. Largest tracking error {_here(study)}: {simplified} with the simplified model, {exact} "
-        f"with the exact one; tolerance {within}."
+        f"{verdict}. Largest tracking error {_usual_conditions(study)}: {simplified} with the simplified "
+        f"model, {exact} with the exact one; tolerance {tolerance}."
     )
 
 
@@ -161,7 +162,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     names = {judged: "simplified model", EXACT: "exact model", laws.WITHOUT_H: "exact model without h"}
     for controller, name in names.items():
         worst = _worst_text(study, _usual(study, controller).peak_error)
-        law = " with fixed gains" * (controller == FIXED_GAINS)
+        law = " with fixed gains" if controller == FIXED_GAINS else ""
         yield Fact("", f"Tracking error, {name}{law}", worst, shown="text")
     fastest = max(settings.speeds)
     for controller, name in names.items():
@@ -170,8 +171,9 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
         yield Fact("", f"Speed within tolerance, {name}", speed, text=text)
     label = "Tracking error from model error"
     first_order = study.expected[judged, settings.usual_speed]
-    if found := _certified(study, judged):
-        text = f"at most {_worst_text(study, found.error, bound=True)}"
+    certified = _certified(study, judged)
+    if certified is not None:
+        text = f"at most {_worst_text(study, certified.error, bound=True)}"
         yield Fact("", f"{label}, bound, D sampled", text, shown="text")
     elif judged != FIXED_GAINS or max(settings.rates) not in study.too_slow_for_fixed_gains:
         is_small = (first_order < _FARTHEST).all()
@@ -285,15 +287,15 @@ def _errors(
     study: ControlStudy, label: str, errors: Sequence[float] | FloatArray, joints: Sequence[int]
 ) -> Column:
     """Errors, rad (m), in the unit of each row's joint (from 0); empty for lost loops."""
-    shown = [1e3 * error if math.isfinite(error) else None for error in errors]
-    return Column("", label, shown, [_unit(study, joint) for joint in joints])
+    values = [1e3 * error if math.isfinite(error) else None for error in errors]
+    return Column("", label, values, [_unit(study, joint) for joint in joints])
 
 
 def _by_joint(study: ControlStudy, key: str, title: str, values: str) -> Table:
     """An error of every controller by joint."""
     rows = np.array([getattr(_usual(study, controller), values) for controller in CONTROLLERS])
     columns = [_errors(study, f"joint {i + 1}", row, [i] * len(row)) for i, row in enumerate(rows.T)]
-    return _by_controller(key, f"{title} {_here(study)}", columns)
+    return _by_controller(key, f"{title} {_usual_conditions(study)}", columns)
 
 
 def _worst(study: ControlStudy, label: str, rate: float, speed: float) -> Column:
@@ -314,19 +316,19 @@ def _torque_table(study: ControlStudy) -> Table:
         *(Column("", f"RMS, {loop.controller.title}", loop.rms_torque, units) for loop in loops[:2]),
         Column("", "time at limit", np.max([loop.saturated for loop in loops], axis=0), shown="percent"),
     )
-    return Table("torque", f"Torque of computed torque {_here(study)}", columns)
+    return Table("torque", f"Torque of computed torque {_usual_conditions(study)}", columns)
 
 
 def _bounds_table(study: ControlStudy) -> Table:
     """Error from the model's torque error: bounds and simulation."""
     speed, controller, joints = study.settings.usual_speed, _judged(study), range(study.arm.n_joints)
     loops = [study.loop(controller, rate, speed) for rate in study.settings.rates]
-    found = _certified(study, controller)
+    certified = _certified(study, controller)
     units = [joint.effort_unit for joint in study.arm.joints]
     proven = (
         []
-        if found is None
-        else [replace(_errors(study, "bound, D sampled", found.error, joints), shown="bound")]
+        if certified is None
+        else [replace(_errors(study, "bound, D sampled", certified.error, joints), shown="bound")]
     )
     columns = (
         joint_columns(study.arm.joints)[-1],
@@ -335,7 +337,7 @@ def _bounds_table(study: ControlStudy) -> Table:
         *(_errors(study, _rate_label(loop.rate), loop.peak_error, joints) for loop in loops),
         Column("", "torque allowed", study.torque_for_tolerance, units),
     )
-    law = " with fixed gains" * (controller == FIXED_GAINS)
+    law = " with fixed gains" if controller == FIXED_GAINS else ""
     title = f"Tracking error from the simplified model's torque error{law}: bound and simulation"
     bound = "Bound: torque error proven, D sampled along the motion; continuous, within the torque limits. "
     note = (
@@ -397,11 +399,11 @@ def speed_figure(study: ControlStudy) -> Figure:
     items: list[Curve] = [Curve(np.array([x.low, x.high]), np.ones(2), "ink", 0.8, (1.0, 1.6))]
     ends = [(1.0, "tolerance", "soft")]
     for controller, row in shares.items():
-        known = (row > 0) & np.isfinite(row)
-        if not known.any():
+        is_drawn = (row > 0) & np.isfinite(row)
+        if not is_drawn.any():
             continue
         (colour, dashes), name = _LOOKS[controller], controller.title
-        curve = Curve(speeds[known], np.maximum(row[known], y.low), colour, dashes=dashes, label=name)
+        curve = Curve(speeds[is_drawn], np.maximum(row[is_drawn], y.low), colour, dashes=dashes, label=name)
         items.append(replace(curve, marker="circle", size=3.2))
         ends.append((float(curve.y[-1]), name, colour))
     title = "largest tracking error, times the tolerance"

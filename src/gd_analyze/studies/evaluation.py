@@ -137,25 +137,26 @@ class Evaluation:
     @cached_property
     def errors(self) -> ErrorTable:
         """Errors over all motions, N m (N), shape (n,)."""
-        every = [one.errors for one in self.motions]
-        counts = [len(one.judged) for one in self.motions]
-        squares = np.average([errors.rms**2 for errors in every], axis=0, weights=counts)
+        tables = [motion.errors for motion in self.motions]
+        counts = [len(motion.judged) for motion in self.motions]
+        squares = np.average([table.rms**2 for table in tables], axis=0, weights=counts)
         peak, largest = (
-            np.max([getattr(errors, name) for errors in every], axis=0) for name in ("peak_torque", "largest")
+            np.max([getattr(table, name) for table in tables], axis=0) for name in ("peak_torque", "largest")
         )
         return ErrorTable(peak, largest, np.sqrt(squares))
 
     @property
     def failures(self) -> tuple[tuple[EvaluatedMotion, int], ...]:
         """Motion and joint (from 0) of every error above its limit."""
-        return tuple((one, int(joint)) for one in self.motions for joint in np.flatnonzero(one.fails))
+        rows = ((motion, np.flatnonzero(motion.fails)) for motion in self.motions)
+        return tuple((motion, int(joint)) for motion, joints in rows for joint in joints)
 
     @property
     def not_judged(self) -> tuple[EvaluatedMotion, ...]:
         """Motions with set points that have no verdict, although one was asked for."""
         if self.fail_over is None:
             return ()
-        return tuple(one for one in self.motions if not one.judged.all())
+        return tuple(motion for motion in self.motions if not motion.judged.all())
 
     @property
     def passed(self) -> bool:
@@ -167,12 +168,12 @@ class Evaluation:
         """The verdict in words; "" without one."""
         if self.fail_over is None:
             return ""
-        said = f"(--fail-over {self.fail_over}{', --strict' * self.strict})"
-        judged = [one for one in self.motions if one.most is not None]
+        options = f"(--fail-over {self.fail_over}{', --strict' if self.strict else ''})"
+        judged = [motion for motion in self.motions if motion.most is not None]
         if not judged:
             lacks = f"the model states nothing for {'these states' if len(self.motions) == 1 else 'them'}"
-            return f"{'Failed' if self.strict else 'Not judged'}: {lacks} {said}."
-        failed, total = sum(not one.passed for one in judged), len(self.motions)
+            return f"{'Failed' if self.strict else 'Not judged'}: {lacks} {options}."
+        failed, total = sum(not motion.passed for motion in judged), len(self.motions)
         if total == 1:
             text = "Failed" if failed else "Passed"
             if self.not_judged:
@@ -187,11 +188,13 @@ class Evaluation:
                 if count
             ]
             words[0] += f" of {total} motions"
-            text = ", ".join(words) + f", {partly} judged in part" * bool(partly)
+            text = ", ".join(words)
+            if partly:
+                text += f", {partly} judged in part"
             text = text[0].upper() + text[1:]
         if not self.passed and not failed:
             text = f"Failed: {text[0].lower()}{text[1:]}"
-        return f"{text} {said}."
+        return f"{text} {options}."
 
     @property
     def worst(self) -> tuple[EvaluatedMotion, int]:
@@ -199,13 +202,15 @@ class Evaluation:
 
         If no motion is judged, relative to the joint's peak torque along the motion.
         """
-        judged = [one for one in self.motions if one.most is not None]
+        judged = [motion for motion in self.motions if motion.most is not None]
 
-        def size(one: EvaluatedMotion) -> FloatArray:
-            return one.errors.largest_share if one.most is None else share_of(one.counted, one.most)
+        def shares(motion: EvaluatedMotion) -> FloatArray:
+            if motion.most is None:
+                return motion.errors.largest_share
+            return share_of(motion.counted, motion.most)
 
-        worst = max(judged or self.motions, key=lambda one: float(size(one).max()))
-        return worst, int(size(worst).argmax())
+        worst = max(judged or self.motions, key=lambda motion: float(shares(motion).max()))
+        return worst, int(shares(worst).argmax())
 
     def __repr__(self) -> str:
         verdict = "" if self.fail_over is None else f", {'passed' if self.passed else 'failed'}"
@@ -213,21 +218,22 @@ class Evaluation:
             verdict += f", {len(self.not_judged)} not judged"
         count, worst = len(self.motions), self.errors.worst
         error = f"error up to {percent(float(self.errors.largest_share.max()))} of peak torque"
-        of = self.motions[0].name if count == 1 else f"{count} motions"
-        return f"Evaluation({self.model.arm.name!r}, {of}, {error} (joint {worst + 1}){verdict})"
+        name = self.motions[0].name if count == 1 else f"{count} motions"
+        return f"Evaluation({self.model.arm.name!r}, {name}, {error} (joint {worst + 1}){verdict})"
 
     def _repr_html_(self) -> str:
         """A row per motion and joint, for a notebook."""
         rows = []
-        for one in self.motions:
-            errors = one.errors
+        for motion in self.motions:
+            errors = motion.errors
             for i, joint in enumerate(self.model.arm.joints):
                 torques = (errors.peak_torque, errors.largest, errors.rms)
                 peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
-                share, kept = percent(float(errors.largest_share[i])), "yes" if one.keeps_promise[i] else "no"
-                passes = "–" if one.most is None else "no" if one.fails[i] else "yes"
-                named = one.name, joint_name(i + 1, joint.name)
-                rows.append([*named, peak, largest, share, rms, kept, passes])
+                share = percent(float(errors.largest_share[i]))
+                as_promised = "yes" if motion.keeps_promise[i] else "no"
+                passes = "–" if motion.most is None else "no" if motion.fails[i] else "yes"
+                names = motion.name, joint_name(i + 1, joint.name)
+                rows.append([*names, peak, largest, share, rms, as_promised, passes])
         headings = ["motion", "joint", "peak torque", "largest error", "of peak torque", "RMS error"]
         return html_of(repr(self), [*headings, "as promised", "passes"], rows)
 
@@ -293,56 +299,59 @@ def evaluate(
     """
     arm = model.arm if arm is None else arm
     require_arm(model, arm)
-    asked, box = _asked(fail_over), box_of(box, arm)
-    if strict and asked is None:
+    limit, box = _limit_of(fail_over), box_of(box, arm)
+    if strict and limit is None:
         raise UsageError("--strict needs a verdict", where="--strict", next_step="give --fail-over")
-    several: list[Trajectory | None] = [None]
+    trajectories: list[Trajectory | None] = [None]
     if isinstance(given, Trajectory | str | Path | Sequence):
-        several = [*motions_of(given, arm)]
-    for one in several:
-        if one is not None:
-            require_joints(one, arm)
-    tried = [(one, model_torque(model, given if one is None else one, arm)) for one in several]
-    peaks = np.max([found.errors.peak_torque for _, found in tried], axis=0)
+        trajectories = [*motions_of(given, arm)]
+    for trajectory in trajectories:
+        if trajectory is not None:
+            require_joints(trajectory, arm)
+    computed_torques = [
+        (trajectory, model_torque(model, given if trajectory is None else trajectory, arm))
+        for trajectory in trajectories
+    ]
+    peaks = np.max([computed.errors.peak_torque for _, computed in computed_torques], axis=0)
     motions = []
-    for one, found in tried:
-        motions.append(_evaluated(model, one, found, asked, box, peaks))
+    for trajectory, computed in computed_torques:
+        motions.append(_evaluated(model, trajectory, computed, limit, box, peaks))
         if progress is not None:
             progress(1)
-    return Evaluation(model, box, asked, strict, tuple(motions))
+    return Evaluation(model, box, limit, strict, tuple(motions))
 
 
 def _evaluated(
     model: SimplifiedModel,
     motion: Trajectory | None,
-    found: ModelTorque,
-    asked: Budget | _Stated | None,
+    computed: ModelTorque,
+    limit: Budget | _Stated | None,
     box: Box,
     peaks: FloatArray,
 ) -> EvaluatedMotion:
     """The verdict on one motion; the largest torques over all are shape (n,)."""
-    exact, states = found.dynamics, found.dynamics.states
+    exact, states = computed.dynamics, computed.dynamics.states
     arm, measured = exact.arm, None
     accuracy = model.accuracy.along(str(states.described.get("trajectory_fingerprint", "")))
-    most, judged = None, np.full(len(states), asked is not None)
-    if asked == "promise":
+    most, judged = None, np.full(len(states), limit is not None)
+    if limit == "promise":
         most = accuracy.allowed
-    elif asked == "stated":
+    elif limit == "stated":
         most, judged = _as_stated(model, accuracy, states)
-    elif asked is not None:
+    elif limit is not None:
         # A share of torque is undefined for a joint that needs none along this motion.
-        needs, over_all = found.errors.peak_torque > 0.0, ReferenceTorques(arm, peaks, exact.uncertainty)
-        most = np.where(needs, exact.allowed(asked), allowed_by(asked, over_all))
+        needs, over_all = computed.errors.peak_torque > 0.0, ReferenceTorques(arm, peaks, exact.uncertainty)
+        most = np.where(needs, exact.allowed(limit), allowed_by(limit, over_all))
     if motion is not None:
         warn_of_torque_limits(arm, states, exact.torque)
         if motion.recording is not None and motion.recording.torque is not None:
-            torques = exact.torque, found.torque
+            torques = exact.torque, computed.torque
             measured = BesideMeasured(*(compared(arm, motion, torque) for torque in torques))
     return EvaluatedMotion(
         exact,
-        found.torque,
-        found.errors,
-        found.norms,
+        computed.torque,
+        computed.errors,
+        computed.norms,
         motion,
         accuracy,
         most,
@@ -358,24 +367,24 @@ def _as_stated(
 ) -> tuple[FloatArray | None, NDArray[np.bool_]]:
     """What the model states for these states, (n,) or None, and for which of them, (N,)."""
     certificate, motion = model.accuracy.certificate, states.described.get("trajectory_fingerprint")
-    every = np.ones(len(states), dtype=bool)
+    all_states = np.ones(len(states), dtype=bool)
     if certificate is not None and not certificate.trajectory_fingerprint:
         limits = certificate.lower, certificate.upper, certificate.velocity, certificate.acceleration
         inside = ~outside_of(model.arm, Box(*limits), states)
         if inside.any():
             return certificate.certified, inside
     elif certificate is not None and certificate.trajectory_fingerprint == motion:
-        return certificate.certified, every
+        return certificate.certified, all_states
     fitted_on = accuracy.fitted_on
     is_fitted = (
         fitted_on.get("trajectory_fingerprint") == motion
         if motion
         else bool(fitted_on) and dict(fitted_on) == dict(states.described)
     )
-    return (accuracy.allowed, every) if is_fitted else (None, ~every)
+    return (accuracy.allowed, all_states) if is_fitted else (None, ~all_states)
 
 
-def _asked(fail_over: Budget | str | None) -> Budget | _Stated | None:
+def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:
     """The limit asked for."""
     word = fail_over.strip().lower() if isinstance(fail_over, str) else ""
     if fail_over is None or word == "none":

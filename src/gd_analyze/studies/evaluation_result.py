@@ -29,7 +29,7 @@ _WORTH_A_LINE = 1e-4
 
 
 def evaluation_result(
-    found: Evaluation,
+    evaluation: Evaluation,
     payload: Link | None = None,
     unloaded: RobotArm | None = None,
     *,
@@ -40,24 +40,27 @@ def evaluation_result(
     With a payload, which the evaluation's arm carries, errors of the `unloaded` arm stand beside. Along a
     motion without one the largest losses are listed, if dropped parts cause the error.
     """
-    model, box, arm = found.model, found.box, found.motions[0].dynamics.arm
+    model, box, arm = evaluation.model, evaluation.box, evaluation.motions[0].dynamics.arm
     accuracy = model.accuracy
     fitted_on = in_words(accuracy.fitted_on) if accuracy.fitted_on else "states not named"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     carried = payload and {"mass": payload.mass, "position": payload.com, "inertia": payload.inertia_com}
-    asked = "" if found.fail_over is None else str(found.fail_over)
-    is_judged = found.strict or any(one.most is not None for one in found.motions)
-    judged = sum(len(one.fails) for one in found.motions if one.most is not None)
-    one, joint = found.worst
+    limit = "" if evaluation.fail_over is None else str(evaluation.fail_over)
+    is_judged = evaluation.strict or any(motion.most is not None for motion in evaluation.motions)
+    judged = sum(len(motion.fails) for motion in evaluation.motions if motion.most is not None)
+    worst, joint = evaluation.worst
     name = joint_name(joint + 1, arm.joints[joint].name)
-    where = f"{len(found.motions)} motions" if len(found.motions) > 1 else one.dynamics.states.in_words
-    broken = [each for each in found.motions if not each.keeps_promise.all()]
-    times = max((share_of(each.errors.largest, each.accuracy.allowed).max() for each in broken), default=0.0)
-    sections = [_Motion(each, found, unloaded, fit_friction) for each in found.motions]
+    count = len(evaluation.motions)
+    where = f"{count} motions" if count > 1 else worst.dynamics.states.in_words
+    broken = [motion for motion in evaluation.motions if not motion.keeps_promise.all()]
+    times = max(
+        (share_of(motion.errors.largest, motion.accuracy.allowed).max() for motion in broken), default=0.0
+    )
+    sections = [_Motion(motion, evaluation, unloaded, fit_friction) for motion in evaluation.motions]
     return Result(
         title=f"{arm.title or arm.name}: torque error of a model of {model.arm.name}",
         subtitle=", ".join(filter(None, [f"on {where}", drives_text(model.arm, model.drives)])),
-        headline=found.verdict,
+        headline=evaluation.verdict,
         facts=(
             Fact("arm", "", model.arm.name),
             Fact("drives", "", model.drives),
@@ -67,40 +70,46 @@ def evaluation_result(
             Fact("promised", "", "measured" if accuracy.measured else "stated by the file"),
             Fact("promised_norms", "", [norm._asdict() for norm in accuracy.norms]),
             Fact("held_against", "", {"arm": arm.name, "drives": model.drives, "payload": carried}),
-            Fact("fail_over", "", asked or None),
-            Fact("strict", "", found.strict),
-            Fact("passed", "", found.passed if is_judged and asked else None),
-            Fact("", "Errors above it" * bool(found.failures), f"{len(found.failures)} of {judged}"),
+            Fact("fail_over", "", limit or None),
+            Fact("strict", "", evaluation.strict),
+            Fact("passed", "", evaluation.passed if is_judged and limit else None),
             Fact(
                 "",
-                "Promise broken" * bool(broken),
-                f"on {', '.join(each.name for each in broken[:3])}{', ...' * (len(broken) > 3)}",
+                "Errors above it" if evaluation.failures else "",
+                f"{len(evaluation.failures)} of {judged}",
+            ),
+            Fact(
+                "",
+                "Promise broken" if broken else "",
+                f"on {', '.join(motion.name for motion in broken[:3])}{', ...' if len(broken) > 3 else ''}",
                 note=f"error up to {number(float(times))} times what the budget allowed",
             ),
-            Fact("", "Worst", f"joint {name}, {one.name}: {one.error_text(joint)}"),
+            Fact("", "Worst", f"joint {name}, {worst.name}: {worst.error_text(joint)}"),
             Fact("box", "", {"where": box.where, **limits}),
             Fact("motions", "", [section.document() for section in sections]),
         ),
         parts=(
-            *((_motions_table(found),) if len(found.motions) > 1 else ()),
+            *((_motions_table(evaluation),) if len(evaluation.motions) > 1 else ()),
             *(section.shown() for section in sections),
         ),
     )
 
 
-def _motions_table(found: Evaluation) -> Table:
-    motions = found.motions
-    errors = [one.errors for one in motions]
+def _motions_table(evaluation: Evaluation) -> Table:
+    motions = evaluation.motions
+    tables = [motion.errors for motion in motions]
     columns = [
-        Column("", "motion", [one.name for one in motions], shown="name"),
-        Column("", "set points", [len(one.judged) for one in motions], shown="count"),
-        Column("", "of peak", [each.largest_share.max() for each in errors], shown="percent"),
-        Column("", "joint", [each.worst + 1 for each in errors], shown="count"),
-        Column("", "promise broken", [int((~one.keeps_promise).sum()) for one in motions], shown="count"),
-        Column("", "outside box", [int(one.outside.sum()) for one in motions], shown="count"),
+        Column("", "motion", [motion.name for motion in motions], shown="name"),
+        Column("", "set points", [len(motion.judged) for motion in motions], shown="count"),
+        Column("", "of peak", [table.largest_share.max() for table in tables], shown="percent"),
+        Column("", "joint", [table.worst + 1 for table in tables], shown="count"),
+        Column(
+            "", "promise broken", [int((~motion.keeps_promise).sum()) for motion in motions], shown="count"
+        ),
+        Column("", "outside box", [int(motion.outside.sum()) for motion in motions], shown="count"),
     ]
-    if found.fail_over is not None:
-        columns.append(Column("", "passed", [one.passed for one in motions], shown="flag"))
+    if evaluation.fail_over is not None:
+        columns.append(Column("", "passed", [motion.passed for motion in motions], shown="flag"))
     note = "Of peak: largest error over peak torque. Promise broken: joints. Outside box: set points."
     return Table("", "All motions", tuple(columns), note)
 
@@ -109,43 +118,44 @@ class _Motion:
     """One motion, for people and for JSON."""
 
     def __init__(
-        self, one: EvaluatedMotion, found: Evaluation, unloaded: RobotArm | None, fit_friction: bool
+        self, motion: EvaluatedMotion, evaluation: Evaluation, unloaded: RobotArm | None, fit_friction: bool
     ) -> None:
-        self.one, self.found, self.fit_friction = one, found, fit_friction
-        self.model = found.model.stating(one.accuracy)
-        states = one.dynamics.states
+        self.motion, self.evaluation, self.fit_friction = motion, evaluation, fit_friction
+        self.model = evaluation.model.stating(motion.accuracy)
+        states = motion.dynamics.states
         self.effect = payload_effect(self.model, states)
         self.bare = None if unloaded is None else model_torque(self.model, states, unloaded)
-        along = one.trajectory is not None and unloaded is None
-        self.lost = losses(self.model, one.dynamics) if along else ()
+        along = motion.trajectory is not None and unloaded is None
+        self.lost = losses(self.model, motion.dynamics) if along else ()
 
     def document(self) -> dict[str, Any]:
         """JSON values."""
-        one, described, motion = self.one, self.one.dynamics.states.described, self.one.trajectory
+        motion, trajectory = self.motion, self.motion.trajectory
+        described = motion.dynamics.states.described
 
         def beside(comparison: TorqueComparison) -> list[dict[str, Any]]:
-            assert motion is not None  # measured torques are of a motion
-            table = measured_torque_table(comparison, motion, fit_friction=self.fit_friction)
+            assert trajectory is not None  # measured torques are of a motion
+            table = measured_torque_table(comparison, trajectory, fit_friction=self.fit_friction)
             return [dict(row) for row in rows_of(table, "joint")]
 
-        measured = one.measured
+        measured = motion.measured
         return {
             "trajectory": described.get("trajectory"),
-            "set_points": len(one.judged) if "trajectory" in described else None,
+            "set_points": len(motion.judged) if "trajectory" in described else None,
             **{name: described.get(name) for name in ("box", "states", "seed")},
-            "begin": None if motion is None else float(motion.time[0]),
-            "end": None if motion is None else float(motion.time[-1]),
-            "passed": one.passed,
-            "judged": int(one.judged.sum()),
-            "keeps_promise": bool(one.keeps_promise.all()),
+            "begin": None if trajectory is None else float(trajectory.time[0]),
+            "end": None if trajectory is None else float(trajectory.time[-1]),
+            "passed": motion.passed,
+            "judged": int(motion.judged.sum()),
+            "keeps_promise": bool(motion.keeps_promise.all()),
             "joints": self.joints().rows(),
-            "norms": [norm._asdict() for norm in one.norms],
+            "norms": [norm._asdict() for norm in motion.norms],
             "mass_within_budget": self.effect.largest_mass,
             "limiting_joint": self.effect.limiting_joint,
             "largest_losses": Table(
                 "", "", tuple(columns_of(self.lost, *((key, "", "number") for key in _LOSSES)))
             ).rows(),
-            "outside_box": int(one.outside.sum()),
+            "outside_box": int(motion.outside.sum()),
             "box_exits": self.exits().rows(),
             "measured_torque": measured
             and {"exact": beside(measured.exact), "simplified": beside(measured.simplified)},
@@ -153,34 +163,34 @@ class _Motion:
 
     def shown(self) -> Section:
         """The section that people see."""
-        one, count = self.one, len(self.one.judged)
+        motion, count = self.motion, len(self.motion.judged)
         parts: list[Part] = [self.joints(), *self.omissions()]
-        if 0 < one.judged.sum() < count:
-            parts.append(Fact("", "Judged", f"{int(one.judged.sum())} of {count} states"))
-        if one.norms:
-            parts.append(Fact("", "Norm, error/torque", norms_text(one.norms)))
+        if 0 < motion.judged.sum() < count:
+            parts.append(Fact("", "Judged", f"{int(motion.judged.sum())} of {count} states"))
+        if motion.norms:
+            parts.append(Fact("", "Norm, error/torque", norms_text(motion.norms)))
         if self.bare is not None and self.bare.norms:
             parts.append(Fact("", "Norm without the payload", norms_text(self.bare.norms)))
-        if (self.bare or one).within(one.accuracy.allowed).all() and self.effect.limiting_joint:
+        if (self.bare or motion).within(motion.accuracy.allowed).all() and self.effect.limiting_joint:
             label, note = "Point mass within the budget", f"joint {self.effect.limiting_joint} first"
             parts.append(Fact("", label, self.effect.largest_mass, "kg", note=note))
-        if one.exits:
+        if motion.exits:
             note = "no certificate for these limits holds there"
-            outside = f"{int(one.outside.sum())} of {count}"
-            parts.append(Fact("", f"Set points outside {self.found.box.where}", outside, note=note))
+            outside = f"{int(motion.outside.sum())} of {count}"
+            parts.append(Fact("", f"Set points outside {self.evaluation.box.where}", outside, note=note))
             parts.append(self.exits())
-        if one.measured is not None:
-            parts += self.measured(one.measured)
-        title = one.name if one.trajectory is None else f"{one.name}, {counted(count, 'set point')}"
+        if motion.measured is not None:
+            parts += self.measured(motion.measured)
+        title = motion.name if motion.trajectory is None else f"{motion.name}, {counted(count, 'set point')}"
         return Section("", title, tuple(parts))
 
     def joints(self) -> Table:
         """Errors by joint, beside what is allowed."""
-        one, errors, arm, effect = self.one, self.one.errors, self.one.dynamics.arm, self.effect
+        motion, errors, arm, effect = self.motion, self.motion.errors, self.motion.dynamics.arm, self.effect
         units, nothing = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-        allowed, promised, bare = one.accuracy.allowed, one.accuracy.errors, self.bare
-        is_judged = one.most is not None
-        most, passed = (nothing, nothing) if one.most is None else (one.most, ~one.fails)
+        allowed, promised, bare = motion.accuracy.allowed, motion.accuracy.errors, self.bare
+        is_judged = motion.most is not None
+        most, passed = (nothing, nothing) if motion.most is None else (motion.most, ~motion.fails)
         unloaded: Sequence[Any] | FloatArray = nothing if bare is None else bare.errors.largest
         of_allowed = nothing if bare is None else share_of(bare.errors.largest, allowed)
         columns = [
@@ -189,13 +199,15 @@ class _Motion:
             Column("largest_error", "error", errors.largest, units),
             Column("largest_share_of_peak_here", "of peak", errors.largest_share, shown="percent"),
             Column("rms_error", "", errors.rms),
-            Column("largest_error_at", "" if is_judged or one.trajectory is None else "at", one.at, "s"),
+            Column(
+                "largest_error_at", "" if is_judged or motion.trajectory is None else "at", motion.at, "s"
+            ),
             Column("fail_over", "limit" if is_judged else "", most, units),
             Column("passed", "passed" if is_judged else "", passed, shown="flag"),
             Column("allowed_error", "" if is_judged else "promised", allowed, units),
             Column("largest_of_allowed", "of promised", share_of(errors.largest, allowed), shown="times"),
             Column("", "unloaded" if bare else "", of_allowed, shown="times"),
-            Column("within_allowed", "", one.keeps_promise),
+            Column("within_allowed", "", motion.keeps_promise),
             Column("promised_of_allowed", "", share_of(promised.largest, allowed)),
             Column("peak_torque_fitted_on", "", promised.peak_torque),
             Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
@@ -208,9 +220,11 @@ class _Motion:
 
     def omissions(self) -> list[Table]:
         """Dropped parts; people see them only if the error exceeds the promise."""
-        one, arm, allowed = self.one, self.one.dynamics.arm, self.one.accuracy.allowed
-        here, promised = (share_of(x.largest, allowed) for x in (one.errors, one.accuracy.errors))
-        if not self.lost or not (here > promised.max()).any():
+        motion, arm, allowed = self.motion, self.motion.dynamics.arm, self.motion.accuracy.allowed
+        error_shares, promised_shares = (
+            share_of(x.largest, allowed) for x in (motion.errors, motion.accuracy.errors)
+        )
+        if not self.lost or not (error_shares > promised_shares.max()).any():
             return []
         lost = tuple(loss for loss in self.lost if loss.torque_share >= _WORTH_A_LINE)
         units = [arm.joints[loss.torque_joint - 1].effort_unit for loss in lost]
@@ -225,45 +239,50 @@ class _Motion:
 
     def exits(self) -> Table:
         """Limits of the box that the motion exceeds."""
-        exits, farthest = self.one.exits, [each.farthest for each in self.one.exits]
-        units = [each.unit for each in farthest]
+        exits, farthest = self.motion.exits, [violation.farthest for violation in self.motion.exits]
+        units = [violation.unit for violation in farthest]
         columns = (
-            Column("joint", "", [each.joint for each in farthest]),
-            Column("joint_name", "", [each.name for each in farthest]),
-            Column("", "joint", [joint_name(each.joint, each.name) for each in farthest], shown="name"),
-            Column("quantity", "quantity", [each.quantity for each in farthest], shown="text"),
+            Column("joint", "", [violation.joint for violation in farthest]),
+            Column("joint_name", "", [violation.name for violation in farthest]),
+            Column(
+                "",
+                "joint",
+                [joint_name(violation.joint, violation.name) for violation in farthest],
+                shown="name",
+            ),
+            Column("quantity", "quantity", [violation.quantity for violation in farthest], shown="text"),
             Column("unit", "", units),
-            Column("limit", "limit", [each.limit for each in farthest], units),
-            Column("farthest", "", [each.value for each in farthest]),
-            Column("farthest_at", "", [each.time for each in farthest]),
-            Column("", "by", [each.excess for each in farthest], units),
-            Column("set_points", "points", [each.set_points for each in exits], shown="count"),
-            Column("first", "first", [each.first for each in exits], "s"),
-            Column("longest_stretch", "", [(each.begin, each.end) for each in exits]),
-            Column("", "longest", [f"{each.begin:.4g} to {each.end:.4g}" for each in exits], "s"),
+            Column("limit", "limit", [violation.limit for violation in farthest], units),
+            Column("farthest", "", [violation.value for violation in farthest]),
+            Column("farthest_at", "", [violation.time for violation in farthest]),
+            Column("", "by", [violation.excess for violation in farthest], units),
+            Column("set_points", "points", [box_exit.set_points for box_exit in exits], shown="count"),
+            Column("first", "first", [box_exit.first for box_exit in exits], "s"),
+            Column("longest_stretch", "", [(box_exit.begin, box_exit.end) for box_exit in exits]),
+            Column("", "longest", [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits], "s"),
         )
-        return Table("", f"Limits of {self.found.box.where} exceeded", columns)
+        return Table("", f"Limits of {self.evaluation.box.where} exceeded", columns)
 
     def measured(self, measured: BesideMeasured) -> list[Part]:
         """Exact and simplified torque side by side, each compared with the measured torque."""
-        (exact, simplified), motion = measured, self.one.trajectory
-        assert motion is not None  # measured torques are of a motion
+        (exact, simplified), trajectory = measured, self.motion.trajectory
+        assert trajectory is not None  # measured torques are of a motion
         units = [joint.effort_unit for joint in exact.arm.joints]
         columns = [*joint_columns(exact.arm.joints), Column("", "measured peak", exact.peak_measured, units)]
-        for heading, of in (("exact", exact), ("simplified", simplified)):
-            columns.append(Column("", f"RMS to {heading}", of.rms, units))
+        for heading, comparison in (("exact", exact), ("simplified", simplified)):
+            columns.append(Column("", f"RMS to {heading}", comparison.rms, units))
             if self.fit_friction:
-                columns.append(Column("", "beside friction", of.friction.rms, units))
+                columns.append(Column("", "beside friction", comparison.friction.rms, units))
         # To nine digits: the difference may be nothing but round-off.
         more = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
         columns.append(Column("", "more", more, shown="percent"))
         note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
         tables = [
             Table("", "Measured torque", tuple(columns), note),
-            measured_table(measured_torque_table(exact, motion), exact.arm),
+            measured_table(measured_torque_table(exact, trajectory), exact.arm),
         ]
         if self.fit_friction:
-            table = measured_torque_table(exact, motion, fit_friction=True)
+            table = measured_torque_table(exact, trajectory, fit_friction=True)
             tables += friction_tables(table, exact.arm, " from the exact torque")
         return [replace(table, key="") for table in tables]
 
@@ -278,41 +297,43 @@ def junit_xml(evaluation: Evaluation) -> str:
     """
     model = evaluation.model
     root = ElementTree.Element("testsuites", {"name": "gd-analyze evaluate"})
-    for one in evaluation.motions:
-        suite = ElementTree.SubElement(root, "testsuite", {"name": visible(one.name)})
+    for motion in evaluation.motions:
+        suite = ElementTree.SubElement(root, "testsuite", {"name": visible(motion.name)})
         properties = ElementTree.SubElement(suite, "properties")
         for name, value in {
             "arm": model.arm.name,
             "budget": model.accuracy.budget,
             "fail over": evaluation.fail_over or "none",
-            "set points": len(one.judged),
-            "set points judged": int(one.judged.sum()),
+            "set points": len(motion.judged),
+            "set points judged": int(motion.judged.sum()),
             "box": evaluation.box.where,
-            "set points outside the box": int(one.outside.sum()),
-            "joints beyond the promise": int((~one.keeps_promise).sum()),
+            "set points outside the box": int(motion.outside.sum()),
+            "joints beyond the promise": int((~motion.keeps_promise).sum()),
         }.items():
             ElementTree.SubElement(properties, "property", name=name, value=visible(str(value)))
         for i, joint in enumerate(model.arm.joints):
             name = visible(f"joint {joint_name(i + 1, joint.name)}")
-            case = ElementTree.SubElement(suite, "testcase", classname=visible(one.name), name=name)
-            _outcome(case, evaluation, one, i)
+            case = ElementTree.SubElement(suite, "testcase", classname=visible(motion.name), name=name)
+            _outcome(case, evaluation, motion, i)
         suite.attrib |= _counts([suite])
     root.attrib |= _counts(root.findall("testsuite"))
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True).decode() + "\n"
 
 
-def _outcome(case: ElementTree.Element, evaluation: Evaluation, one: EvaluatedMotion, joint: int) -> None:
+def _outcome(case: ElementTree.Element, evaluation: Evaluation, motion: EvaluatedMotion, joint: int) -> None:
     """Fill in what became of one joint on one motion."""
-    text = one.error_text(joint)
-    why = "--fail-over none" if evaluation.fail_over is None else "the model states nothing for these states"
-    if one.fails[joint]:
+    text = motion.error_text(joint)
+    reason = "the model states nothing for these states"
+    if evaluation.fail_over is None:
+        reason = "--fail-over none"
+    if motion.fails[joint]:
         ElementTree.SubElement(case, "failure", type="torque error", message=text).text = text
-    elif evaluation.strict and not one.judged.all():
-        text = f"not judged at {int((~one.judged).sum())} of {len(one.judged)} states; {text}"
+    elif evaluation.strict and not motion.judged.all():
+        text = f"not judged at {int((~motion.judged).sum())} of {len(motion.judged)} states; {text}"
         ElementTree.SubElement(case, "failure", type="not judged", message=text).text = text
-    elif one.most is None:
-        ElementTree.SubElement(case, "skipped", message=f"not judged: {why}; {text}")
+    elif motion.most is None:
+        ElementTree.SubElement(case, "skipped", message=f"not judged: {reason}; {text}")
     else:
         ElementTree.SubElement(case, "system-out").text = text
 

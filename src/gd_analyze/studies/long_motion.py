@@ -23,8 +23,10 @@ from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly
 
-# Evenly spaced set points of a search besides the extremes; parts of the motion whose extremes are shown.
-_SEARCHED, _PARTS = 400, 12
+# Evenly spaced set points of a search besides the extremes.
+_SEARCHED = 400
+# Parts of the motion whose extremes are shown.
+_PARTS = 12
 # Least set points in tables and figures, several for each column of pixels in a figure.
 _SHOWN = 1500
 # Rounds that add set points at which a model exceeds its budget to those of the search.
@@ -74,9 +76,9 @@ class LongMotion:
         parts = np.array_split(np.arange(len(value)), min(_PARTS, len(value)))
         whole = evenly(motion.n_set_points, _SEARCHED), *_reached(value, place, [np.arange(len(value))])
         searched = np.unique(np.concatenate([*whole, extremes.reached.ravel()]))
-        some = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
-        left = evenly(motion.n_set_points, max(_SHOWN - len(some), 2))
-        return cls(arm, drives, motion, extremes, searched, np.union1d(some, left))
+        shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
+        evenly_spaced = evenly(motion.n_set_points, max(_SHOWN - len(shown), 2))
+        return cls(arm, drives, motion, extremes, searched, np.union1d(shown, evenly_spaced))
 
     def states(self, points: Points) -> States:
         """Take some set points."""
@@ -92,15 +94,18 @@ class LongMotion:
         and the places of the largest errors. Raises a GdAnalyzeError after too many rounds.
         """
         for _ in range(_ROUNDS):
-            elements, held = search(exact)
-            exactly_so = torque_program(self.arm, self.drives)
-            (elements, model), worst, broken = self.stated(exact, (elements, held.model), exactly_so)
+            element_model, held_model = search(exact)
+            torques = torque_program(self.arm, self.drives)
+            (element_model, model), worst, broken = self.stated(
+                exact, (element_model, held_model.model), torques
+            )
             if not broken.any():
-                return exact, elements, held._replace(model=model), worst.ravel()
+                return exact, element_model, held_model._replace(model=model), worst.ravel()
             states = np.stack(self.states(np.unique(worst[broken])).arrays)
             exact = exact.joined_by(states, np.ones(states.shape[1:]))
-        what, next_step = "the model misses its budget", "please report this with the arm file and the motion"
-        raise GdAnalyzeError(what, where=f"trajectory {self.motion.name}", next_step=next_step)
+        message = "the model misses its budget"
+        next_step = "please report this with the arm file and the motion"
+        raise GdAnalyzeError(message, where=f"trajectory {self.motion.name}", next_step=next_step)
 
     def stated(
         self, exact: ExactDynamics, models: Sequence[SimplifiedModel], torques: Program
@@ -112,13 +117,13 @@ class LongMotion:
         """
         n, count = self.arm.n_joints, self.motion.n_set_points
         trace = Trace()
-        own = {id(model.program): model.program for model in models}
-        programs = (torques, *own.values())
-        values = [(program.folded(trace, {}), program.outputs) for program in programs]
+        programs = {id(model.program): model.program for model in models}
+        all_programs = (torques, *programs.values())
+        values = [(program.folded(trace, {}), program.outputs) for program in all_programs]
         joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
         batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
-        largest, squares = np.zeros((2, len(own), n))
-        worst = np.zeros((len(own), n), dtype=np.intp)
+        largest, squares = np.zeros((2, len(programs), n))
+        worst = np.zeros((len(programs), n), dtype=np.intp)
         arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
         for chunk in blocks(*arrays.values()):
             # The last block overlaps the one before.
@@ -126,7 +131,7 @@ class LongMotion:
             inputs = {
                 f"{kind}{i + 1}": x for kind, rows in arrays.items() for i, x in enumerate(rows[block].T)
             }
-            torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(programs), n, -1)
+            torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(all_programs), n, -1)
             error = torque[1:] - torque[0]
             error[np.abs(error) <= floor] = 0.0
             squares += np.einsum("min,min->mi", error, error)
@@ -135,35 +140,37 @@ class LongMotion:
             top = np.take_along_axis(error, at[..., None], axis=2)[..., 0]
             worst = np.where(top > largest, chunk.start + at, worst)
             largest = np.maximum(largest, top)
-        place = [[*own].index(id(model.program)) for model in models]
+        place = [[*programs].index(id(model.program)) for model in models]
         largest, squares, worst = largest[place], squares[place], worst[place]
-        found = []
-        for model, most, square in zip(models, largest, squares, strict=True):
-            errors = ErrorTable(exact.peak_torque, most, np.sqrt(square / count))
-            found.append(model.stating(replace(model.accuracy, errors=errors)))
+        stated_models = []
+        for model, largest_error, square in zip(models, largest, squares, strict=True):
+            errors = ErrorTable(exact.peak_torque, largest_error, np.sqrt(square / count))
+            stated_models.append(model.stating(replace(model.accuracy, errors=errors)))
         allowed = np.array([model.accuracy.allowed for model in models])
-        return found, worst, largest > allowed
+        return stated_models, worst, largest > allowed
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
         """State the errors of models for growing budgets; one that exceeds its own becomes the one before."""
-        found, _, broken = self.stated(exact, models, exact.form.program)
-        kept: list[SimplifiedModel] = []
-        for model, breaks in zip(found, np.any(broken, axis=1).tolist(), strict=True):
-            asked = model.accuracy
-            if breaks and kept:
-                last = kept[-1]
-                accuracy = replace(last.accuracy, allowed=asked.allowed, budget=asked.budget)
-                kept.append(last.stating(accuracy))
+        checked_models, _, broken = self.stated(exact, models, exact.form.program)
+        result: list[SimplifiedModel] = []
+        for model, breaks in zip(checked_models, np.any(broken, axis=1).tolist(), strict=True):
+            requested = model.accuracy
+            if breaks and result:
+                last = result[-1]
+                accuracy = replace(last.accuracy, allowed=requested.allowed, budget=requested.budget)
+                result.append(last.stating(accuracy))
             else:
-                kept.append(exactly(exact, model.level, asked.allowed, asked.budget) if breaks else model)
-        return tuple(kept)
+                result.append(
+                    exactly(exact, model.level, requested.allowed, requested.budget) if breaks else model
+                )
+        return tuple(result)
 
 
 def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:
     """Set points of the smallest and largest values, shape (blocks, 2, rows), by groups of blocks."""
-    found = []
+    points = []
     for group in groups:
         for side, pick in enumerate((np.argmin, np.argmax)):
             best = pick(values[group, side], axis=0)
-            found.append(np.take_along_axis(places[group, side], best[None], axis=0)[0])
-    return found
+            points.append(np.take_along_axis(places[group, side], best[None], axis=0)[0])
+    return points

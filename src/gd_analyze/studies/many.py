@@ -9,8 +9,10 @@ from typing import Any, Literal, TypeVar
 from gd_analyze.errors import StorageError, UsageError
 
 T = TypeVar("T")
-# Seconds.
-_IDLE, _PATIENCE = 30.0, 10.0
+# Idle time after which a worker whose parent was killed ends, s.
+_IDLE = 30.0
+# How long a Dask scheduler may take to answer, s.
+_PATIENCE = 10.0
 
 
 def each(
@@ -49,17 +51,17 @@ def each(
         return
     from joblib import Parallel, delayed, parallel_config
 
-    with ExitStack() as held:
+    with ExitStack() as stack:
         # Workers whose parent was killed end after this idle time.
         engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE}
         if scheduler is not None:
-            engine, jobs = {"backend": "dask", "client": held.enter_context(_client(scheduler))}, -1
-        held.enter_context(parallel_config(**engine))
-        many = Parallel(
+            engine, jobs = {"backend": "dask", "client": stack.enter_context(_client(scheduler))}, -1
+        stack.enter_context(parallel_config(**engine))
+        parallel = Parallel(
             n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=at_once
         )
         try:
-            yield from many(delayed(_numbered)(work, *task) for task in numbered)
+            yield from parallel(delayed(_numbered)(work, *task) for task in numbered)
         except Exception as error:
             if type(error).__name__ not in ("TerminatedWorkerError", "KilledWorker"):
                 raise
@@ -75,12 +77,12 @@ def _client(scheduler: str) -> Any:
     try:
         import distributed
     except ImportError:
-        step, what = "pip install distributed", "a Dask cluster needs the library distributed"
-        raise UsageError(what, where=f"--scheduler {scheduler}", next_step=step) from None
+        step, message = "pip install distributed", "a Dask cluster needs the library distributed"
+        raise UsageError(message, where=f"--scheduler {scheduler}", next_step=step) from None
     try:
-        made: Any = distributed.Client  # not annotated
-        return made(scheduler, timeout=_PATIENCE, set_as_default=False)
+        client_class: Any = distributed.Client  # not annotated
+        return client_class(scheduler, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         step = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
-        what, found = "no Dask scheduler answers there", str(error) or type(error).__name__
-        raise UsageError(what, where=f"--scheduler {scheduler}", found=found, next_step=step) from None
+        message, reason = "no Dask scheduler answers there", str(error) or type(error).__name__
+        raise UsageError(message, where=f"--scheduler {scheduler}", found=reason, next_step=step) from None

@@ -38,22 +38,22 @@ class StudyFolder:
     """Files NAME.html, NAME.pdf, NAME.json and NAME.h5 in a folder, of one run: see `require_one_run`."""
 
     def __init__(
-        self, folder: Path, name: str, formats: Collection[str], asked: Sequence[str], *, overwrite: bool
+        self, folder: Path, name: str, formats: Collection[str], inputs: Sequence[str], *, overwrite: bool
     ) -> None:
         files = {format_: f"{name}.{format_}" for format_ in (*_WRITERS, "h5")}
-        self._others = require_one_run(folder, files, formats, mark_of(asked), overwrite=overwrite)
+        self._stale = require_one_run(folder, files, formats, mark_of(inputs), overwrite=overwrite)
         self.paths = {format_: folder / files[format_] for format_ in formats}
 
     def write(self, result: Result, dataset: xr.Dataset | None = None) -> None:
         """Write all files once the last is made, the dataset as HDF5, and remove those of another run."""
-        made = {format_: _WRITERS[format_](result) for format_ in self.paths if format_ in _WRITERS}
+        contents = {format_: _WRITERS[format_](result) for format_ in self.paths if format_ in _WRITERS}
         with replacing_together([*self.paths.values()]) as temporaries:
             for format_, temporary in zip(self.paths, temporaries, strict=True):
-                if format_ in made:
-                    temporary.write_bytes(made[format_])
+                if format_ in contents:
+                    temporary.write_bytes(contents[format_])
                 elif dataset is not None:
                     dataset.assign_attrs(result.provenance).to_netcdf(temporary, engine="h5netcdf")
-        for path in self._others:
+        for path in self._stale:
             path.unlink(missing_ok=True)
 
 

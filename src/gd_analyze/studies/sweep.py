@@ -36,8 +36,10 @@ from gd_analyze.text import LARGEST, UNSIGNED
 if TYPE_CHECKING:
     import xarray as xr
 
-# Default number of points of a range; most points of all ranges for which operations are counted.
-USUAL_POINTS, MOST_COUNTED = 21, 1000
+# Default number of points of a range.
+USUAL_POINTS = 21
+# Most points of all ranges for which operations are counted.
+MOST_COUNTED = 1000
 # Largest number of points: some hundred MB.
 _MOST_POINTS = 1_000_000
 _RANGE = re.compile(rf"([^=\s]+)=([-+]?{UNSIGNED})\.\.([-+]?{UNSIGNED})(?::(\d+))?")
@@ -62,16 +64,16 @@ class Range(NamedTuple):
             expected = "NAME=LOW..HIGH[:COUNT], such as link3.mass=1..5:9 or speed=0.1..2"
             raise UsageError("this is not a range", where="--vary", expected=expected, found=repr(text))
         name, low, high, count = match.groups()
-        found = cls(varied.parameter(name), float(low), float(high), int(count or 0))
+        parsed = cls(varied.parameter(name), float(low), float(high), int(count or 0))
         for is_wrong, expected in (
-            (not found.low < found.high, "two numbers, the lower one first"),
-            (max(-found.low, found.high) > LARGEST, f"numbers up to {LARGEST:g}"),
-            (name == SPEED and found.low <= 0.0, "a speed above 0"),
-            (count is not None and not 2 <= found.values <= _MOST_POINTS, "two values to a million"),
+            (not parsed.low < parsed.high, "two numbers, the lower one first"),
+            (max(-parsed.low, parsed.high) > LARGEST, f"numbers up to {LARGEST:g}"),
+            (name == SPEED and parsed.low <= 0.0, "a speed above 0"),
+            (count is not None and not 2 <= parsed.values <= _MOST_POINTS, "two values to a million"),
         ):
             if is_wrong:
                 raise UsageError("the range is not valid", where=where, expected=expected)
-        return found
+        return parsed
 
 
 def sweep(
@@ -147,39 +149,41 @@ def sweep(
     arm = arm_of(arm)
     varied, budget = VariedArm(arm), _usable(budget)
     ranges = [Range.parse(words, varied) for words in ([vary] if isinstance(vary, str) else vary)]
-    names = [one.parameter.name for one in ranges]
+    names = [span.parameter.name for span in ranges]
     if not names or len({(p.part, p.number, p.key, p.component) for p, *_ in ranges}) < len(names):
         raise UsageError("parameters are varied once each", where="--vary", found=", ".join(names) or "none")
-    if samples is not None and any(one.values for one in ranges):
+    if samples is not None and any(span.values for span in ranges):
         step = "leave out :COUNT"
         raise UsageError("samples take the place of a grid", where="--samples", next_step=step)
-    counts = [one.values or USUAL_POINTS for one in ranges] if samples is None else [samples]
+    counts = [span.values or USUAL_POINTS for span in ranges] if samples is None else [samples]
     if not 1 <= math.prod(counts) <= _MOST_POINTS:
-        expected, found = f"1 to {_MOST_POINTS}", str(math.prod(counts))
+        expected, total = f"1 to {_MOST_POINTS}", str(math.prod(counts))
         raise UsageError(
-            "the number of points is out of range", where="--vary", expected=expected, found=found
+            "the number of points is out of range", where="--vary", expected=expected, found=total
         )
     shape = tuple(counts)
     if samples is None:
-        grid = [np.linspace(one.low, one.high, count) for one, count in zip(ranges, counts, strict=True)]
+        grid = [np.linspace(span.low, span.high, count) for span, count in zip(ranges, counts, strict=True)]
         points = np.stack([x.ravel() for x in np.meshgrid(*grid, indexing="ij")], axis=-1)
         dims, coords = names, {name: (name, values) for name, values in zip(names, grid, strict=True)}
     else:
-        low, high = ([getattr(one, end) for one in ranges] for end in ("low", "high"))
+        low, high = ([getattr(span, end) for span in ranges] for end in ("low", "high"))
         points = np.random.default_rng(seed).uniform(low, high, (samples, len(ranges)))
         dims, coords = ["sample"], {name: ("sample", points[:, k]) for k, name in enumerate(names)}
     exact = ExactDynamics.of(arm, trajectory_of(trajectory, arm), drives)
-    every = _Sweep(varied, tuple(one.parameter for one in ranges), exact.thinned(), budget, threshold, jobs)
+    evaluator = _Sweep(
+        varied, tuple(span.parameter for span in ranges), exact.thinned(), budget, threshold, jobs
+    )
     stage("evaluating", len(points))
-    verdict, torque, contribution = every.at(points, progress)
-    labels = [one.label for one in elements(arm.n_joints)]
+    verdict, torque, contribution = evaluator.at(points, progress)
+    labels = [element.label for element in elements(arm.n_joints)]
     labels += [f"without h{i}" for i in range(1, arm.n_joints + 1)]
-    asked = operations or (QUICK if samples is None and len(points) <= MOST_COUNTED else NONE)
+    counting = operations or (QUICK if samples is None and len(points) <= MOST_COUNTED else NONE)
     stage("counting operations", len(points))
-    operation_counts = every.operations(points, asked, progress)
+    operation_counts = evaluator.operations(points, counting, progress)
     stage("bisecting", None)
-    changes = [] if samples is not None else every.changes(grid, verdict.reshape(-1, *shape), precision)
-    element, axis, before, after, at, seen = zip(*changes, strict=True) if changes else [()] * 6
+    changes = [] if samples is not None else evaluator.changes(grid, verdict.reshape(-1, *shape), precision)
+    element, axis, before, after, at, next_value = zip(*changes, strict=True) if changes else [()] * 6
 
     def over(values: Array, *names: str) -> tuple[tuple[str, ...], Array]:
         """Values (..., S) over the points; the leading dimensions come last, in order."""
@@ -196,7 +200,7 @@ def sweep(
             "change_from": ("change", VERDICT_NAMES[np.array(before, dtype=int)]),
             "change_to": ("change", VERDICT_NAMES[np.array(after, dtype=int)]),
             "change_at": (("change", "parameter"), np.array(at).reshape(-1, len(names))),
-            "change_seen": ("change", np.array(seen, dtype=float)),
+            "change_seen": ("change", np.array(next_value, dtype=float)),
         },
         coords
         | {
@@ -205,19 +209,19 @@ def sweep(
             "effort_unit": ("joint", [joint.effort_unit for joint in arm.joints]),
             "of": list(CONTRIBUTIONS),
             "parameter": names,
-            "unit": ("parameter", [one.parameter.unit for one in ranges]),
-            "precision": ("parameter", [precision * (one.high - one.low) for one in ranges]),
-            "nominal": ("parameter", [varied.value(one.parameter) for one in ranges]),
+            "unit": ("parameter", [span.parameter.unit for span in ranges]),
+            "precision": ("parameter", [precision * (span.high - span.low) for span in ranges]),
+            "nominal": ("parameter", [varied.value(span.parameter) for span in ranges]),
         },
         {
             "arm": arm.name,
             "arm_fingerprint": fingerprint(arm),
             **{key: str(value) for key, value in exact.states.described.items()},
-            "set_points_used": len(every.exact.states),
+            "set_points_used": len(evaluator.exact.states),
             "drives": int(exact.form.drives),
             "threshold": float(threshold),
             "budget": str(budget),
-            "operations_by": asked,
+            "operations_by": counting,
             **({} if samples is None else {"samples": samples, "seed": seed}),
         },
     )
@@ -261,60 +265,70 @@ class _Sweep:
             (self, dict(zip(changed, values.tolist(), strict=True)), bodies.at(group), speed[group])
             for values, group in zip(alike, groups, strict=True)
         )
-        found: list[Array] = []
+        results: list[Array] = []
         for number, arrays in each(_Sweep.of_geometry, tasks, self.jobs if len(groups) > 1 else 1):
-            if not found:
-                found = [np.empty((*array.shape[:-1], count), array.dtype) for array in arrays]
-            for whole, array in zip(found, arrays, strict=True):
+            if not results:
+                results = [np.empty((*array.shape[:-1], count), array.dtype) for array in arrays]
+            for whole, array in zip(results, arrays, strict=True):
                 whole[..., groups[number]] = array
             progress(len(groups[number]))
-        return found[0], found[1], found[2]
+        return results[0], results[1], results[2]
 
     def of_geometry(
         self, changed: Mapping[Parameter, float], bodies: Bodies, speed: FloatArray
     ) -> tuple[Array, FloatArray, FloatArray]:
         """Do the same for arms of one geometry."""
         arm = self.varied.at(changed) if changed else self.varied.arm
-        found = peaks(arm, bodies, *self.exact.states.last, speed)
-        parts, noise = found.contributions, ROUND_OFF_SHARE * found.torque.max(axis=0)
-        verdicts = found.verdicts(self.threshold, self._allowed(arm, found.torque))
-        return verdicts, found.torque, np.where(parts > noise, parts, 0.0)
+        peak_values = peaks(arm, bodies, *self.exact.states.last, speed)
+        parts, noise = peak_values.contributions, ROUND_OFF_SHARE * peak_values.torque.max(axis=0)
+        verdicts = peak_values.verdicts(self.threshold, self._allowed(arm, peak_values.torque))
+        return verdicts, peak_values.torque, np.where(parts > noise, parts, 0.0)
 
     def _allowed(self, arm: RobotArm, peak: FloatArray) -> FloatArray:
         """Allowed error, (n, S): the larger of shares of the peaks and amounts independent of them."""
-        none, vast = np.zeros(arm.n_joints), np.full(arm.n_joints, _VAST)
-        least, share = (self.budget.allowed(ReferenceTorques(arm, x))[:, None] for x in (none, vast))
+        no_torque, vast_torque = np.zeros(arm.n_joints), np.full(arm.n_joints, _VAST)
+        least, share = (
+            self.budget.allowed(ReferenceTorques(arm, x))[:, None] for x in (no_torque, vast_torque)
+        )
         floor = np.maximum(ROUND_OFF_SHARE * peak.max(axis=0), np.finfo(float).tiny)
         return np.maximum(np.maximum(share / _VAST * peak, least), floor)
 
     def changes(self, grid: Sequence[FloatArray], verdict: Array, precision: float) -> list[_Change]:
         """Bisect every change of a verdict (E + n, ...) between neighbours on the grid."""
-        found: list[_Change] = []
+        found_changes: list[_Change] = []
         for axis, values in enumerate(grid):
             close = max(precision * (values[-1] - values[0]), 4 * np.spacing(np.abs(values).max()))
-            many = np.moveaxis(verdict, axis + 1, -1)
-            place = np.argwhere(many[..., :-1] != many[..., 1:])
+            verdicts = np.moveaxis(verdict, axis + 1, -1)
+            place = np.argwhere(verdicts[..., :-1] != verdicts[..., 1:])
             element, index = place[:, 0], np.insert(place[:, 1:-1], axis, place[:, -1], axis=1)
             base = np.stack([x[index[:, k]] for k, x in enumerate(grid)], axis=-1)
             low, high = base[:, axis].copy(), values[index[:, axis] + 1]
-            before, after = many[tuple(place.T)], many[(*place.T[:-1], place[:, -1] + 1)]
+            before, after = verdicts[tuple(place.T)], verdicts[(*place.T[:-1], place[:, -1] + 1)]
             while len(element):
-                at, end, told = low, high, after
+                at, end, verdict_at_end = low, high, after
                 while (end - at > close).any():
                     base[:, axis] = (at + end) / 2
                     points, which = np.unique(base, axis=0, return_inverse=True)
-                    now = self.at(points)[0][element, which.ravel()]
-                    same = now == before
+                    verdict_at_middle = self.at(points)[0][element, which.ravel()]
+                    same = verdict_at_middle == before
                     at, end = np.where(same, base[:, axis], at), np.where(same, end, base[:, axis])
-                    told = np.where(same, told, now)
+                    verdict_at_end = np.where(same, verdict_at_end, verdict_at_middle)
                 base[:, axis] = (at + end) / 2
-                columns = (x.tolist() for x in (element, before, told, base, high))
-                found += [(e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)]
+                columns = (x.tolist() for x in (element, before, verdict_at_end, base, high))
+                found_changes += [
+                    (e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)
+                ]
                 # There is a third verdict between the two.
-                more = told != after
-                low, before = end[more], told[more]
+                more = verdict_at_end != after
+                low, before = end[more], verdict_at_end[more]
                 element, base, high, after = element[more], base[more], high[more], after[more]
-        return sorted(found, key=lambda one: (one[1], one[4][one[1]]))
+
+        def position(change: _Change) -> tuple[int, float]:
+            """The parameter along which a verdict changes, and its value there."""
+            axis, values = change[1], change[4]
+            return axis, values[axis]
+
+        return sorted(found_changes, key=position)
 
     def operations(self, points: FloatArray, by: str, progress: Callable[[int], None]) -> FloatArray:
         """Operations of the simplified model at every point, (S,); nan where there are none."""
@@ -329,7 +343,7 @@ class _Sweep:
     def count(self, point: Sequence[float], by: str) -> float:
         """Operations at one point."""
         values, states = dict(zip(self.parameters, point, strict=True)), self.exact.states
-        speed = next((value for one, value in values.items() if one.key == SPEED), 1.0)
+        speed = next((value for parameter, value in values.items() if parameter.key == SPEED), 1.0)
         states = replace(states, qd=speed * states.qd, qdd=speed**2 * states.qdd)
         with without_cache():
             drives = self.exact.form.drives
@@ -348,6 +362,6 @@ def _usable(budget: Budget | str | None) -> Budget:
     """A budget that can be evaluated from each arm's torque alone."""
     budget = Budget.of(budget)
     if "uncertainty" in budget.wholes:
-        what, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
-        raise UsageError(what, where=budget.option, expected=expected, found=str(budget))
+        message, expected = "a sweep knows no uncertainty", "shares of peak, limit or friction, or N m"
+        raise UsageError(message, where=budget.option, expected=expected, found=str(budget))
     return budget

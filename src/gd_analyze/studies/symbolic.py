@@ -41,7 +41,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     sp, s = _sympy(), _symbols()
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
     qd = np.array([[s["thetad1"]], [s["thetad2"]]], dtype=object)
-    given = formulation.dynamics(_symbolic_arm(s), q, qd)
+    dynamics = formulation.dynamics(_symbolic_arm(s), q, qd)
 
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
@@ -49,9 +49,9 @@ def two_link_closed_forms(method: str) -> ClosedForms:
         # Sums of angles stay in the founding text's form: cos(theta1 + theta2), not its expansion.
         return sp.trigsimp(sp.expand(rational.subs(rods)))
 
-    parts = (given.inertia, given.coriolis_centrifugal, given.gravity_loading)
-    every = (np.vectorize(exact, otypes=[object])(part).reshape(2, -1).tolist() for part in parts)
-    return ClosedForms(*map(sp.Matrix, every))
+    parts = (dynamics.inertia, dynamics.coriolis_centrifugal, dynamics.gravity_loading)
+    matrices = (np.vectorize(exact, otypes=[object])(part).reshape(2, -1).tolist() for part in parts)
+    return ClosedForms(*map(sp.Matrix, matrices))
 
 
 def text_closed_forms() -> ClosedForms:
@@ -75,18 +75,18 @@ def text_closed_forms() -> ClosedForms:
 def symbolic_result(robot: str) -> Result:
     """D, h and c of the two-link arm by every formulation, compared with the founding text."""
     if robot != "two_link":
-        what = "only the founding text's two-link arm has closed forms here"
-        raise UsageError(what, where="--symbolic", expected="two_link", found=robot)
+        message = "only the founding text's two-link arm has closed forms here"
+        raise UsageError(message, where="--symbolic", expected="two_link", found=robot)
     text = text_closed_forms()
     forms = {name: two_link_closed_forms(name) for name in METHODS}
-    methods = {name: found.entries() | {"is_the_text's": same(found, text)} for name, found in forms.items()}
+    methods = {name: form.entries() | {"is_the_text's": same(form, text)} for name, form in forms.items()}
     # Formulations that end in the same expressions are listed together.
     alike: dict[tuple[tuple[str, object], ...], list[str]] = {}
     for name, entries in methods.items():
         alike.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
     sections = []
-    for (*found, (_, is_text)), titles in alike.items():
-        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in found))
+    for (*labelled_entries, (_, is_text)), titles in alike.items():
+        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in labelled_entries))
         note = "As in FGL87." if is_text else "NOT as in FGL87."
         sections.append(Section("", "; ".join(titles), (equations,), note=note))
     facts = (Fact("text", "", text.entries()), Fact("methods", "", methods))
@@ -94,9 +94,9 @@ def symbolic_result(robot: str) -> Result:
     return Result("Two-link planar arm", subtitle, facts=facts, parts=tuple(sections))
 
 
-def same(one: ClosedForms, other: ClosedForms) -> bool:
+def same(first: ClosedForms, second: ClosedForms) -> bool:
     """Whether D, h and c are equal, whatever their form."""
-    return all(_sympy().simplify(a - b).is_zero_matrix for a, b in zip(one, other, strict=True))
+    return all(_sympy().simplify(a - b).is_zero_matrix for a, b in zip(first, second, strict=True))
 
 
 @dataclass(frozen=True)
@@ -153,6 +153,6 @@ def _sympy() -> Any:
     try:
         import sympy
     except ImportError:
-        what, fix = "this needs SymPy, which is not installed", "pip install sympy"
-        raise UsageError(what, next_step=fix) from None
+        message, step = "this needs SymPy, which is not installed", "pip install sympy"
+        raise UsageError(message, next_step=step) from None
     return sympy

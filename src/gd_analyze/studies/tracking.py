@@ -45,10 +45,14 @@ _WORDS = re.compile(
 _LOOP = re.compile(r"\b(?:at(?!\s+(?:the\s+)?(?:end|tip)\b)|damping\b).*", re.IGNORECASE)
 _NOT_RAD = re.compile(rf"at\s+({UNSIGNED})\s*(hz|damping\b|$)", re.IGNORECASE)
 _LENGTH = re.compile(rf"({UNSIGNED})\s*(mm|m)")
-# Loop rate, Hz, and least number of periods per radian of the bandwidth.
-_RATE, _PERIODS = 500.0, 25.0
-# Most searches, and the share that the next one aims at if a model tracks worse than asked for.
-_SEARCHES, _AIM = 4, 0.9
+# Usual loop rate, Hz.
+_RATE = 500.0
+# Least number of loop periods per radian of the bandwidth.
+_PERIODS = 25.0
+# Most searches.
+_SEARCHES = 4
+# Share of the allowed error that the next search aims at if a model tracks worse than asked for.
+_AIM = 0.9
 
 
 @dataclass(frozen=True)
@@ -126,8 +130,8 @@ class TrackingBudget:
         if self.tip is None or loop.lost_at is not None:
             return float((loop.peak_error / study.tolerance).max())
         q, _, _ = Reference.of(followable(study.motion)).at(loop.time)
-        apart = tip_position(study.arm, q) - tip_position(study.arm, q - loop.error.T)
-        return float(np.linalg.norm(apart, axis=0).max() / self.tip)
+        deviation = tip_position(study.arm, q) - tip_position(study.arm, q - loop.error.T)
+        return float(np.linalg.norm(deviation, axis=0).max() / self.tip)
 
     def bound(self, study: ControlStudy) -> float | None:
         """Proven bound on this share for the continuous loop with the model's D; None if there is none."""
@@ -175,8 +179,8 @@ class Tracked(NamedTuple):
     def beside(self, result: Result) -> Result:
         """Add the requested, simulated and bounded tracking error to the facts of the model."""
         share, bound = self.budget.share(self.study, self.controller), self.budget.bound(self.study)
-        found, arm = self.budget.amount(share, self.study.arm), self.study.arm
-        simulated = f"{found}, {self.controller.title}, {self.budget.settings.usual_rate:g} Hz"
+        error_text, arm = self.budget.amount(share, self.study.arm), self.study.arm
+        simulated = f"{error_text}, {self.controller.title}, {self.budget.settings.usual_rate:g} Hz"
         proven = "none: no margins around the motion enclose the error"
         if bound is not None:
             proven = f"at most {self.budget.amount(rounded_up(bound), arm)}, continuous loop, D sampled"
@@ -187,7 +191,7 @@ class Tracked(NamedTuple):
             Fact("tracking_searches", "", self.searches),
         )
         more = "" if share <= 1.0 else f", more than the {self.budget.amount(1.0, arm)} asked for"
-        line = f"Tracking error {found}, simulated{more}."
+        line = f"Tracking error {error_text}, simulated{more}."
         return replace(result, headline=f"{result.headline} {line}", facts=(*result.facts, *facts))
 
 
@@ -226,9 +230,9 @@ def tracking_budget(
     >>> str(gd.tracking_budget("two_link", "two-link-swing", "0.2deg at 20 rad/s")) == str(budget.scaled(2.0))
     True
     """
-    of, budget = arm_of(arm), TrackingBudget.parse(f"tracking {text}")
+    robot, budget = arm_of(arm), TrackingBudget.parse(f"tracking {text}")
     assert budget is not None  # of that word
-    form, motion = ExactForm(of, of.counts_drives(drives)), trajectory_of(trajectory, of)
+    form, motion = ExactForm(robot, robot.counts_drives(drives)), trajectory_of(trajectory, robot)
     return Budget.of_torques(budget.torques(form, motion).tolist())
 
 
@@ -245,13 +249,13 @@ def simplify_for_tracking(
         If there is not exactly one motion, or the exact model tracks worse than asked for.
     """
     if motion is None or motion.motions:
-        what, wanted = "a tracking budget needs one motion", "one trajectory"
-        raise UsageError(what, where="--budget", expected=wanted, found="several" if motion else "none")
+        message, wanted = "a tracking budget needs one motion", "one trajectory"
+        raise UsageError(message, where="--budget", expected=wanted, found="several" if motion else "none")
     torques, searches, share = budget.torques(form, motion), 0, np.inf
     while share > 1.0 and searches < _SEARCHES:
         torques, searches = torques * min(1.0, _AIM / share if np.isfinite(share) else 1.0), searches + 1
-        held = search(Budget.of_torques(-rounded_up(-x) for x in torques.tolist()))
-        study = control(held.model, motion, budget.settings)
+        held_model = search(Budget.of_torques(-rounded_up(-x) for x in torques.tolist()))
+        study = control(held_model.model, motion, budget.settings)
         possible = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
         controller = min(possible, key=lambda law: budget.share(study, law))
         share, least = budget.share(study, controller), budget.share(study, EXACT)
@@ -263,7 +267,7 @@ def simplify_for_tracking(
                 expected=f"{number(least / _AIM)} times as much or more, or a loop of more bandwidth",
                 found=f"{budget.text!r}, at {rate:g} Hz",
             )
-    return Tracked(held, budget, study, controller, searches)
+    return Tracked(held_model, budget, study, controller, searches)
 
 
 def tip_position(arm: RobotArm, q: FloatArray) -> FloatArray:
