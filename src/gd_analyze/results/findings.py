@@ -57,9 +57,9 @@ class Findings(Run):
     def _repr_html_(self) -> str:
         """Operations and errors of the model, sampled and proven, for a notebook."""
         proven = np.asarray(self.tables["tube"].tube_certified.values)
-        shown = joint_errors(self.model, proven).shown()
-        headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown]
-        rows = [list(row) for row in zip(*(cells for _, _, cells in shown), strict=True)]
+        shown_columns = joint_errors(self.model, proven).shown()
+        headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown_columns]
+        rows = [list(row) for row in zip(*(cells for _, _, cells in shown_columns), strict=True)]
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
         answer, stops = headline(self.model), self.tables.get("stops")
         if stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position:
@@ -87,10 +87,10 @@ def provenance(command: str) -> dict[str, str]:
 
 
 def provenance_of_run(
-    command: str, asked: Sequence[Any], everything: Any, *, repeats: bool
+    command: str, settings: Sequence[Any], everything: Any, *, repeats: bool
 ) -> dict[str, str]:
     """`provenance` with the mark of the run as "run"; if the run `repeats`, without time and command."""
     source = provenance(command)
     passing = ("created", "command") if repeats else ()
     lasting = {key: value for key, value in source.items() if key not in passing}
-    return source | {"run": mark_of(asked, [everything, lasting])}
+    return source | {"run": mark_of(settings, [everything, lasting])}

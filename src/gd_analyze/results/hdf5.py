@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 _VERSIONS = ("v110", "v110")
 # Attributes that make a dimension scale.
 OF_SCALES = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
-# Attributes with a variable's dimensions, for us, and its coordinates and types, for xarray.
-_DIMS, _COORDINATES, _DTYPE, _ENCODING = "dims", "coordinates", "dtype", "_Encoding"
+# Attribute with a variable's dimensions, for us.
+_DIMS = "dims"
+# Attributes with a table's coordinates and a variable's types, for xarray.
+_COORDINATES, _DTYPE, _ENCODING = "coordinates", "dtype", "_Encoding"
 # netCDF's name of a dimension without labels; its length follows.
 _WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
 _NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
@@ -56,7 +58,7 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
         is_long = _is_long(variable)
         values, coding = _stored(np.empty(0, variable.dtype) if is_long else variable.values)
         require_numbers(values, str(key), name)
-        made = group.create_dataset(
+        stored = group.create_dataset(
             str(key),
             variable.shape,
             values.dtype,
@@ -65,7 +67,7 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
             fletcher32=variable.size > 0,
             track_order=True,
         )
-        _describe(made, variable.attrs | coding | {_DIMS: " ".join(map(str, variable.dims))})
+        _describe(stored, variable.attrs | coding | {_DIMS: " ".join(map(str, variable.dims))})
     for dim, size in dataset.sizes.items():
         if dim not in dataset.variables:
             group.create_dataset(str(dim), (size,), ">f4").make_scale(f"{_WITHOUT_LABELS}{size:10d}")
@@ -122,13 +124,13 @@ def _restored(array: Array, attributes: dict[str, Any]) -> Array:
 
 def read_attributes(item: Any) -> dict[str, Any]:
     """Attributes of a file, a group or a variable as plain values, in the order written."""
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for name in item.attrs:
         if name not in OF_SCALES:
             if not _is_plain(item.attrs.get_id(name).dtype):
                 raise StoreError(f"attribute {name} of {item.name} has a type that is never written")
-            found[name] = _restored(np.asarray(item.attrs[name]), {}).tolist()
-    return found
+            attributes[name] = _restored(np.asarray(item.attrs[name]), {}).tolist()
+    return attributes
 
 
 def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
@@ -206,20 +208,20 @@ class SoundFile(io.FileIO):
     def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
         self.failure: OSError | None = None
-        self._kept: dict[int, bytearray] = {}
+        self._pages: dict[int, bytearray] = {}
 
     def write(self, data: Any) -> int:
         """Write all of `data` at the file's position."""
         whole = memoryview(data).cast("B")
-        start, left = self.tell(), whole
+        start, remaining = self.tell(), whole
         try:
-            while self.failure is None and left:
-                left = left[super().write(left) :]
+            while self.failure is None and remaining:
+                remaining = remaining[super().write(remaining) :]
         except OSError as error:
             self.failure = error
         if self.failure is not None:
             for page, place, piece in self._pieces(start, whole):
-                self._kept.setdefault(page, self._page(page))[place : place + len(piece)] = piece
+                self._pages.setdefault(page, self._page(page))[place : place + len(piece)] = piece
         self.seek(start + len(whole))
         return len(whole)
 
@@ -253,8 +255,8 @@ class SoundFile(io.FileIO):
 
     def _page(self, number: int) -> bytearray:
         """A page from memory, or from the disk, padded with zeros."""
-        if number in self._kept:
-            return self._kept[number]
+        if number in self._pages:
+            return self._pages[number]
         page = bytearray(_PAGE)
         self.seek(number * _PAGE)
         super().readinto(page)

@@ -52,24 +52,29 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     The result is a share of peak torque for such a budget, in N m for a budget in N m for all joints, and
     otherwise a share of the budget.
     """
-    asked, arm = model.accuracy.asked, model.arm
+    budget, arm = model.accuracy.asked, model.arm
     error = model.accuracy.errors.largest if bound is None else bound
-    in_torque = asked.wholes == {"torque"} and len(set(asked.entries)) == 1 and len(set(arm.is_revolute)) == 1
+    in_torque = (
+        budget.wholes == {"torque"} and len(set(budget.entries)) == 1 and len(set(arm.is_revolute)) == 1
+    )
     sizes = error if in_torque else model.accuracy.shares_of(error)
     joint = int(sizes.argmax())
-    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (asked.shares_of, "")
+    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (budget.shares_of, "")
     return WorstError(joint + 1, float(sizes[joint]), bound is not None, of, unit)
 
 
 def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
-    left, full = model.operations, model.operations_full
-    counts = {"operations": left, "operations_full": full}
+    simplified, full = model.operations, model.operations_full
+    counts = {"operations": simplified, "operations_full": full}
     totals = [asdict(count) | {"total": count.total} for count in counts.values()]
-    apart = model.functions, model.form.functions
-    counts_apart = [{name: program.count.total for name, program in each._asdict().items()} for each in apart]
+    function_sets = model.functions, model.form.functions
+    counts_apart = [
+        {name: program.count.total for name, program in functions._asdict().items()}
+        for functions in function_sets
+    ]
     return (
-        Fact("operations", "Torque, operations", totals[0], text=f"{left} instead of {full.total}"),
+        Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.total}"),
         Fact("operations_full", "", totals[1]),
         _time_fact(model),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
@@ -125,8 +130,8 @@ def structure_note(model: SimplifiedModel) -> str:
     if not model.level.has_torque_terms or model.is_exact:
         return ""
     gamma = model.accuracy.gamma
-    own = H_NOTE * (not model.level.is_mechanical)
-    return "\n".join(filter(None, [own, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
+    h_note = "" if model.level.is_mechanical else H_NOTE
+    return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
 def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
@@ -134,29 +139,29 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
-    of = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
-    known = proven is not None and bool(np.isfinite(proven).all())
+    share_label = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
+    is_proven = proven is not None and bool(np.isfinite(proven).all())
     columns = [
         *joint_columns(model.arm.joints),
         Column("peak_torque", "peak", errors.peak_torque, units, meaning="peak torque"),
         Column("allowed_error", "allowed", accuracy.allowed, units),
-        Column("largest_error", "error" * saves, errors.largest, units),
-        Column("", of * saves, accuracy.shares, shown="percent"),
-        Column("rms_error", "RMS" * (saves and not known), errors.rms, units),
+        Column("largest_error", "error" if saves else "", errors.largest, units),
+        Column("", share_label if saves else "", accuracy.shares, shown="percent"),
+        Column("rms_error", "RMS" if saves and not is_proven else "", errors.rms, units),
         Column("largest_share", "", errors.largest_share),
         Column("rms_share", "", errors.rms_share),
         Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),
     ]
-    if proven is not None and known and saves:
+    if proven is not None and is_proven and saves:
         columns.append(Column("", "proven", proven, units, "bound"))
-        columns.append(Column("", of, accuracy.shares_of(proven), shown="bound_percent"))
+        columns.append(Column("", share_label, accuracy.shares_of(proven), shown="bound_percent"))
     return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
 
 
 def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
     """Norm of the torque error over norm of the torque, by share of states."""
     rows = [{"states": norm.states, "share": norm.share} for norm in norms]
-    label = "Norm, error/torque" * bool(norms)
+    label = "Norm, error/torque" if norms else ""
     note = "revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
     return (Fact("norms", label, rows, text=norms_text(norms), note=note),)
 
@@ -190,10 +195,14 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
         )
     costs = f"{model.operations.total} operations instead of {full}"
     if model.level.is_structured:
-        apart, exact = (each.operations.total for each in (model.functions, model.form.functions))
-        costs = f"D, h and c in {apart} operations instead of {exact}; torque in {model.operations.total} "
+        simplified, exact = (
+            functions.operations.total for functions in (model.functions, model.form.functions)
+        )
+        costs = (
+            f"D, h and c in {simplified} operations instead of {exact}; torque in {model.operations.total} "
+        )
         costs += f"instead of {full}"
-    use = f" {TORQUE_ONLY.capitalize()}." * model.is_torque_only
+    use = f" {TORQUE_ONLY.capitalize()}." if model.is_torque_only else ""
     return f"{costs}. {error or error_text(model)}.{use}"
 
 

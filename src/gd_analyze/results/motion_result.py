@@ -21,13 +21,18 @@ from gd_analyze.text import amount, named_joints, number, with_error
 if TYPE_CHECKING:
     import xarray as xr
 
-# Most elements named in a fact, and most motions with a column each.
-_NAMED, MOST_COLUMNS = 8, 12
+# Most elements named in a fact.
+_NAMED = 8
+# Most motions with a column each.
+MOST_COLUMNS = 12
 # A motion that allows a joint this many times less error than others is named: it may cost operations.
 _STRICT = 20.0
-# A residual after friction beyond this multiple of the noise (RMS) has another cause; multiples for other
-# wordings. A log filtered before has next to no noise.
-_NOISE, _MUCH, _BEYOND = 3.0, 10.0, 1000
+# A residual after friction beyond this multiple of the noise (RMS) has another cause.
+_NOISE = 3.0
+# Beyond this multiple a measurement follows the model "in part", below it "roughly".
+_MUCH = 10.0
+# Multiples beyond this are not written out: a log filtered before has next to no noise.
+_BEYOND = 1000
 # Possible reasons why a measured torque contradicts the model.
 _CHECK = {
     "too light": ("masses", "payload", "the unit of the torques"),
@@ -99,12 +104,13 @@ def _verdict_text(row: Row) -> str:
     if verdict in ("too light", "too heavy") and slope:
         factor = slope if verdict == "too light" else 1.0 / slope
         return f"{verdict} by a factor {factor:{'.0f' if factor > 99.5 else '.2g'}}"
-    if verdict.startswith("follows") and row["noise"] and (left := row["rms_beside_friction"]):
-        times = left / row["noise"]
+    residual = row["rms_beside_friction"]
+    if verdict.startswith("follows") and row["noise"] and residual:
+        times = residual / row["noise"]
         share = number(times, 2) if times < _BEYOND else f"over {_BEYOND}"
         if times > _NOISE:
-            much = "in part" if times > _MUCH else "roughly"
-            verdict = verdict.replace("follows", f"follows {much}")
+            extent = "in part" if times > _MUCH else "roughly"
+            verdict = verdict.replace("follows", f"follows {extent}")
             verdict += f"; friction leaves {share} times the noise"
     if row["drive_inertia"]:
         verdict += f": the difference follows qdd like a drive of {row['drive_inertia']:.2g} kg m^2"
@@ -129,9 +135,9 @@ def torque_warning(table: xr.Dataset, arm: str) -> str:
     """Joints at which the model contradicts the measurement, and what to check."""
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
     places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
-    said = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
+    descriptions = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
     check = f"Check {', '.join(places)}; `gd-analyze identify` fits a model to the log"
-    return f"measured torques contradict the model of {arm}: {said}. {check}"
+    return f"measured torques contradict the model of {arm}: {descriptions}. {check}"
 
 
 def motion_rows(findings: Findings) -> list[Row]:
@@ -142,12 +148,12 @@ def motion_rows(findings: Findings) -> list[Row]:
     """
     table = findings.tables["motions"]
     used = share_of(table.largest_error.values, table.allowed_error.values)
-    told = table.rename(motion_origin="origin")
+    renamed = table.rename(motion_origin="origin")
     names = ("motion", "origin", "set_points", "duration")
     per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
     return [
         {
-            **{name: told[name].values[k].tolist() for name in (*names, *per_joint)},
+            **{name: renamed[name].values[k].tolist() for name in (*names, *per_joint)},
             "used": used[k].tolist(),
             "worst": float(used[k].max()),
             "joint": int(used[k].argmax()) + 1,
@@ -166,10 +172,10 @@ def verdict_rows(findings: Findings) -> list[Row]:
     table = findings.tables["motions"]
     names = ("element", "quantity", "verdict", "torque_share")
     rows = []
-    for element, quantity, found, shares in zip(
+    for element, quantity, by_motion, shares in zip(
         *(table[name].values.tolist() for name in names), strict=True
     ):
-        verdicts = [effect_of({"quantity": quantity}, verdict) for verdict in found]
+        verdicts = [effect_of({"quantity": quantity}, verdict) for verdict in by_motion]
         changes = len({"" if verdict in NOTHING else verdict for verdict in verdicts}) > 1
         rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows
@@ -208,7 +214,7 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
     if changing and len(rows) <= MOST_COLUMNS:
         columns = [Column("", "element", names, shown="text")]
         for k, row in enumerate(rows):
-            marks = [LETTERS[one["verdicts"][k]] for one in changing]
+            marks = [LETTERS[verdict_row["verdicts"][k]] for verdict_row in changing]
             columns.append(Column("", row["motion"], marks, shown="text"))
         title = "Verdict along each motion: T translation, R rotation, J drive, – negligible"
         parts.append(Table("", title, tuple(columns), top=top))
@@ -224,24 +230,24 @@ def strict_notice(findings: Findings) -> str:
     """Name a joint to which one motion allows far less error than another, and the remedy; "" if none."""
     if "motions" not in findings.tables:
         return ""
-    table, arm, asked = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
+    table, arm, budget = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
     allowed, names = table.allowed_error.values, table.motion.values
     ratio = allowed.max(axis=0) / allowed.min(axis=0)
-    if not (ratio >= _STRICT).any() or not asked.wholes & {"peak", "uncertainty"}:
+    if not (ratio >= _STRICT).any() or not budget.wholes & {"peak", "uncertainty"}:
         return ""
     joint = int(ratio.argmax())
     least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
     needs = amount(float(table.peak_torque.values[least, joint]), arm.joints[joint].effort_unit)
-    said = (
+    text = (
         f"Joint {joint + 1} needs up to {needs} along {names[least]} and is allowed "
         f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
     )
     if findings.model.notice:
-        return said
+        return text
     friction = ReferenceTorques(arm, np.zeros(arm.n_joints)).all("friction")
-    if len(asked.entries) == 1 and np.isfinite(friction).all():
-        return f'{said} --budget "{asked} or 10% friction" sets a floor.'
-    return f"{said} An amount in N m in --budget, or a share of friction, sets a floor."
+    if len(budget.entries) == 1 and np.isfinite(friction).all():
+        return f'{text} --budget "{budget} or 10% friction" sets a floor.'
+    return f"{text} An amount in N m in --budget, or a share of friction, sets a floor."
 
 
 def _noise_rows(findings: Findings) -> list[Row]:
@@ -284,8 +290,8 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     open_ = "Elements whose verdict the noise decides"
     parts = (
         Fact("treatment", "", table.attrs["treatment"].split("\n")),
-        Fact("within_noise", noisy * bool(within), within, text=_named(within)),
-        Fact("verdict_open", open_ * bool(undecided), undecided, text=_named(undecided)),
+        Fact("within_noise", noisy if within else "", within, text=_named(within)),
+        Fact("verdict_open", open_ if undecided else "", undecided, text=_named(undecided)),
         table_of("joints", "Noise of the readings (standard deviation)", _noise_rows(findings), labels),
         Fact("elements", "", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
         Fact("columns", "", columns),
@@ -302,12 +308,12 @@ def recording_notices(findings: Findings) -> list[str]:
     if findings.trajectory.motions:
         lowest = number(float(table.cutoff.values.min()))
         smoothed = f"readings smoothed without delay, cut-off {lowest} Hz or higher"
-    said = [f"Measured motion, not a plan: {smoothed}."]
+    texts = [f"Measured motion, not a plan: {smoothed}."]
     beyond = [row["joint"] for row in rows if row["of_allowed"] > 1.0]
     if beyond:
-        said.append(
+        texts.append(
             "Noise left in the accelerations exceeds the allowed torque error at "
             f"{named_joints(beyond, len(rows))}: models for this budget follow the noise, too. A lower "
             "--cutoff leaves less noise."
         )
-    return said
+    return texts

@@ -59,10 +59,10 @@ def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
 
 
 def every_set_point_table(
-    arm: RobotArm, motion: Trajectory, model: SimplifiedModel, *, drives: bool | None, **kept: bool
+    arm: RobotArm, motion: Trajectory, model: SimplifiedModel, *, drives: bool | None, **options: bool
 ) -> xr.Dataset:
     """Tabulate the decomposition and the model's torque at all set points, evaluated on access."""
-    arrays = arrays_on_demand(arm, motion, drives, **kept)
+    arrays = arrays_on_demand(arm, motion, drives, **options)
 
     def simplified(rows: NDArray[np.intp]) -> FloatArray:
         return model.torque(*(getattr(motion, kind)[rows] for kind in ("q", "qd", "qdd")))
@@ -115,7 +115,7 @@ def motions_table(
 ) -> xr.Dataset:
     """Tabulate the results along each motion and the bounds near it, in the order of the overall ranking."""
     motions, along, labels = trajectory.motions, accuracy.motions, dominance.element.values
-    ranked = [one.sel(element=labels) for one in ranked]
+    ranked = [ranking.sel(element=labels) for ranking in ranked]
     times = [trajectory.time[motion.rows] for motion in motions]
     about = {f"motion_{name}": ("motion", [getattr(motion, name) for motion in motions]) for name in _ABOUT}
     return table(
@@ -123,12 +123,12 @@ def motions_table(
         {
             "set_points": [motion.n_set_points for motion in motions],
             "duration": [float(time[-1] - time[0]) for time in times],
-            "peak_torque": np.array([one.errors.peak_torque for one in along]),
-            "allowed_error": np.array([one.allowed for one in along]),
-            "largest_error": np.array([one.errors.largest for one in along]),
-            "rms_error": np.array([one.errors.rms for one in along]),
+            "peak_torque": np.array([motion_accuracy.errors.peak_torque for motion_accuracy in along]),
+            "allowed_error": np.array([motion_accuracy.allowed for motion_accuracy in along]),
+            "largest_error": np.array([motion_accuracy.errors.largest for motion_accuracy in along]),
+            "rms_error": np.array([motion_accuracy.errors.rms for motion_accuracy in along]),
             "certified": _certified(certificate, (len(along), arm.n_joints)),
-            **{name: np.stack([one[name].values for one in ranked], axis=1) for name in _RANKED},
+            **{name: np.stack([ranking[name].values for ranking in ranked], axis=1) for name in _RANKED},
         },
         arm.is_revolute,
         {
@@ -173,7 +173,7 @@ def recording_table(
     drives = np.diag(arm.drive_inertia) if "drive_torque" in dataset else 0.0
     torque_noise = np.sqrt(np.square((inertia + drives) * sigma).sum(axis=2).mean(axis=0))
     noise = _of_elements(inertia, np.broadcast_to(sigma, (len(points), len(sigma))), dominance)
-    made = _of_elements(inertia, trajectory.qdd[points], dominance)
+    motion_torque = _of_elements(inertia, trajectory.qdd[points], dominance)
     peak = dominance.torque_peak.values
     floor = np.asarray(dominance.attrs["floor"])[dominance.torque_joint.values - 1]
     return table(
@@ -185,7 +185,7 @@ def recording_table(
             "noise_qdd": sigma,
             "torque_noise": torque_noise,
             "element_noise": noise,
-            "within_noise": (noise > 0.0) & (made <= _MAY_BE_NOISE * noise),
+            "within_noise": (noise > 0.0) & (motion_torque <= _MAY_BE_NOISE * noise),
             "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= _NEARLY_ALWAYS * noise),
             **{f"column_{name}": _words(recording, name) for name in ("role", "joint", "unit", "why")},
         },
@@ -211,17 +211,17 @@ def _words(recording: Recording, name: str) -> np.ndarray:
 
 def _recording_in(tables: Mapping[str, xr.Dataset]) -> Recording:
     """Restore the recording of a tabulated motion."""
-    found, torques = tables["recording"], tables.get("measured_torque")
+    recording, torques = tables["recording"], tables.get("measured_torque")
     names = ("column", "column_role", "column_joint", "column_unit", "column_why")
-    columns = zip(*(found[name].values.tolist() for name in names), strict=True)
-    treatment = found.attrs["treatment"]
+    columns = zip(*(recording[name].values.tolist() for name in names), strict=True)
+    treatment = recording.attrs["treatment"]
     return Recording(
-        q=found.q_read.values,
+        q=recording.q_read.values,
         torque=None if torques is None else torques.measured.values,
         torque_filtered=None if torques is None else torques.filtered.values,
-        cutoff=found.cutoff.values,
-        noise_q=found.noise_q.values,
-        noise_qdd=found.noise_qdd.values,
+        cutoff=recording.cutoff.values,
+        noise_q=recording.noise_q.values,
+        noise_qdd=recording.noise_qdd.values,
         columns=tuple(ColumnUse(*column) for column in columns),
         treatment=tuple(treatment.split("\n")) if treatment else (),
     )
@@ -239,8 +239,8 @@ def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) ->
         element = of_label[label]
         if element.j is not None and peak > 0.0:
             # At one of its joints an element multiplies the acceleration of the other.
-            other = element.i if element.j == joint - 1 else element.j
-            out[row] = np.sqrt(np.square(inertia[:, element.i, element.j] * qdd[:, other]).mean())
+            other_joint = element.i if element.j == joint - 1 else element.j
+            out[row] = np.sqrt(np.square(inertia[:, element.i, element.j] * qdd[:, other_joint]).mean())
     return out
 
 

@@ -27,8 +27,8 @@ def joint_rows(findings: Findings, *groups: str) -> list[Row]:
     """One row per joint, with the unit of its torque, from tables with the dimension `joint`."""
     rows: list[Row] = [{} for _ in findings.arm.joints]
     units = [{"effort_unit": joint.effort_unit} for joint in findings.arm.joints]
-    for more in (*(rows_of(findings.tables[group], "joint") for group in groups), units):
-        rows = [row | new for row, new in zip(rows, more, strict=True)]
+    for group_rows in (*(rows_of(findings.tables[group], "joint") for group in groups), units):
+        rows = [row | new for row, new in zip(rows, group_rows, strict=True)]
     return rows
 
 
@@ -45,15 +45,15 @@ def element_rows(findings: Findings) -> list[Row]:
     """
     reference = text_verdicts(findings.arm.name)
     verdicts = reference.verdicts if reference else {}
-    found = stretches(findings.tables["dominance_over_time"])
-    sure = findings.tables.get("robustness")
-    probable = {} if sure is None else sure.over_motion.to_series().to_dict()
+    changes = stretches(findings.tables["dominance_over_time"])
+    robustness = findings.tables.get("robustness")
+    probable = {} if robustness is None else robustness.over_motion.to_series().to_dict()
     return [
         {
             "rank": rank,
             **row,
             "text_verdict": verdicts.get(row["element"], ""),
-            "stretches": found[row["element"]],
+            "stretches": changes[row["element"]],
             # Of two parts that are both zero, none dominates.
             "probability": None
             if row["verdict"] == "zero"
@@ -88,7 +88,7 @@ def sure_text(row: Row) -> str:
     if row["probability"] is None:
         return ""
     # Never rounded up to certainty.
-    return f"{math.floor(100 * row['probability']):d} %{' (?)' * is_doubtful(row)}"
+    return f"{math.floor(100 * row['probability']):d} %{' (?)' if is_doubtful(row) else ''}"
 
 
 def dominance_note(findings: Findings) -> str:
@@ -97,7 +97,7 @@ def dominance_note(findings: Findings) -> str:
     note = f"Coloured: {threshold_text(findings)} (no colour)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
-        begins = [f"{one.name} from {time[one.rows.start]:.3g} s" for one in motions]
+        begins = [f"{motion.name} from {time[motion.rows.start]:.3g} s" for motion in motions]
         note += f" One motion after the other: {', '.join(begins)}."
     if doubtful:
         note += f" Less than {percent(SURE)} sure because parameters are uncertain: {', '.join(doubtful)}."
@@ -109,8 +109,8 @@ def changes_text(row: Row) -> str:
     *before, last = row["stretches"]
     words = []
     for stretch in before:
-        when = "until" if stretch["begin"] < stretch["end"] else "at"
-        words.append(f"{effect_of(row, stretch['verdict'])} {when} {stretch['end']:.3g} s")
+        preposition = "until" if stretch["begin"] < stretch["end"] else "at"
+        words.append(f"{effect_of(row, stretch['verdict'])} {preposition} {stretch['end']:.3g} s")
     return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if before else ""
 
 
@@ -201,9 +201,9 @@ def table_of(
         pairs = [joint_name(row["joint"], names[row["joint"]]) for row in rows]
         columns.append(Column("", "joint", pairs, shown="name"))
     for name in dict.fromkeys((*labels, *rows[0])):
-        given = labels.get(name, ("",))
-        label, unit, shown = given + ("", "", "number")[len(given) :]
+        entry = labels.get(name, ("",))
+        label, unit, style = entry + ("", "", "number")[len(entry) :]
         units: Any = [row[unit[1:]] for row in rows] if unit.startswith("@") else unit
         stored = "" if name.startswith("shown_") else name
-        columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, shown)))
+        columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, style)))
     return Table(key, title, tuple(columns), note, top)

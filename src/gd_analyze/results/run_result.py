@@ -98,9 +98,9 @@ def _equations(findings: Findings) -> Iterator[Part]:
     model = findings.model
     if not model.level.has_torque_terms or model.is_exact:
         return
-    shown = model.equations
+    by_element = model.equations
     yield replace(
-        equations("equations_by_element", "", shown.formulas, shown.legend, structure_note(model)),
+        equations("equations_by_element", "", by_element.formulas, by_element.legend, structure_note(model)),
         most_lines=_MOST_LINES,
     )
 
@@ -109,9 +109,9 @@ def stop_rows(findings: Findings) -> list[Row]:
     """The named budgets: rows of the table "stops", whether each is the run's own, and its model in words."""
     if "stops" not in findings.tables:
         return []
-    own = int(findings.tables["budgets"].attrs["asked"])
+    position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == own, "words": _stop_words(row)}
+        row | {"own": row["position"] == position, "words": _stop_words(row)}
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
@@ -148,7 +148,12 @@ def stop_facts(findings: Findings) -> tuple[Fact, ...]:
     """The named budgets, a line each."""
     rows = stop_rows(findings)
     return tuple(
-        Fact("", "this: " * (row["own"] and len(rows) > 1) + row["budget"], row["terms"], text=row["words"])
+        Fact(
+            "",
+            ("this: " if row["own"] and len(rows) > 1 else "") + row["budget"],
+            row["terms"],
+            text=row["words"],
+        )
         for row in rows
     )
 
@@ -179,10 +184,11 @@ def run_headline(findings: Findings) -> str:
         return f"{contradicted}{_unreadable_headline(findings)}"
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
-    if tried := int(tube.attrs["tried"]):
-        known = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
+    tried = int(tube.attrs["tried"])
+    if tried:
+        proof = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
         near = worst_error(model, tube.tube_worst_found.values).text
-        error = f"up to {near} near {motion} ({thousands(tried)} states tried; {known})"
+        error = f"up to {near} near {motion} ({thousands(tried)} states tried; {proof})"
     elif bound is None:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
@@ -199,7 +205,7 @@ def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
     likely = next((row["budget"] for row in stops if _is_wider(row)), "")
-    wider = f", `--budget {likely}` is likely to have a readable model" * bool(likely)
+    wider = f", `--budget {likely}` is likely to have a readable model" if likely else ""
     if readable:
         wider = f', `--budget "{readable}"` has a readable model'
     return (
@@ -215,9 +221,9 @@ def _other_budget(findings: Findings) -> str:
     if not passed:
         return ""
     is_read = 0 <= passed[0]["terms"] <= READABLE
-    why = "saves nothing" if is_read else f"has more than {READABLE} terms"
+    reason = "saves nothing" if is_read else f"has more than {READABLE} terms"
     budgets = " and ".join(row["budget"] for row in passed)
-    return f"Within {findings.model.accuracy.budget} ({budgets} {why}): "
+    return f"Within {findings.model.accuracy.budget} ({budgets} {reason}): "
 
 
 def verdict_section(ranking: xr.Dataset) -> Section:
@@ -226,8 +232,8 @@ def verdict_section(ranking: xr.Dataset) -> Section:
     facts = []
     for name, label in _LISTED.items():
         labels = listed.labels(name)
-        shown, more = labels[:_MOST_LISTED], len(labels) - _MOST_LISTED
-        text = ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+        first_labels, unlisted = labels[:_MOST_LISTED], len(labels) - _MOST_LISTED
+        text = ", ".join(first_labels) + (f" and {unlisted} more" if unlisted > 0 else "")
         if name in ("translation", "rotation", "both"):
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
@@ -270,7 +276,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", near, "up to")
     size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
     counted = f"{counted.capitalize()}{'' if model.level.is_program else ' kept'}"
-    sampled = "Torque error at the set points" * (not model.is_exact)
+    sampled = "" if model.is_exact else "Torque error at the set points"
     return (
         *((tried_error,) if tried else ()),
         proven,
@@ -281,7 +287,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
             len(model.terms),
             text=str(model.operations_full.total) if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
-        Fact("", GAMMA * (gamma is not None and not model.is_exact), gamma, text=gamma_size(gamma)),
+        Fact("", GAMMA if gamma is not None and not model.is_exact else "", gamma, text=gamma_size(gamma)),
     )
 
 
@@ -350,31 +356,33 @@ def near_bound(findings: Findings) -> FloatArray | None:
     bound = tube_bound(findings)
     if bound is None or "motions" not in findings.tables:
         return bound
-    each = findings.tables["motions"]
-    return np.asarray((each.certified * (findings.model.accuracy.allowed / each.allowed_error)).max("motion"))
+    motions = findings.tables["motions"]
+    return np.asarray(
+        (motions.certified * (findings.model.accuracy.allowed / motions.allowed_error)).max("motion")
+    )
 
 
 def bound_ratio(findings: Findings) -> float | None:
     """Largest ratio of the certified bound to the worst error found, where that exceeds round-off."""
     rows = rows_of(findings.tables["beyond"], "joint")
     pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
-    return max((bound / found for bound, found in pairs if found > findings.round_off), default=None)
+    return max((bound / error for bound, error in pairs if error > findings.round_off), default=None)
 
 
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
     # At level element the error is stated as the budget, which nobody asked for.
     is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
-    own = findings.model.notice if is_asked else ""
-    every = (*motion_result.recording_notices(findings), own, _drives_notice(findings))
-    return tuple(filter(None, every))
+    model_notice = findings.model.notice if is_asked else ""
+    texts = (*motion_result.recording_notices(findings), model_notice, _drives_notice(findings))
+    return tuple(filter(None, texts))
 
 
 def notes(findings: Findings) -> tuple[str, ...]:
     """What the report says at its end."""
-    own = findings.model.notice if _has_wider_stop(findings) else ""
+    model_notice = findings.model.notice if _has_wider_stop(findings) else ""
     motion = motion_result.strict_notice(findings), str(findings.tables["tube"].attrs["note"])
-    return tuple(filter(None, (own, *motion, _long_notice(findings))))
+    return tuple(filter(None, (model_notice, *motion, _long_notice(findings))))
 
 
 def _has_wider_stop(findings: Findings) -> bool:
@@ -392,10 +400,10 @@ def _long_notice(findings: Findings) -> str:
         stored = "--every-set-point stores D, h and c at all of them"
     if "christoffel" not in findings.decomposition:
         stored += "; h_ijk are not stored (--christoffel)"
-    shown, whole = thousands(motion.n_set_points), thousands(motion.n_stated)
+    shown_count, whole_count = thousands(motion.n_set_points), thousands(motion.n_stated)
     return (
-        f"Curves show {shown} of {whole} set points, including the extremes of every quantity; peaks, RMS "
-        f"values and the budget cover all. {stored}."
+        f"Curves show {shown_count} of {whole_count} set points, including the extremes of every quantity; "
+        f"peaks, RMS values and the budget cover all. {stored}."
     )
 
 
@@ -426,15 +434,17 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
     agreed = {name for name, row in compared.items() if row["dominant"] == row["text_verdict"]}
     # For verdicts of translation, and remarks in favour of rotation.
-    says = {
+    conclusions = {
         "rotation": "our numbers support the remark, not the verdict",
         "zero": "the element is zero here, which supports neither",
     }
     remarks = []
     for name, remark in reference.remarks.items():
-        found = says.get(compared[name]["dominant"], "both effects count here, which supports neither")
-        found = "our numbers support the verdict, not the remark" if name in agreed else found
-        remarks.append((compared[name], remark, found))
+        conclusion = conclusions.get(
+            compared[name]["dominant"], "both effects count here, which supports neither"
+        )
+        conclusion = "our numbers support the verdict, not the remark" if name in agreed else conclusion
+        remarks.append((compared[name], remark, conclusion))
     return {"source": reference.source, "agreed": len(agreed), "given": len(compared), "remarks": remarks}
 
 
@@ -449,7 +459,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     rows = element_rows(findings)
     with_text = any(row["text_verdict"] for row in rows)
     for row in rows:
-        row["shown_verdict"] = LETTERS[effect_of(row)] + "?" * is_doubtful(row)
+        row["shown_verdict"] = LETTERS[effect_of(row)] + ("?" if is_doubtful(row) else "")
         row["shown_text"] = LETTERS.get(row["text_verdict"], "")
     labels = {
         "element": ("element", "", "text"),

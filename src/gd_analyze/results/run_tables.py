@@ -88,7 +88,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
     parts, lost = parts_of(model.arm.n_joints), {loss.part: loss for loss in losses(model, exact)}
-    labels, kept = [part.label for part in parts], np.array([part in model.terms for part in parts])
+    labels, is_kept = [part.label for part in parts], np.array([part in model.terms for part in parts])
     of_elements = dominance.sel(element=[part.element.label for part in parts])
     effects = [dominance.effect.values.tolist().index(part.effect) for part in parts]
     peak = of_elements.part_peak.values[np.arange(len(parts)), effects]
@@ -96,11 +96,11 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
         np.array([getattr(lost[label], name) if label in lost else unknown for label in labels])
         for name, unknown in (("torque_peak", np.nan), ("torque_share", np.nan), ("torque_joint", 0))
     )
-    nothing = ~kept & ((peak == 0.0) | (share <= ROUND_OFF_SHARE))
+    nothing = ~is_kept & ((peak == 0.0) | (share <= ROUND_OFF_SHARE))
     return table(
         "parts",
         {
-            "kept_by_element": kept,
+            "kept_by_element": is_kept,
             "peak": peak,
             "torque_peak": np.where(nothing, 0.0, torque),
             "torque_joint": joints,
@@ -122,17 +122,17 @@ def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
     names = VERDICTS if text_verdicts(exact.arm.name) else VERDICTS[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
     fewest = [program.count.total for program in form.functions]
-    every = ELEMENT.terms(form)
+    all_terms = ELEMENT.terms(form)
     counts = {
         "exact": [*fewest, sum(fewest), form.operations.total],
-        "exact, by element": _by_element(form, every, ELEMENT.write(form, every, ROUGH).count.total),
-        **{name: _by_element(form, one.terms, one.operations.total) for name, one in models.items()},
+        "exact, by element": _by_element(form, all_terms, ELEMENT.write(form, all_terms, ROUGH).count.total),
+        **{name: _by_element(form, model.terms, model.operations.total) for name, model in models.items()},
     }
-    errors = [model.accuracy.errors for model in models.values()]
+    error_tables = [model.accuracy.errors for model in models.values()]
     values = {
         "operations": np.array([*counts.values()]),
-        "largest_error": np.array([one.largest for one in errors]),
-        "largest_share": np.array([one.largest_share for one in errors]),
+        "largest_error": np.array([error_table.largest for error_table in error_tables]),
+        "largest_share": np.array([error_table.largest_share for error_table in error_tables]),
     }
     coords = {
         "program": [*counts],
@@ -142,8 +142,8 @@ def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
     return table("by_verdicts", values, exact.arm.is_revolute, coords)
 
 
-def _by_element(form: ExactForm, kept: Terms, torque: int) -> list[int]:
-    return [*operations_by_quantity(form, kept).values(), torque]
+def _by_element(form: ExactForm, terms: Terms, torque: int) -> list[int]:
+    return [*operations_by_quantity(form, terms).values(), torque]
 
 
 def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
@@ -179,8 +179,8 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
     )
 
 
-def budgets_table(path: Sequence[SimplifiedModel], asked: int, ranking: TermRanking) -> xr.Dataset:
-    """Tabulate parts kept, errors and operations of models for several budgets, `asked` being the run's.
+def budgets_table(path: Sequence[SimplifiedModel], position: int, ranking: TermRanking) -> xr.Dataset:
+    """Tabulate parts kept, errors and operations of models for several budgets; the run's is at `position`.
 
     For a model of torque or energy terms, `kept` says which ranked torque terms remain: a term remains as
     long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain. A
@@ -198,14 +198,14 @@ def budgets_table(path: Sequence[SimplifiedModel], asked: int, ranking: TermRank
     }
     coords: dict[str, Any] = {"position": np.arange(len(path))}
     if level.has_torque_terms:
-        kept = [[ranked.term in model.torques for ranked in ranking.terms] for model in path]
-        values["kept"] = np.array(kept, dtype=bool).reshape(len(path), len(ranking.terms))
+        is_kept = [[ranked.term in model.torques for ranked in ranking.terms] for model in path]
+        values["kept"] = np.array(is_kept, dtype=bool).reshape(len(path), len(ranking.terms))
         coords["rank"] = np.arange(1, len(ranking.terms) + 1)
     elif level is ELEMENT:
         parts = parts_of(arm.n_joints)
         values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
         coords["part"] = [part.label for part in parts]
-    return table("budgets", values, arm.is_revolute, coords, {"asked": asked})
+    return table("budgets", values, arm.is_revolute, coords, {"asked": position})
 
 
 def beyond_table(
@@ -237,21 +237,21 @@ def beyond_table(
     )
 
 
-def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -> xr.Dataset:
+def tube_table(model: SimplifiedModel, tube: Tube, held_model: Held, margin: Margin) -> xr.Dataset:
     """Tabulate proven and found errors of a model around the motion; nan where unknown."""
-    unknown, certificate = np.full(tube.lower.shape[::2], np.nan), held.certificate
-    certified = found = unknown[0]
+    unknown, certificate = np.full(tube.lower.shape[::2], np.nan), held_model.certificate
+    certified = worst_found = unknown[0]
     if certificate is not None:
-        certified, found = certificate.certified, certificate.worst_found
-    if held.found is not None and held.tried:
-        found = np.fmax(found, held.found)
+        certified, worst_found = certificate.certified, certificate.worst_found
+    if held_model.found is not None and held_model.tried:
+        worst_found = np.fmax(worst_found, held_model.found)
     return table(
         "tube",
         {
             "tube_certified": certified,
             "tube_certified_share": _of_peak(certified, model),
-            "tube_worst_found": found,
-            "tube_worst_found_share": _of_peak(found, model),
+            "tube_worst_found": worst_found,
+            "tube_worst_found_share": _of_peak(worst_found, model),
             **{f"tube_margin_{name}": tube.margins[k] for k, name in enumerate(("q", "qd", "qdd"))},
             "tube_along": unknown if certificate is None else certificate.along,
         },
@@ -261,7 +261,7 @@ def tube_table(model: SimplifiedModel, tube: Tube, held: Held, margin: Margin) -
             "segment_from": ("segment", tube.begin, {"units": "s"}),
             "segment_to": ("segment", tube.end, {"units": "s"}),
         },
-        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note, "tried": held.tried},
+        {"margin": str(margin), "coarse": tube.coarse, "note": tube.note, "tried": held_model.tried},
     )
 
 

@@ -25,7 +25,7 @@ from gd_analyze.text import thousands
 
 
 def simplified_result(
-    held: Held,
+    held_model: Held,
     states: States,
     seconds: float,
     digits: int,
@@ -36,38 +36,48 @@ def simplified_result(
 
     Equations are in absolute velocities, or by element in joint velocities.
     """
-    model, certificate = held.model, held.certificate
+    model, certificate = held_model.model, held_model.certificate
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
     answer, proven, joints = None, [], joint_errors(model, bound)
-    more = [Column("certified", "", [None] * arm.n_joints if bound is None else bound)]
+    extra_columns = [Column("certified", "", [None] * arm.n_joints if bound is None else bound)]
     if accuracy.uncertainty is not None:
-        more.append(Column("uncertainty", "", accuracy.uncertainty))
+        extra_columns.append(Column("uncertainty", "", accuracy.uncertainty))
     if certificate is not None:
         worst = worst_error(model, certificate.counting)
-        each = " near each motion" if accuracy.motions else ""
-        answer = f"Torque error at most {worst.text}{each} (joint {worst.joint}), proven"
+        region = " near each motion" if accuracy.motions else ""
+        answer = f"Torque error at most {worst.text}{region} (joint {worst.joint}), proven"
         proven = [
             Fact("certified_within", "Proven within", certificate.region.where),
-            Fact("", "Proof" * bool(certificate.note), certificate.note),
+            Fact("", "Proof" if certificate.note else "", certificate.note),
         ]
-    if held.found is not None and held.tried:
-        worst, tried = worst_error(model, held.found), f"{thousands(held.tried)} {held.tried_are}"
+    if held_model.found is not None and held_model.tried:
+        worst, tried = (
+            worst_error(model, held_model.found),
+            f"{thousands(held_model.tried)} {held_model.tried_are}",
+        )
         answer = f"Torque error up to {worst.text} (joint {worst.joint}), found at {tried}"
-        ways = "velocities and accelerations the worst at each, then an ascent from the worst"
-        how = f": {ways}" * (held.tried_are == "positions")
-        proven.append(Fact("tried", "Tried at", held.tried, text=f"{tried} of {held.where}{how}"))
+        ascent = ""
+        if held_model.tried_are == "positions":
+            ascent = ": velocities and accelerations the worst at each, then an ascent from the worst"
+        proven.append(
+            Fact("tried", "Tried at", held_model.tried, text=f"{tried} of {held_model.where}{ascent}")
+        )
         units = [joint.effort_unit for joint in arm.joints]
-        more.append(Column("found", "found", held.found, units))
+        extra_columns.append(Column("found", "found", held_model.found, units))
         if certificate is None:
             along = "trajectory" in accuracy.fitted_on
-            why = "too many equations to write out here; `gd-analyze certify` does it"
-            proven.append(Fact("", "Proof", f"none: {why if along else '--certified asks for one'}"))
+            reason = "too many equations to write out here; `gd-analyze certify` does it"
+            proven.append(Fact("", "Proof", f"none: {reason if along else '--certified asks for one'}"))
     steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
-    kept = f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' * model.refitted}"
-    notices = [f"The search was stopped {held.stopped}; a longer one may find fewer operations."] * bool(
-        held.stopped
+    size_text = (
+        f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' if model.refitted else ''}"
     )
+    notices = []
+    if held_model.stopped:
+        notices.append(
+            f"The search was stopped {held_model.stopped}; a longer one may find fewer operations."
+        )
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, answer),
@@ -77,7 +87,7 @@ def simplified_result(
                 "level",
                 "Level",
                 model.level.name,
-                text=f"{model.level.name}: {kept}",
+                text=f"{model.level.name}: {size_text}",
                 note=in_words(accuracy.fitted_on),
             ),
             Fact("refitted", "", model.refitted),
@@ -90,7 +100,7 @@ def simplified_result(
             Fact("seconds", "", seconds, "s"),
         ),
         parts=(
-            replace(joints, columns=(*joints.columns, *more)),
+            replace(joints, columns=(*joints.columns, *extra_columns)),
             Table("search", "", tuple(steps)),
             *_model_parts(model, states, digits, joint_velocities),
         ),
@@ -104,17 +114,21 @@ def _model_parts(
     """The model itself: parts kept, or equations."""
     if model.level is ELEMENT:
         parts = parts_of(model.arm.n_joints)
-        kept = [part.label for part in parts if part in model.terms]
-        dropped = [part.label for part in parts if part not in model.terms]
+        kept_labels = [part.label for part in parts if part in model.terms]
+        dropped_labels = [part.label for part in parts if part not in model.terms]
         counts = operations_by_quantity(model.form, model.terms), operations_by_quantity(model.form, parts)
-        columns = [Column(name, name, [one[name] for one in counts], shown="count") for name in counts[0]]
+        columns = [Column(name, name, [count[name] for count in counts], shown="count") for name in counts[0]]
         names = Column("program", "program", ["model", "exact"], shown="text")
         title = "Operations of D, h and c by element"
         by_element = Table("by_element", title, (names, *columns))
-        return Fact("kept", "Kept", kept), Fact("dropped", "Dropped" * bool(dropped), dropped), by_element
+        return (
+            Fact("kept", "Kept", kept_labels),
+            Fact("dropped", "Dropped" if dropped_labels else "", dropped_labels),
+            by_element,
+        )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
-    shown = model.equations if joint_velocities else Written(model.formulas, model.legend)
-    written = equations("equations", title, shown.formulas, shown.legend, note, digits=digits)
+    equation_set = model.equations if joint_velocities else Written(model.formulas, model.legend)
+    written = equations("equations", title, equation_set.formulas, equation_set.legend, note, digits=digits)
     if model.level.has_torque_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))

@@ -37,12 +37,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "gd-analyze results"
-_HDF5, _MARK = b"\x89HDF\r\n\x1a\n", b"\ngd-analyze sha256 "
+# First bytes of an HDF5 file.
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+# Bytes between the HDF5 file and its digest.
+_MARK = b"\ngd-analyze sha256 "
 # The mark, a digest in hexadecimal, the end of the line.
 SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time, the memory needed for checking.
 _BLOCK = 2**20
-_DAMAGED, _NAME_IT = "the results file is damaged", "name the analysis.h5 of a results folder"
+_DAMAGED = "the results file is damaged"
+_NAME_IT = "name the analysis.h5 of a results folder"
 _UNCHANGED = "a file as gd-analyze wrote it, e.g. analysis.h5"
 _AGAIN = "take a copy that was not changed, or run the analysis again"
 
@@ -194,8 +198,8 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     try:
         require_sealed(path)
     except OSError as error:
-        readable, found = "give the path of a file you may read", error.strerror or str(error)
-        raise _refusal(path, "cannot read the results file", found, None, readable) from None
+        readable, reason = "give the path of a file you may read", error.strerror or str(error)
+        raise _refusal(path, "cannot read the results file", reason, None, readable) from None
     try:
         with ExitStack() as failing:
             file = failing.enter_context(h5py.File(path, "r", track_order=True))
@@ -205,25 +209,28 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     except Exception as error:
         if isinstance(error, StoreError) and "where" in error.details:
             raise
-        found = error.what if isinstance(error, GdAnalyzeError) else str(error) or type(error).__name__
-        raise _refusal(path, _DAMAGED, found.splitlines()[0]) from None
+        reason = error.what if isinstance(error, GdAnalyzeError) else str(error) or type(error).__name__
+        raise _refusal(path, _DAMAGED, reason.splitlines()[0]) from None
 
 
 def _require_ours(file: h5py.File, path: Path) -> None:
     attributes, groups = read_attributes(file), list(file)
     schema, is_ours = attributes.get("schema"), attributes.get("format") == FORMAT
     if is_ours and schema != SCHEMA_VERSION:
-        what, next_step = "has another schema version", "use the gd-analyze that wrote it, or run again"
-        raise _refusal(path, f"the results file {what}", str(schema), str(SCHEMA_VERSION), next_step)
+        message, next_step = "has another schema version", "use the gd-analyze that wrote it, or run again"
+        raise _refusal(path, f"the results file {message}", str(schema), str(SCHEMA_VERSION), next_step)
     if not is_ours or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
-        what, expected = "this HDF5 file does not hold gd-analyze results", f"the groups {', '.join(GROUPS)}"
-        raise _refusal(path, what, ", ".join(groups) or "no groups", expected, _NAME_IT)
+        message, expected = (
+            "this HDF5 file does not hold gd-analyze results",
+            f"the groups {', '.join(GROUPS)}",
+        )
+        raise _refusal(path, message, ", ".join(groups) or "no groups", expected, _NAME_IT)
 
 
 def _refusal(
-    path: Path, what: str, found: str, expected: str | None = _UNCHANGED, next_step: str = _AGAIN
+    path: Path, message: str, content: str, expected: str | None = _UNCHANGED, next_step: str = _AGAIN
 ) -> StoreError:
-    return StoreError(what, where=Location(path), expected=expected, found=found, next_step=next_step)
+    return StoreError(message, where=Location(path), expected=expected, found=content, next_step=next_step)
 
 
 def seal(path: Path) -> None:
@@ -243,8 +250,10 @@ def require_sealed(path: Path) -> None:
         file.seek(max(length, 0))
         line = file.read(SEAL_LENGTH)
         if length < 0 or not line.startswith(_MARK):
-            found = "no digest at its end: cut short, edited since, or written by another program or version"
-            raise _refusal(path, "this HDF5 file is not as gd-analyze wrote it", found)
+            content = (
+                "no digest at its end: cut short, edited since, or written by another program or version"
+            )
+            raise _refusal(path, "this HDF5 file is not as gd-analyze wrote it", content)
         if line != _MARK + _digest(file, length) + b"\n":
             raise _refusal(path, f"{_DAMAGED}, or was edited since it was written", "another digest")
 

@@ -60,10 +60,10 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         facts=(
             Fact("arm", "", arm.name),
             Fact("level", "", level),
-            Fact("drives", "Drives included" * arm.counts_drives(), exact.form.drives),
+            Fact("drives", "Drives included" if arm.counts_drives() else "", exact.form.drives),
             Fact("states", "", dict(exact.states.described)),
             *needed,
-            Fact("unlisted", "Terms not ranked" * bool(ranking.unlisted), ranking.unlisted, note=unlisted),
+            Fact("unlisted", "Terms not ranked" if ranking.unlisted else "", ranking.unlisted, note=unlisted),
             Fact("unlisted_share", "", ranking.unlisted_share),
             Fact("torque_uncertainty", "", ranking.uncertainty),
             Fact(
@@ -90,10 +90,10 @@ def trade_off_result(
     columns = [Column("", "budget", budgets, shown="text")]
     for (level, refit), row in by_kind.items():
         counts = [point.operations.total for point in row]
-        columns.append(Column("", f"{level}{', refitted' * refit}", counts, shown="count"))
+        columns.append(Column("", f"{level}{', refitted' if refit else ''}", counts, shown="count"))
     title = "Multiplications and additions of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
-    every = (
+    point_columns = (
         Column("level", "", [point.level.name for point in points]),
         *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
         Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
@@ -101,7 +101,7 @@ def trade_off_result(
     )
     saves = any(point.operations.total < full.total for point in points)
     absent = [level.name for level, refit in KINDS if not refit and (level, refit) not in kinds]
-    why = too_many_terms(exact.form)
+    reason = too_many_terms(exact.form)
     exact_operations = asdict(full) | {"total": full.total}
     drives = drives_text(arm, exact.form.drives)
     return Result(
@@ -115,7 +115,7 @@ def trade_off_result(
             Fact("shares_of", "", budget.shares_of),
             Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
             Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
-            Fact("levels_not_tried", "Levels not tried" * bool(absent), absent, note=why),
+            Fact("levels_not_tried", "Levels not tried" if absent else "", absent, note=reason),
         ),
-        parts=(Table("", title, tuple(columns), note), Table("points", "", every)),
+        parts=(Table("", title, tuple(columns), note), Table("points", "", point_columns)),
     )
