@@ -55,14 +55,14 @@ class MainJobGroup(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the main job's verb in front where the user left it out."""
-        own = {name for param in self.get_params(ctx) for name in param.opts}
+        option_names = {name for param in self.get_params(ctx) for name in param.opts}
         flags = list(takewhile(_FLAGS.__contains__, args))
-        rest = args[len(flags) :]
-        if rest and rest[0] in self.commands:
-            args = [rest[0], *flags, *rest[1:]]
-        elif args and args[0] not in own:
-            if rest and not ctx.resilient_parsing:
-                self._refuse_mistyped_verb(rest[0])
+        words = args[len(flags) :]
+        if words and words[0] in self.commands:
+            args = [words[0], *flags, *words[1:]]
+        elif args and args[0] not in option_names:
+            if words and not ctx.resilient_parsing:
+                self._refuse_mistyped_verb(words[0])
             args = [analyze.name or "", *args]
         return super().parse_args(ctx, args)
 
@@ -87,10 +87,12 @@ class MainJobGroup(click.Group):
         """Offer what may come first: a verb, an arm, or an option of the main job."""
         if incomplete.startswith("-"):
             main_job = click.Context(analyze, parent=ctx, resilient_parsing=True)
-            own = super().shell_complete(ctx, incomplete)
-            values = {item.value for item in own}
-            more = [item for item in analyze.shell_complete(main_job, incomplete) if item.value not in values]
-            return [*own, *more]
+            verb_items = super().shell_complete(ctx, incomplete)
+            values = {item.value for item in verb_items}
+            main_job_items = [
+                item for item in analyze.shell_complete(main_job, incomplete) if item.value not in values
+            ]
+            return [*verb_items, *main_job_items]
         return [*ROBOT.shell_complete(ctx, None, incomplete), *super().shell_complete(ctx, incomplete)]
 
     def format_usage(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -101,8 +103,8 @@ class MainJobGroup(click.Group):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Show the main job's arguments and options, then the verbs."""
         inner = click.Context(analyze, info_name=analyze.name, parent=ctx)
-        records = [r for p in analyze.get_params(inner) if (r := p.get_help_record(inner)) is not None]
-        records = [r for r in records if "--help" not in r[0]]
+        all_records = [parameter.get_help_record(inner) for parameter in analyze.get_params(inner)]
+        records = [record for record in all_records if record is not None and "--help" not in record[0]]
         with formatter.section("The main job"):
             formatter.write_dl(records)
         super().format_options(ctx, formatter)
@@ -118,8 +120,8 @@ class MainJobGroup(click.Group):
         return list(self.commands)
 
 
-def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
-    if asked:
+def _show_version(context: click.Context, _: click.Parameter, is_given: bool) -> None:
+    if is_given:
         click.echo(f"gd-analyze {__version__}\ncache {folder() or 'off'}")
         context.exit()
 

@@ -62,11 +62,11 @@ def _catalogue() -> Result:
     from gd_analyze.motions.read import shipped_trajectories
     from gd_analyze.result import Column, Fact, Result, Table, columns_of
 
-    found = [gd.load_arm(name) for name in gd.builtin_arms()]
-    columns = columns_of(found, ("name", "name", "text"), ("title", "title", "text"))
+    built_in = [gd.load_arm(name) for name in gd.builtin_arms()]
+    columns = columns_of(built_in, ("name", "name", "text"), ("title", "title", "text"))
     columns += [
-        Column("joints", "joints", [arm.n_joints for arm in found], shown="count"),
-        Column("drives", "drives", [bool(arm.drives) for arm in found], shown="flag"),
+        Column("joints", "joints", [arm.n_joints for arm in built_in], shown="count"),
+        Column("drives", "drives", [bool(arm.drives) for arm in built_in], shown="flag"),
     ]
     trajectories = Fact("trajectories", "Shipped trajectories", list(shipped_trajectories()))
     note = "Your own arm is a URDF, MJCF or TOML file; `gd-analyze arms puma560 --to toml` prints an example."

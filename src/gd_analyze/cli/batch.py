@@ -62,7 +62,7 @@ def batch(
         tables = [out / f"batch.{kind}" for kind in to]
         require_outputs(*tables, out / RECORD)
         chosen = [name for name in formats if name != "none"]
-        found = gd.batch(
+        rows = gd.batch(
             table,
             out,
             formats=chosen,
@@ -72,6 +72,6 @@ def batch(
             stage=stage,
             progress=stage.advance,
         )
-    output.give(batch_result(found), *tables)
-    if (found.state == "failed").any():
+    output.give(batch_result(rows), *tables)
+    if (rows.state == "failed").any():
         click.get_current_context().exit(1)

@@ -62,8 +62,10 @@ def _run(words: list[str]) -> int:
     return int(app(words, prog_name="gd-analyze", standalone_mode=False, obj=command) or DONE)
 
 
-# What takes less memory.
-_FEW, _FEWER = "fewer set points or states", {"equations": "--element, or an arm of fewer joints"}
+# What takes less memory, with most verbs.
+_FEW = "fewer set points or states"
+# What takes less memory, with other verbs.
+_FEWER = {"equations": "--element, or an arm of fewer joints"}
 
 
 def _explain(error: Exception, words: Sequence[str]) -> int:

@@ -79,19 +79,20 @@ def equations(
         stage("identifying")
         harmonics = harmonics_for(arm, elements)
         stage("writing out", len(elements_named(elements, arm.n_joints)))
-        found, texts, heading = [], [], Heading(WIDTH, harmonics, form, min_share, whole=not elements)
+        listed_equations, texts = [], []
+        heading = Heading(WIDTH, harmonics, form, min_share, whole=not elements)
         for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
             heading.note(equation)
             texts.append(equation_text(equation, form, digits, WIDTH))
             # Terms take much more memory than their text.
-            found += [equation] if terms or output.as_json else []
+            listed_equations += [equation] if terms or output.as_json else []
         body = (sympy_head(arm.n_joints) if form == "sympy" else "") + "".join(texts)
         header = str(heading)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, header + body)
     if output.as_json or terms or out is not None:
-        output.give(equations_result(harmonics, found, heading.terms, form, body, digits), out)
+        output.give(equations_result(harmonics, listed_equations, heading.terms, form, body, digits), out)
     else:
         lines(body if output.quiet else header + body)
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--what",
+    "functions",
     type=NameList(
         ("torque", "derivatives", "coriolis_matrix", "forward", "payload", "friction", "decomposition"),
         "function",
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
 def export(
     robot: GivenRobot,
     languages: tuple[str, ...],
-    what: tuple[str, ...],
+    functions: tuple[str, ...],
     name: str | None,
     single: bool,
     bound: bool,
@@ -94,23 +95,24 @@ def export(
         from gd_analyze.exporting.export import CLASSES, written
         from gd_analyze.exporting.vectors import names_of_tests
 
-        subject = _subject(robot, what, name, drives)
+        subject = _subject(robot, functions, name, drives)
         suffixes = [suffix for word in languages for suffix in CLASSES[word].files]
         names = [f"{subject.name}{suffix}" for suffix in suffixes]
         names += names_of_tests(subject.name, languages) if tests else []
         paths = [out / name for name in names]
         require_outputs(*paths)
-        there = [path for path in paths if path.exists()]
-        if there and not overwrite:
+        existing = [path for path in paths if path.exists()]
+        if existing and not overwrite:
             raise OutputError(
                 "the file exists",
-                where=", ".join(map(str, there)),
+                where=", ".join(map(str, existing)),
                 next_step="name another folder with --out or another name with --name, or give --overwrite",
             )
         if subject.model is not None and bound:
             stage("certifying", 100 * subject.n)
             try:
-                if (effort := usual_effort(subject.model)) is None:
+                effort = usual_effort(subject.model)
+                if effort is None:
                     raise ModelError(
                         "the model is too long for a bound in seconds; `gd-analyze certify` finds one"
                     )
@@ -118,15 +120,17 @@ def export(
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)
-                told = f"no bound is written: {error.what}; --no-bound omits it without a warning"
-                warnings.warn(told, GdAnalyzeWarning, stacklevel=2)
+                message = f"no bound is written: {error.what}; --no-bound omits it without a warning"
+                warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
         stage("writing")
         exported = written(subject, languages, "float" if single else "double", tests=tests)
         exported.save(out)
     output.give(exported.result(), *exported.paths(out))
 
 
-def _subject(robot: GivenRobot, what: tuple[str, ...], name: str | None, drives: bool | None) -> ExportInput:
+def _subject(
+    robot: GivenRobot, functions: tuple[str, ...], name: str | None, drives: bool | None
+) -> ExportInput:
     """What is exported: a model where a JSON file is named, an arm otherwise."""
     from gd_analyze.exporting.export_input import ExportInput
     from gd_analyze.simplification.exact import ExactForm
@@ -134,13 +138,13 @@ def _subject(robot: GivenRobot, what: tuple[str, ...], name: str | None, drives:
     if Path(robot.name).suffix.lower() == ".json":
         if drives is not None or robot != GivenRobot(robot.name):
             raise click.UsageError("--drives, --tip, --gravity and others are for arms: a model has its own")
-        if "decomposition" in what:
+        if "decomposition" in functions:
             raise click.UsageError("--what decomposition needs an arm: give it in place of the model")
-        return ExportInput.of_model(gd.load_model(robot.name), name).with_functions(what)
+        return ExportInput.of_model(gd.load_model(robot.name), name).with_functions(functions)
     arm = robot.load()
-    if "decomposition" not in what:
-        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name).with_functions(what)
-    if len(what) > 1:
+    if "decomposition" not in functions:
+        return ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name).with_functions(functions)
+    if len(functions) > 1:
         raise click.UsageError("--what decomposition cannot be combined with other functions")
     if drives:
         raise click.UsageError("--what decomposition is for the links alone: omit --drives")

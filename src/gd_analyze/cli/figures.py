@@ -75,18 +75,18 @@ def figures(
         stage("decomposing")
         run = Run.of(arm, motion, dominance, drives)
         stage("drawing")
-        made = {
+        contents = {
             folder / f"{name}.{form}": drawing_file(figure, form)
             for name, figure in element_figures(run, **look).items()
             for form in to
             if form != "csv"
         }
         if "csv" in to:
-            made[folder / "dominance.csv"] = element_numbers(run, look["elements"]).encode()
-        require_outputs(*made)
-        with replacing_together([*made]) as temporaries:
-            for temporary, content in zip(temporaries, made.values(), strict=True):
+            contents[folder / "dominance.csv"] = element_numbers(run, look["elements"]).encode()
+        require_outputs(*contents)
+        with replacing_together([*contents]) as temporaries:
+            for temporary, content in zip(temporaries, contents.values(), strict=True):
                 temporary.write_bytes(content)
-    shown = f"{motion.name}, {counted(motion.n_set_points, 'set point')}"
-    facts = Fact("arm", "Arm", arm.title or arm.name), Fact("trajectory", "Trajectory", shown)
-    output.give(Result(title="Figures of elements by effect", facts=facts), *made)
+    motion_text = f"{motion.name}, {counted(motion.n_set_points, 'set point')}"
+    facts = Fact("arm", "Arm", arm.title or arm.name), Fact("trajectory", "Trajectory", motion_text)
+    output.give(Result(title="Figures of elements by effect", facts=facts), *contents)

@@ -74,8 +74,10 @@ class GivenRobot:
             tip = last_link(logs[0], error.paths) if logs else None
             if tip is None:
                 raise
-            told = f"{error.what}: the arm is assumed to end at link {tip}, after the last joint in the log"
-            warnings.warn(f"{told}; --tip chooses another", gd.GdAnalyzeWarning, stacklevel=2)
+            message = (
+                f"{error.what}: the arm is assumed to end at link {tip}, after the last joint in the log"
+            )
+            warnings.warn(f"{message}; --tip chooses another", gd.GdAnalyzeWarning, stacklevel=2)
             arm = gd.load_arm(self.name, **words | {"tip": tip})
         if payload is None:
             return arm
@@ -136,7 +138,7 @@ def given_dynamics(function: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(function)
     def verb(**words: Any) -> None:
-        function(given=Given(**{name: words.pop(name) for name in names}), **words)
+        function(inputs=Given(**{name: words.pop(name) for name in names}), **words)
 
     shared = (log_options, options.drives, options.payload, options.states)
     return together(robot_given, options.trajectories(DRAWN), *shared)(verb)

@@ -77,14 +77,21 @@ def analyze(
         from gd_analyze.studies.main_job import default_folder, source_of
         from gd_analyze.studies.study_files import write_findings
 
-        how = gd.Settings(**settings)
+        run_settings = gd.Settings(**settings)
         arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
-        folder = default_folder(arm, motion, how) if out is None else out
+        folder = default_folder(arm, motion, run_settings) if out is None else out
         require_outputs(*(folder / RESULT_FILES[name] for name in formats))
-        mark = source_of(arm, motion, how)["run"]
+        mark = source_of(arm, motion, run_settings)["run"]
         strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-        findings = gd.find(arm, motion, how, command=command_line(), warned=output.warnings, progress=stage)
+        findings = gd.find(
+            arm,
+            motion,
+            run_settings,
+            command=command_line(),
+            warned=output.warnings,
+            progress=stage,
+        )
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
         output.warn(findings.warnings)

@@ -57,7 +57,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         recording = motion.recording
         measured = recording is not None and recording.measured
     labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
-    shown = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
+    table_columns = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
     output.give(
         Result(
             title=f"Columns of {logged.name}",
@@ -69,7 +69,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
                 Fact("rows", "Rows", len(logged.time), shown="count"),
                 Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
             ),
-            parts=(Table("columns", "Columns", tuple(shown)),),
+            parts=(Table("columns", "Columns", tuple(table_columns)),),
         )
     )
 
@@ -163,7 +163,7 @@ def plan(
         arm, name = robot.load(), out.stem if out is not None else None
         try:
             if start is None or goal is None:
-                made = gd.exciting_motion(
+                planned = gd.exciting_motion(
                     arm,
                     duration,
                     None if is_default("points") else points,
@@ -172,7 +172,7 @@ def plan(
                     name=name,
                 )
             else:
-                made = gd.plan(
+                planned = gd.plan(
                     arm,
                     _joint_values(arm, start, "--from"),
                     _joint_values(arm, goal, "--to"),
@@ -181,39 +181,41 @@ def plan(
                     allow_violations=allow_violations,
                     name=name,
                 )
-                warn_of_torque_limits(arm, gd.states_of(made.trajectory))
+                warn_of_torque_limits(arm, gd.states_of(planned.trajectory))
         except (TrajectoryError, UsageError) as error:
             raise _with_options(error) from None
         if out is not None:
-            gd.write_trajectory(made.trajectory, out, [command_line()])
+            gd.write_trajectory(planned.trajectory, out, [command_line()])
     if out is None and not output.as_json:
-        lines(trajectory_csv(made.trajectory, [command_line()]))
+        lines(trajectory_csv(planned.trajectory, [command_line()]))
     else:
-        output.give(plan_result(made), out)
+        output.give(plan_result(planned), out)
 
 
 def _require_what_goes_together(exciting: bool) -> None:
     """Refuse options of the other kind of motion."""
-    given = [option for name, option in _OF_POINTS.items() if not is_default(name)]
-    alone = [f"--{name}" for name in ("within", "seed") if not is_default(name)]
-    if exciting and given:
-        raise click.UsageError(f"--exciting plans the whole motion: omit {', '.join(given)}")
-    if not exciting and alone:
-        raise click.UsageError(f"--exciting is missing: {' and '.join(alone)} cannot be given without it")
+    point_options = [option for name, option in _OF_POINTS.items() if not is_default(name)]
+    exciting_options = [f"--{name}" for name in ("within", "seed") if not is_default(name)]
+    if exciting and point_options:
+        raise click.UsageError(f"--exciting plans the whole motion: omit {', '.join(point_options)}")
+    if not exciting and exciting_options:
+        raise click.UsageError(
+            f"--exciting is missing: {' and '.join(exciting_options)} cannot be given without it"
+        )
 
 
 def _box(listed: str) -> gd.Workspace:
     """Comma-separated corners of a box, m."""
     values = [number_in(entry.strip()) for entry in listed.split(",")]
-    known = [value for value in values if value is not None]
-    if not len(known) == len(values) == 6:
+    numbers = [value for value in values if value is not None]
+    if not len(numbers) == len(values) == 6:
         raise UsageError(
             "--within is not six numbers",
             where="--within",
             expected="x,y,z of the lower corner, then of the upper one, m",
             found=repr(listed),
         )
-    return gd.Workspace(known[:3], known[3:])
+    return gd.Workspace(numbers[:3], numbers[3:])
 
 
 def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | UsageError:

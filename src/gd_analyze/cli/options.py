@@ -77,8 +77,8 @@ class NameList(click.ParamType[tuple[str, ...]]):
     ) -> list[CompletionItem]:
         """Offer the names that may follow the last comma."""
         before, comma, last = incomplete.rpartition(",")
-        rest = [name for name in self.names if name.startswith(last) and name not in before.split(",")]
-        return [CompletionItem(before + comma + name) for name in rest]
+        candidates = [name for name in self.names if name.startswith(last) and name not in before.split(",")]
+        return [CompletionItem(before + comma + name) for name in candidates]
 
 
 def is_default(option: str) -> bool:
@@ -132,14 +132,17 @@ def folder(
     words: str, names: tuple[str, ...] = ("html", "pdf", "json"), option: str = "--out"
 ) -> Callable[[F], F]:
     """--out or another option, a folder; --overwrite; --format, some of the files a verb writes there."""
-    replaced = "Replace a run in that folder of another arm or motion, or with other options."
-    chosen, every = "Files to write, comma-separated.", ",".join(names)
+    help_of_overwrite = "Replace a run in that folder of another arm or motion, or with other options."
+    help_of_format = "Files to write, comma-separated."
+    all_names = ",".join(names)
     kind = NameList(names, "format")
-    where = out(words) if option == "--out" else click.option(option, type=OutputPath(), help=words)
+    folder_option = out(words) if option == "--out" else click.option(option, type=OutputPath(), help=words)
     return together(
-        where,
-        click.option("--overwrite", is_flag=True, help=replaced),
-        click.option("--format", "formats", type=kind, default=every, metavar="LIST", help=chosen),
+        folder_option,
+        click.option("--overwrite", is_flag=True, help=help_of_overwrite),
+        click.option(
+            "--format", "formats", type=kind, default=all_names, metavar="LIST", help=help_of_format
+        ),
     )
 
 

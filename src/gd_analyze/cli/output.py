@@ -69,7 +69,8 @@ class Output:
                 click.echo("\n".join(wrapped(f"wrote {where}: {names}", width(), "  ")))
                 return
             for path in written:
-                click.echo(visible(f"wrote {path}" + f", which replaces {replaced}" * bool(replaced)))
+                remark = f", which replaces {replaced}" if replaced else ""
+                click.echo(visible(f"wrote {path}{remark}"))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:
@@ -106,14 +107,16 @@ def require_outputs(*paths: Path | None, option: str = "--out") -> None:
 def _inputs(context: click.Context) -> Iterator[tuple[str, os.stat_result]]:
     """Words of the command that name inputs, and the files they stand for."""
     for parameter in context.command.params:
-        given: Any = context.params.get(parameter.name or "")
-        if given is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
+        value: Any = context.params.get(parameter.name or "")
+        if value is None or not (isinstance(parameter.type, NameOrFile) or parameter.type is FILE):
             continue
-        for word in given if isinstance(given, tuple) else (given,):
+        for word in value if isinstance(value, tuple) else (value,):
             path = parameter.type.path_of(word) if isinstance(parameter.type, NameOrFile) else Path(word)
             try:
                 yield str(word), os.fstat(0) if str(path) == "-" else path.stat()
                 # A folder stands for the files in it.
-                yield from ((str(one), one.stat()) for one in (path.iterdir() if path.is_dir() else ()))
+                yield from (
+                    (str(member), member.stat()) for member in (path.iterdir() if path.is_dir() else ())
+                )
             except (OSError, ValueError):
                 continue  # what cannot be read is for the reader to say

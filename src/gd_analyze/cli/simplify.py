@@ -69,7 +69,7 @@ from gd_analyze.text import SINE_PRICE
 @options.out("Write the model into this JSON file.")
 @reporting
 def simplify(
-    given: Given,
+    inputs: Given,
     budget: str,
     level: str,
     refit: bool,
@@ -112,7 +112,7 @@ def simplify(
         raise click.UsageError("--within needs --level fast")
     if certified and (at_set_points or operations is not None):
         raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
-    if margin is not None and (at_set_points or not given.trajectories):
+    if margin is not None and (at_set_points or not inputs.trajectories):
         raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
@@ -134,42 +134,42 @@ def simplify(
         from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
 
         replaces = out is not None and replaces_model(out)
-        how = SearchOptions(
+        search_options = SearchOptions(
             gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price, within=within
         )
-        around = gd.Margin.of(margin)  # a wrong one fails before anything is computed
+        margins = gd.Margin.of(margin)  # a wrong one fails before anything is computed
         tracking = TrackingBudget.parse(budget)
-        asked = gd.Budget() if tracking else gd.Budget.parse(budget)
+        torque_budget = gd.Budget() if tracking else gd.Budget.parse(budget)
         if tracking is not None and operations is not None:
             raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
-        exact, motion = given.exact()
+        exact, motion = inputs.exact()
         tracking = tracking and TrackingBudget.parse(budget, exact.arm)
         source = provenance(command_line())
         at_states = at_set_points or operations is not None
 
         def search(allowed: gd.Budget) -> Held:
-            told: dict[str, Any] = {"provenance": source, "stage": stage}
+            common: dict[str, Any] = {"provenance": source, "stage": stage}
             if at_states and not certified:
-                return Held(simplify_exact(exact, allowed, how, progress=stage.advance, **told))
-            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, around)
-            return simplify_held(exact, allowed, region, how, certified=certified, **told)
+                return Held(simplify_exact(exact, allowed, search_options, progress=stage.advance, **common))
+            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, margins)
+            return simplify_held(exact, allowed, region, search_options, certified=certified, **common)
 
         tracked = None
         if level == "element":
-            held = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
+            held_model = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
         elif tracking is not None:
             tracked = simplify_for_tracking(tracking, exact.form, motion, search)
-            held = tracked.held
+            held_model = tracked.held
         else:
-            held = search(asked)
+            held_model = search(torque_budget)
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
-        result = simplified_result(held, exact.states, seconds, digits, joint_velocities=by_element)
+        result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
         result = result if tracked is None else tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
-            gd.save_model(held.model, out)
+            gd.save_model(held_model.model, out)
     output.give(result, out, replaced="a model" if replaces else "")
 
 
@@ -178,7 +178,7 @@ def simplify(
 @options.level(("term", "energy"))
 @options.number("--top", 20, "Number of terms to print; --json gives all.")
 @reporting
-def rank(given: Given, level: str, top: int, output: Output) -> None:
+def rank(inputs: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by their torque, alone and together with all terms ranked below.
 
     "Without" is the largest torque error of a model without a term and all terms ranked below it. If you
@@ -194,7 +194,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
         from gd_analyze.results.term_results import ranking_result
         from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 
-        exact, _ = given.exact()
+        exact, _ = inputs.exact()
         stage("ranking")
         result = ranking_result(gd.rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
     output.give(result)
@@ -209,7 +209,7 @@ def rank(given: Given, level: str, top: int, output: Output) -> None:
     help="Take all models of a level from one elimination: seconds, not minutes, but more operations.",
 )
 @reporting
-def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
+def trade_off(inputs: Given, budget: str, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
     Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
@@ -227,7 +227,7 @@ def trade_off(given: Given, budget: str, quick: bool, output: Output) -> None:
         from gd_analyze.simplification.trade_off import FACTORS, kinds_for
 
         allowed = gd.Budget.parse(budget)
-        exact, _ = given.exact()
+        exact, _ = inputs.exact()
         kinds = kinds_for(exact.form)
         stage("simplifying", len(kinds) * len(FACTORS))
         points = gd.trade_off(exact, allowed, kinds=kinds, thorough=not quick, progress=stage.advance)

@@ -58,7 +58,7 @@ def sweep(
     overwrite: bool,
     formats: tuple[str, ...],
     output: Output,
-    **asked: Any,
+    **settings: Any,
 ) -> None:
     r"""Vary numbers of an arm along a motion: peak torque by effect, verdicts, and where these change.
 
@@ -81,14 +81,16 @@ def sweep(
 
         arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
-        words, files = [arm.name, motion.name, *vary, str(dominance), *map(str, asked.values())], None
+        words, files = [arm.name, motion.name, *vary, str(dominance), *map(str, settings.values())], None
         if out is not None:
             files = StudyFolder(out, "sweep", formats, words, overwrite=overwrite)
             require_outputs(*files.paths.values())
-        found = gd.sweep(arm, motion, vary, threshold=dominance, stage=stage, progress=stage.advance, **asked)
+        dataset = gd.sweep(
+            arm, motion, vary, threshold=dominance, stage=stage, progress=stage.advance, **settings
+        )
         inputs = [describe_in_full(arm), motion.fingerprint]
-        result = sweep_result(found, arm, provenance_of_run(command_line(), words, inputs, repeats=True))
+        result = sweep_result(dataset, arm, provenance_of_run(command_line(), words, inputs, repeats=True))
         if files is not None:
             stage(f"writing {', '.join(formats)}")
-            files.write(result, found)
+            files.write(result, dataset)
     output.give(result, *(files.paths.values() if files else ()))

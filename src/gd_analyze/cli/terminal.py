@@ -21,28 +21,30 @@ if TYPE_CHECKING:
 
 # Columns where the terminal's own number is unknown.
 WIDTH = 80
-# Without a terminal: seconds of work before the first stage is told, and between two lines on the same stage.
-SHORT, AGAIN = 5.0, 60.0
+# Without a terminal: seconds of work before the first stage is told.
+SHORT = 5.0
+# Without a terminal: seconds between two lines on the same stage.
+AGAIN = 60.0
 
 
 def lines(text: str) -> None:
     """Print a text of several lines: to a file as it is, to a terminal without what acts on it."""
     if sys.stdout.isatty():
-        text = "".join(visible(one.expandtabs()) + "\n" for one in text.removesuffix("\n").split("\n"))
+        text = "".join(visible(line.expandtabs()) + "\n" for line in text.removesuffix("\n").split("\n"))
     click.echo(text, nl=False)
 
 
 def tell(kind: str, text: str) -> None:
     """Print an error or a warning to standard error; on a terminal its lines are wrapped between words."""
     named = "red" if kind == "error" else "yellow"
-    said = [visible(line) for line in f"{kind}: {text}".split("\n")]
+    texts = [visible(line) for line in f"{kind}: {text}".split("\n")]
     if sys.stderr.isatty():
         from gd_analyze.report.terminal import wrapped
 
-        indent = "    " if len(said) > 1 else "  "
-        said = [piece for line in said for piece in wrapped(line, _terminal_width(), indent)]
+        indent = "    " if len(texts) > 1 else "  "
+        texts = [piece for line in texts for piece in wrapped(line, _terminal_width(), indent)]
     styled = click.style(kind, fg=named, bold=True)
-    click.echo(styled + "\n".join(said).removeprefix(kind), err=True, color=colour())
+    click.echo(styled + "\n".join(texts).removeprefix(kind), err=True, color=colour())
 
 
 @contextmanager
@@ -50,10 +52,12 @@ def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
     """Collect the library's warnings in a list, once each, and print them to standard error in the end."""
     shown_by_python = warnings.showwarning
 
-    def note(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+    def note(message: Warning | str, category: type[Warning], *arguments: Any, **keywords: Any) -> None:
         if not issubclass(category, GdAnalyzeWarning):
-            shown_by_python(message, category, *rest, **more)
-        elif (text := visible(str(message))) not in texts:
+            shown_by_python(message, category, *arguments, **keywords)
+            return
+        text = visible(str(message))
+        if text not in texts:
             texts.insert(0 if issubclass(category, TorqueLimitWarning) else len(texts), text)
 
     try:
@@ -72,7 +76,7 @@ class StageLines:
 
     def __init__(self) -> None:
         self._begin = time.monotonic()
-        self._label, self._told, self._told_at = "", "", 0.0
+        self._label, self._printed, self._printed_at = "", "", 0.0
         self._lock = threading.Lock()
         # For the stage that goes on by then.
         self._timer = threading.Timer(SHORT, self.tell)
@@ -84,9 +88,9 @@ class StageLines:
         with self._lock:
             self._label = self._label if label is None else label
             seconds = time.monotonic() - self._begin
-            is_new = self._label != self._told or seconds - self._told_at >= AGAIN
+            is_new = self._label != self._printed or seconds - self._printed_at >= AGAIN
             if seconds >= SHORT and is_new:
-                self._told, self._told_at = self._label, seconds
+                self._printed, self._printed_at = self._label, seconds
                 click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
 
     def end(self) -> None:
@@ -124,7 +128,7 @@ class Stages:
 
             section = verdict_section(ranking)
             lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
-            self._shown[0].known = text_of(lists, _terminal_width())
+            self._shown[0].text_above = text_of(lists, _terminal_width())
 
 
 @contextmanager
@@ -134,11 +138,11 @@ def stages(quiet: bool) -> Iterator[Stages]:
         yield Stages()
         return
     if not sys.stderr.isatty():
-        told = StageLines()
+        stage_lines = StageLines()
         try:
-            yield Stages(lines=told)
+            yield Stages(lines=stage_lines)
         finally:
-            told.end()
+            stage_lines.end()
         return
     from rich import progress
     from rich.console import Console, RenderableType
@@ -150,11 +154,11 @@ def stages(quiet: bool) -> Iterator[Stages]:
     console = Console(stderr=True)
 
     class Display(progress.Progress):
-        known = ""  # lines above the progress
+        text_above = ""  # lines above the progress
 
         def get_renderables(self) -> Iterator[RenderableType]:
-            if self.known:
-                yield Text(self.known)
+            if self.text_above:
+                yield Text(self.text_above)
             yield from super().get_renderables()
 
     with Display(*columns, console=console, transient=True, redirect_stdout=False) as display:

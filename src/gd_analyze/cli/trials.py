@@ -85,29 +85,29 @@ def evaluate(
 
         body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
-        held = loaded.arm if arm is None else gd.load_arm(arm)
+        reference_arm = loaded.arm if arm is None else gd.load_arm(arm)
         motions = motions_of(trajectories, loaded.arm, read_motion) if trajectories else []
         if out is not None and len(motions) > 1:
             raise click.UsageError(f"-o writes torque over time along one motion, not {len(motions)}")
         stage("evaluating", len(motions) or 1)
-        found = gd.evaluate(
+        evaluation = gd.evaluate(
             loaded,
             motions or gd.states_in_box(loaded.arm, states, seed),
-            held if body is None else carrying(held, body),
+            reference_arm if body is None else carrying(reference_arm, body),
             fail_over=fail_over,
             strict=strict,
             progress=stage.advance,
         )
-        unloaded = None if body is None else held
-        result = evaluation_result(found, body, unloaded, fit_friction=fit_friction)
+        unloaded = None if body is None else reference_arm
+        result = evaluation_result(evaluation, body, unloaded, fit_friction=fit_friction)
         if out is not None:
             stage(f"writing {out.name}")
-            write_text(out, torque_csv(motions[0], found.motions[0]))
+            write_text(out, torque_csv(motions[0], evaluation.motions[0]))
         if junit is not None:
             stage(f"writing {junit.name}")
-            write_text(junit, junit_xml(found))
+            write_text(junit, junit_xml(evaluation))
     output.give(result, *filter(None, (out, junit)))
-    if not found.passed:
+    if not evaluation.passed:
         click.get_current_context().exit(1)
 
 
@@ -163,7 +163,7 @@ def certify(
         from gd_analyze.certification.proof import proof, proven_again
         from gd_analyze.simplification.model_claims import measured_at
 
-        around = gd.Margin.of(margin)
+        margins = gd.Margin.of(margin)
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
         if motion:
@@ -174,7 +174,7 @@ def certify(
         if check:
             result, holds = proven_again(loaded, motion, progress=stage.advance)
         else:
-            result, holds = proof(loaded, motion, margin=around, effort=effort, progress=stage.advance), True
+            result, holds = proof(loaded, motion, margin=margins, effort=effort, progress=stage.advance), True
     output.give(result)
     if not holds:
         click.get_current_context().exit(1)
