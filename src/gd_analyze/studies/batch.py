@@ -236,12 +236,12 @@ def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
     """Rows of a record by key, but those changed since, or whose files are; a line cut short is removed."""
     path = folder / RECORD
     data = path.read_bytes()
-    whole = data[: data.rfind(b"\n") + 1]
-    if len(whole) < len(data):
-        os.truncate(path, len(whole))
+    complete = data[: data.rfind(b"\n") + 1]
+    if len(complete) < len(data):
+        os.truncate(path, len(complete))
     rows: dict[str, dict[str, Any]] = {}
     try:
-        for line in whole.splitlines():
+        for line in complete.splitlines():
             row = json.loads(line)
             digest, key = row.pop("digest", ""), row["key"]
             if digest == _digest(row):
@@ -266,8 +266,8 @@ def _digest(row: Mapping[str, Any]) -> str:
 def _table(rows: Sequence[Row], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     import pandas as pd
 
-    used = [key for key in KEYS if any(key in row for row in rows)]
-    options = ({key: str(row[key]) if key in row else "" for key in used} for row in rows)
+    used_keys = [key for key in KEYS if any(key in row for row in rows)]
+    options = ({key: str(row[key]) if key in row else "" for key in used_keys} for row in rows)
     lines = [
         {"row": number, "state": entries["state"], "error": entries["error"], **option, **entries}
         for number, (option, entries) in enumerate(zip(options, entries_of_rows, strict=True), start=1)

@@ -52,7 +52,7 @@ def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
     """1 % of peak torque, and the larger of it and a share of what the arm states of every joint."""
     no_torque = np.zeros(arm.n_joints)
     references = ReferenceTorques(arm, no_torque, no_torque)
-    stated = [text for text, whole in _NAMED.items() if np.isfinite(references.all(whole)).all()]
+    stated = [text for text, quantity in _NAMED.items() if np.isfinite(references.all(quantity)).all()]
     return tuple(map(Budget.parse, ("1%", *stated)))
 
 

@@ -172,9 +172,9 @@ def _names(*more_rows: str) -> tuple[Column, Column]:
 
 def _cost_table(arm: RobotArm) -> Table:
     columns = list(_names())
-    for which, label in (("executed", "as executed"), ("folded", "folded")):
-        counts = [getattr(count_cost(method, arm), which) for method in METHODS.values()]
-        columns.append(Column(which, "", [asdict(count) for count in counts]))
+    for attribute, label in (("executed", "as executed"), ("folded", "folded")):
+        counts = [getattr(count_cost(method, arm), attribute) for method in METHODS.values()]
+        columns.append(Column(attribute, "", [asdict(count) for count in counts]))
         columns.append(Column("", label, [f"{x.multiplications} + {x.additions}" for x in counts]))
     for key in ("growth", "form"):
         columns.append(Column(key, key, [getattr(m, key) for m in METHODS.values()], shown="text"))

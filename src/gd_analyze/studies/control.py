@@ -275,8 +275,8 @@ def followable(motion: Trajectory) -> Trajectory:
     reference = Reference.of(motion)
     middles = reference.time[:-1] + np.diff(reference.time) * np.array([[0.25], [0.5], [0.75]])
     largest = np.abs(reference.at(middles)[2]).max(axis=(1, 2))
-    wild = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
-    if not wild.any() or motion.n_set_points < FEWEST_SET_POINTS:
+    contradicts = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
+    if not contradicts.any() or motion.n_set_points < FEWEST_SET_POINTS:
         return motion
     qd, qdd, _ = completed(motion.time, motion.q, None, None)
     joint = int(largest.argmax())

@@ -73,9 +73,10 @@ def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
     diagonal = np.einsum("kii->ki", exact)
     # In units in which every joint takes as much to accelerate.
     direction = np.abs(vectors[k, :, mode]) * np.sqrt(diagonal[k])
-    moves = direction >= _MUCH * direction.max()
-    lacks = (np.einsum("kii->ki", simplified) / diagonal).min(axis=0) < _MUCH
-    return FeedbackLeft(float(values.real.min()), tuple((1 + np.flatnonzero(moves | lacks)).tolist()))
+    is_moving = direction >= _MUCH * direction.max()
+    lacks_inertia = (np.einsum("kii->ki", simplified) / diagonal).min(axis=0) < _MUCH
+    joints = 1 + np.flatnonzero(is_moving | lacks_inertia)
+    return FeedbackLeft(float(values.real.min()), tuple(joints.tolist()))
 
 
 def fixed_excess(world: World) -> float:
@@ -134,9 +135,9 @@ def torque_for(
 def at_rest(world: World, controller: Controller) -> FloatArray:
     """Largest error of PD at rest, rad (m), (n,): uncompensated gravity over the stiffness K_p M."""
     q, _, _ = world.reference.sampled()
-    still = np.zeros_like(q)
-    needed = _torque(world.plant.program, q, still, still)
-    commanded = Bank([controller] * q.shape[1], world).torque(q, still, (q, still, still))
+    zero = np.zeros_like(q)
+    needed = _torque(world.plant.program, q, zero, zero)
+    commanded = Bank([controller] * q.shape[1], world).torque(q, zero, (q, zero, zero))
     missing = np.abs(needed - commanded).max(axis=1)
     missing[missing <= ROUND_OFF_SHARE * np.abs(needed).max()] = 0.0
     return np.asarray(missing / (world.gains.stiffness * world.diagonal))
@@ -152,8 +153,8 @@ def certified(
     """
     n, time, qd, qdd = model.arm.n_joints, motion.time / speed, motion.qd * speed, motion.qdd * speed**2
     run = replace(motion, time=time, qd=qd, qdd=qdd, recording=None, motions=())
-    bare = Tube.along(model.arm, run, "0deg,0mm,qd=0%,qdd=0%")
-    times = np.linspace(bare.begin, bare.end, 3) - time[0]
+    motion_tube = Tube.along(model.arm, run, "0deg,0mm,qd=0%,qdd=0%")
+    times = np.linspace(motion_tube.begin, motion_tube.end, 3) - time[0]
     q, _, _ = world.reference.at(times, speed)
     inertia = _inertia(model.program, q.reshape(n, -1))
     if np.linalg.eigvalsh(inertia + np.swapaxes(inertia, 1, 2)).min() <= 0.0:
@@ -163,7 +164,7 @@ def certified(
     for _ in range(_ROUNDS):
         if not (margins <= _FARTHEST).all():
             break
-        tube = replace(bare, lower=bare.lower - margins, upper=bare.upper + margins)
+        tube = replace(motion_tube, lower=motion_tube.lower - margins, upper=motion_tube.upper + margins)
         try:
             along = certify(model, tube, effort=_EFFORT).along
         except GdAnalyzeError:  # its program is too long to be written out

@@ -139,7 +139,7 @@ class Tolerance:
         errors: dict[str, float] = {}
         for place, entry in enumerate(text.split(","), start=1):
             match = re.fullmatch(rf"({UNSIGNED}) ?(deg|mrad|rad|mm|m)", entry.strip())
-            name, worth = _UNITS[match[2]] if match else ("", 0.0)
+            name, factor = _UNITS[match[2]] if match else ("", 0.0)
             if match is None or name in errors:
                 raise UsageError(
                     "the tolerance is given twice" if match else "the tolerance is not understood",
@@ -147,7 +147,7 @@ class Tolerance:
                     expected="an angle such as 0.1deg or 2mrad, a length such as 1mm, or both with a comma",
                     found=repr(entry.strip()),
                 )
-            errors[name] = float(match[1]) * worth
+            errors[name] = float(match[1]) * factor
         if arm is not None and errors.keys().isdisjoint(joint.kind for joint in arm.joints):
             kind, motion = ("a length", "turns") if "prismatic" in errors else ("an angle", "slides")
             wanted = "0.1deg" if motion == "turns" else "1mm"

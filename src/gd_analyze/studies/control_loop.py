@@ -101,14 +101,14 @@ def follow(
     # Loops that run longer come first.
     order = sorted(range(len(loops)), key=lambda k: -timings[k][2])
     run = _Run(world, [loops[k] for k in order], [timings[k] for k in order])
-    begin, reported, most = 0, 0, int(run.count.max())
+    begin, reported, largest_count = 0, 0, int(run.count.max())
     for end in np.unique(run.count).tolist():
         run.keep(int((run.count >= end).sum()))
         for first in range(begin, end, _BLOCK):
             last = min(first + _BLOCK, end)
             run.advance(first, last)
-            progress(100 * last // most - reported)
-            reported = 100 * last // most
+            progress(100 * last // largest_count - reported)
+            reported = 100 * last // largest_count
         begin = end
     return tuple(run.tracked(j) for j in np.argsort(order))
 
@@ -118,24 +118,24 @@ def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
 
     The last period ends with the motion or, where the rate does not fit it, less than a period before.
     """
-    whole = duration / loop.speed
+    run_time = duration / loop.speed
     if loop.rate == CONTINUOUS:
-        per, count = 1, max(1, math.ceil(whole / _LONGEST_STEP - 1e-9))
-        length = whole / count
+        steps_per_period, count = 1, max(1, math.ceil(run_time / _LONGEST_STEP - 1e-9))
+        length = run_time / count
     else:
-        per = math.ceil(1.0 / (loop.rate * _LONGEST_STEP) - 1e-9)
-        length = 1.0 / (loop.rate * per)
-        count = max(1, math.floor(whole * loop.rate + 1e-9)) * per
+        steps_per_period = math.ceil(1.0 / (loop.rate * _LONGEST_STEP) - 1e-9)
+        length = 1.0 / (loop.rate * steps_per_period)
+        count = max(1, math.floor(run_time * loop.rate + 1e-9)) * steps_per_period
     if count > _MOST_STEPS:
         rate = "" if loop.rate == CONTINUOUS else f", {loop.rate:g} Hz"
         raise UsageError(
             "the motion takes too many steps to be simulated",
             where=f"{loop.speed:g} times its speed{rate}",
             expected=f"{_MOST_STEPS} at most",
-            found=f"{count}: {whole:.4g} s",
+            found=f"{count}: {run_time:.4g} s",
             next_step="give a part of the motion, a lower rate or a higher speed",
         )
-    return per, length, count
+    return steps_per_period, length, count
 
 
 def accelerations(inertia: FloatArray, torque: FloatArray) -> FloatArray:
@@ -205,13 +205,13 @@ class _Run:
         third = self._slope(middle, self._now(torque_held, middle, desired[1]))
         end = state + h * third
         fourth = self._slope(end, self._now(torque_held, end, desired[2]))
-        after = state + h / 6.0 * (first + 2.0 * (second + third) + fourth)
-        error = desired[2][0] - after[:n]
+        next_state = state + h / 6.0 * (first + 2.0 * (second + third) + fourth)
+        error = desired[2][0] - next_state[:n]
         runs = lost_at == np.inf
-        lost = runs & ~((np.abs(error) < _LOST).all(axis=0) & np.isfinite(after).all(axis=0))
+        lost = runs & ~((np.abs(error) < _LOST).all(axis=0) & np.isfinite(next_state).all(axis=0))
         lost_at[lost] = (k + 1) * h[lost]
         runs &= ~lost
-        np.copyto(state, after, where=runs)
+        np.copyto(state, next_state, where=runs)
         error_size, torque_size = np.where(runs, np.abs(error), 0.0), np.where(runs, np.abs(torque_held), 0.0)
         np.maximum(self.peak[:, :m], error_size, out=self.peak[:, :m])
         np.maximum(self.torque_peak[:, :m], torque_size, out=self.torque_peak[:, :m])

@@ -97,19 +97,19 @@ class EvaluatedMotion(ModelTorque):
     def error_text(self, joint: int) -> str:
         """State the largest error of one joint (from 0), its instant, and its limit."""
         unit = self.dynamics.arm.joints[joint].effort_unit
-        largest, most = float(self.errors.largest[joint]), self.most
+        largest, limit = float(self.errors.largest[joint]), self.most
         if largest == 0.0:
             return "no torque error beyond round-off"
         at = "" if np.isnan(self.at[joint]) else f" at {self.at[joint]:.6g} s"
         text = f"largest torque error {amount(largest, unit)}{at}, "
         text += f"{percent(float(self.errors.largest_share[joint]))} of its peak"
-        if most is None:
+        if limit is None:
             return text
         if not self.judged.all():
             judged = f"{self.judged.sum()} of {len(self.judged)} states judged"
             text += f"; {amount(float(self.counted[joint]), unit)} at the {judged}"
-        times = float(share_of(self.counted, most)[joint])
-        return f"{text}, {times:.4g} times its limit {amount(float(most[joint]), unit)}"
+        times = float(share_of(self.counted, limit)[joint])
+        return f"{text}, {times:.4g} times its limit {amount(float(limit[joint]), unit)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +171,8 @@ class Evaluation:
         options = f"(--fail-over {self.fail_over}{', --strict' if self.strict else ''})"
         judged = [motion for motion in self.motions if motion.most is not None]
         if not judged:
-            lacks = f"the model states nothing for {'these states' if len(self.motions) == 1 else 'them'}"
-            return f"{'Failed' if self.strict else 'Not judged'}: {lacks} {options}."
+            reason = f"the model states nothing for {'these states' if len(self.motions) == 1 else 'them'}"
+            return f"{'Failed' if self.strict else 'Not judged'}: {reason} {options}."
         failed, total = sum(not motion.passed for motion in judged), len(self.motions)
         if total == 1:
             text = "Failed" if failed else "Passed"
@@ -333,15 +333,16 @@ def _evaluated(
     exact, states = computed.dynamics, computed.dynamics.states
     arm, measured = exact.arm, None
     accuracy = model.accuracy.along(str(states.described.get("trajectory_fingerprint", "")))
-    most, judged = None, np.full(len(states), limit is not None)
+    largest_allowed, judged = None, np.full(len(states), limit is not None)
     if limit == "promise":
-        most = accuracy.allowed
+        largest_allowed = accuracy.allowed
     elif limit == "stated":
-        most, judged = _as_stated(model, accuracy, states)
+        largest_allowed, judged = _as_stated(model, accuracy, states)
     elif limit is not None:
         # A share of torque is undefined for a joint that needs none along this motion.
-        needs, over_all = computed.errors.peak_torque > 0.0, ReferenceTorques(arm, peaks, exact.uncertainty)
-        most = np.where(needs, exact.allowed(limit), allowed_by(limit, over_all))
+        needs_torque = computed.errors.peak_torque > 0.0
+        over_all = ReferenceTorques(arm, peaks, exact.uncertainty)
+        largest_allowed = np.where(needs_torque, exact.allowed(limit), allowed_by(limit, over_all))
     if motion is not None:
         warn_of_torque_limits(arm, states, exact.torque)
         if motion.recording is not None and motion.recording.torque is not None:
@@ -354,7 +355,7 @@ def _evaluated(
         computed.norms,
         motion,
         accuracy,
-        most,
+        largest_allowed,
         judged,
         () if motion is None else box_exits(arm, motion, box),
         outside_of(arm, box, states),

@@ -187,12 +187,14 @@ class _Motion:
     def joints(self) -> Table:
         """Errors by joint, beside what is allowed."""
         motion, errors, arm, effect = self.motion, self.motion.errors, self.motion.dynamics.arm, self.effect
-        units, nothing = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-        allowed, promised, bare = motion.accuracy.allowed, motion.accuracy.errors, self.bare
+        units, empty = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
+        allowed, promised, unloaded_torque = motion.accuracy.allowed, motion.accuracy.errors, self.bare
         is_judged = motion.most is not None
-        most, passed = (nothing, nothing) if motion.most is None else (motion.most, ~motion.fails)
-        unloaded: Sequence[Any] | FloatArray = nothing if bare is None else bare.errors.largest
-        of_allowed = nothing if bare is None else share_of(bare.errors.largest, allowed)
+        limit, passed = (empty, empty) if motion.most is None else (motion.most, ~motion.fails)
+        unloaded: Sequence[Any] | FloatArray = (
+            empty if unloaded_torque is None else unloaded_torque.errors.largest
+        )
+        of_allowed = empty if unloaded_torque is None else share_of(unloaded_torque.errors.largest, allowed)
         columns = [
             *joint_columns(arm.joints),
             Column("peak_torque", "peak", errors.peak_torque, units),
@@ -202,11 +204,11 @@ class _Motion:
             Column(
                 "largest_error_at", "" if is_judged or motion.trajectory is None else "at", motion.at, "s"
             ),
-            Column("fail_over", "limit" if is_judged else "", most, units),
+            Column("fail_over", "limit" if is_judged else "", limit, units),
             Column("passed", "passed" if is_judged else "", passed, shown="flag"),
             Column("allowed_error", "" if is_judged else "promised", allowed, units),
             Column("largest_of_allowed", "of promised", share_of(errors.largest, allowed), shown="times"),
-            Column("", "unloaded" if bare else "", of_allowed, shown="times"),
+            Column("", "unloaded" if unloaded_torque else "", of_allowed, shown="times"),
             Column("within_allowed", "", motion.keeps_promise),
             Column("promised_of_allowed", "", share_of(promised.largest, allowed)),
             Column("peak_torque_fitted_on", "", promised.peak_torque),
@@ -274,8 +276,8 @@ class _Motion:
             if self.fit_friction:
                 columns.append(Column("", "beside friction", comparison.friction.rms, units))
         # To nine digits: the difference may be nothing but round-off.
-        more = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
-        columns.append(Column("", "more", more, shown="percent"))
+        increase = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
+        columns.append(Column("", "more", increase, shown="percent"))
         note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
         tables = [
             Table("", "Measured torque", tuple(columns), note),
@@ -340,6 +342,6 @@ def _outcome(case: ElementTree.Element, evaluation: Evaluation, motion: Evaluate
 
 def _counts(suites: Sequence[ElementTree.Element]) -> dict[str, str]:
     """Numbers of cases, and of those failed and skipped."""
-    of = {"tests": "testcase", "failures": "testcase/failure", "errors": "testcase/error"}
-    of["skipped"] = "testcase/skipped"
-    return {name: str(sum(len(suite.findall(path)) for suite in suites)) for name, path in of.items()}
+    paths = {"tests": "testcase", "failures": "testcase/failure", "errors": "testcase/error"}
+    paths["skipped"] = "testcase/skipped"
+    return {name: str(sum(len(suite.findall(path)) for suite in suites)) for name, path in paths.items()}

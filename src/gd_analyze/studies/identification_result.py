@@ -172,8 +172,8 @@ def _headline(identification: Identification, answer: Supported | None) -> str:
         kept_joints = named_joints(identification.kept, n)
         text += f" At {kept_joints} the file's values stay: the logs do not improve them."
     if identification.doubts:
-        more = f" ({len(identification.doubts) - 1} more below)" if len(identification.doubts) > 1 else ""
-        return f"Doubtful: {identification.doubts[0]}{more}. {text}"
+        remark = f" ({len(identification.doubts) - 1} more below)" if len(identification.doubts) > 1 else ""
+        return f"Doubtful: {identification.doubts[0]}{remark}. {text}"
     return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
 
 
@@ -192,8 +192,8 @@ def _notices(identification: Identification) -> Iterator[str]:
             "beside those of the file. A known mass (--mass) calibrates it."
         )
     if identification.silent:
-        still = named_joints(identification.silent, identification.given.n_joints)
-        yield f"{still} does not move: its friction is not identifiable."
+        still_joints = named_joints(identification.silent, identification.given.n_joints)
+        yield f"{still_joints} does not move: its friction is not identifiable."
     unidentifiable = ", ".join(
         parameter.symbol for parameter in identification.parameters if not parameter.identifiable
     )

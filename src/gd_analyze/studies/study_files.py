@@ -70,12 +70,12 @@ def write_findings(
         trim()
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
-    with ThreadPoolExecutor(max_workers=1) as beside, replacing_together(paths) as temporaries:
+    with ThreadPoolExecutor(max_workers=1) as executor, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
         typeset = prepare_pdf(findings, report) if "pdf" in places else None
         # For a long motion memory is scarcer than time.
-        pdf = None if typeset is None or is_long else beside.submit(typeset)
+        pdf = None if typeset is None or is_long else executor.submit(typeset)
         if "html" in places:
             places["html"].write_bytes(render_html(findings, report).encode())
         if "csv" in places:

@@ -258,19 +258,19 @@ class _Sweep:
         if not self.exact.form.drives:
             bodies = replace(bodies, drive_inertia=np.zeros((count, 0)))
         speed = next((x for p, x in values.items() if p.key == SPEED), np.ones(count))
-        alike, which = np.unique(points[:, self._geometric], axis=0, return_inverse=True)
-        groups = [np.flatnonzero(which.ravel() == k) for k in range(len(alike))]
+        geometries, geometry_of_point = np.unique(points[:, self._geometric], axis=0, return_inverse=True)
+        groups = [np.flatnonzero(geometry_of_point.ravel() == k) for k in range(len(geometries))]
         changed = [self.parameters[k] for k in self._geometric]
         tasks = (
             (self, dict(zip(changed, values.tolist(), strict=True)), bodies.at(group), speed[group])
-            for values, group in zip(alike, groups, strict=True)
+            for values, group in zip(geometries, groups, strict=True)
         )
         results: list[Array] = []
         for number, arrays in each(_Sweep.of_geometry, tasks, self.jobs if len(groups) > 1 else 1):
             if not results:
                 results = [np.empty((*array.shape[:-1], count), array.dtype) for array in arrays]
-            for whole, array in zip(results, arrays, strict=True):
-                whole[..., groups[number]] = array
+            for result, array in zip(results, arrays, strict=True):
+                result[..., groups[number]] = array
             progress(len(groups[number]))
         return results[0], results[1], results[2]
 
@@ -297,7 +297,7 @@ class _Sweep:
         """Bisect every change of a verdict (E + n, ...) between neighbours on the grid."""
         found_changes: list[_Change] = []
         for axis, values in enumerate(grid):
-            close = max(precision * (values[-1] - values[0]), 4 * np.spacing(np.abs(values).max()))
+            resolution = max(precision * (values[-1] - values[0]), 4 * np.spacing(np.abs(values).max()))
             verdicts = np.moveaxis(verdict, axis + 1, -1)
             place = np.argwhere(verdicts[..., :-1] != verdicts[..., 1:])
             element, index = place[:, 0], np.insert(place[:, 1:-1], axis, place[:, -1], axis=1)
@@ -306,22 +306,24 @@ class _Sweep:
             before, after = verdicts[tuple(place.T)], verdicts[(*place.T[:-1], place[:, -1] + 1)]
             while len(element):
                 at, end, verdict_at_end = low, high, after
-                while (end - at > close).any():
+                while (end - at > resolution).any():
                     base[:, axis] = (at + end) / 2
-                    points, which = np.unique(base, axis=0, return_inverse=True)
-                    verdict_at_middle = self.at(points)[0][element, which.ravel()]
-                    same = verdict_at_middle == before
-                    at, end = np.where(same, base[:, axis], at), np.where(same, end, base[:, axis])
-                    verdict_at_end = np.where(same, verdict_at_end, verdict_at_middle)
+                    points, index_of_point = np.unique(base, axis=0, return_inverse=True)
+                    verdict_at_middle = self.at(points)[0][element, index_of_point.ravel()]
+                    is_unchanged = verdict_at_middle == before
+                    at = np.where(is_unchanged, base[:, axis], at)
+                    end = np.where(is_unchanged, end, base[:, axis])
+                    verdict_at_end = np.where(is_unchanged, verdict_at_end, verdict_at_middle)
                 base[:, axis] = (at + end) / 2
                 columns = (x.tolist() for x in (element, before, verdict_at_end, base, high))
                 found_changes += [
                     (e, axis, a, b, tuple(x), y) for e, a, b, x, y in zip(*columns, strict=True)
                 ]
                 # There is a third verdict between the two.
-                more = verdict_at_end != after
-                low, before = end[more], verdict_at_end[more]
-                element, base, high, after = element[more], base[more], high[more], after[more]
+                has_third = verdict_at_end != after
+                low, before = end[has_third], verdict_at_end[has_third]
+                element, base = element[has_third], base[has_third]
+                high, after = high[has_third], after[has_third]
 
         def position(change: _Change) -> tuple[int, float]:
             """The parameter along which a verdict changes, and its value there."""

@@ -28,16 +28,16 @@ _WHITE = "White: negligible, zero, or within budget."
 
 def sweep_result(dataset: xr.Dataset, arm: RobotArm, provenance: Mapping[str, str]) -> Result:
     """Facts, tables and drawings of what `sweep` found."""
-    attrs, drawn = dataset.attrs, "sample" in dataset.dims
+    attrs, is_drawn = dataset.attrs, "sample" in dataset.dims
     names = [str(name) for name in dataset.parameter.values]
     units = [pretty(str(unit)) for unit in dataset.unit.values]
-    lows, highs = ([float(of(dataset[name])) for name in names] for of in (np.min, np.max))
+    lows, highs = ([float(extreme(dataset[name])) for name in names] for extreme in (np.min, np.max))
     ranges = [
         f"{name} {number(low)} to {number(high)} {unit}".rstrip()
         for name, low, high, unit in zip(names, lows, highs, units, strict=True)
     ]
     size, counted = dataset.verdict.shape[:-1], dataset.operations.values[dataset.operations.notnull().values]
-    points = f"{size[0]} draws, seed {attrs['seed']}" if drawn else " by ".join(map(str, size))
+    points = f"{size[0]} draws, seed {attrs['seed']}" if is_drawn else " by ".join(map(str, size))
     span = [int(counted.min()), int(counted.max())] if counted.size else None
     quick = attrs["operations_by"] == QUICK
     facts = [
@@ -51,10 +51,12 @@ def sweep_result(dataset: xr.Dataset, arm: RobotArm, provenance: Mapping[str, st
              text=None if span is None else f"{span[0]} to {span[1]}",
              note="quick count" if quick else attrs["operations_by"]),
     ]  # fmt: skip
-    if not drawn:
-        within = dataset.precision.values
-        close = ", ".join(f"{number(x)} {unit}".rstrip() for x, unit in zip(within, units, strict=True))
-        facts.insert(-1, Fact("precision", "Changes located within", within, text=close))
+    if not is_drawn:
+        precision = dataset.precision.values
+        precision_text = ", ".join(
+            f"{number(x)} {unit}".rstrip() for x, unit in zip(precision, units, strict=True)
+        )
+        facts.insert(-1, Fact("precision", "Changes located within", precision, text=precision_text))
     notices = []
     if quick and not counted.size:
         notices.append("The arm has too many terms for a quick count; give --operations fast.")
@@ -80,14 +82,14 @@ def _headline(dataset: xr.Dataset, units: list[str]) -> str:
     """Where verdicts change, or which of them differ among draws."""
     if "sample" in dataset.dims or dataset.sizes["parameter"] > 1:
         differing = changing(dataset)
-        more = f" and {len(differing) - _FEW} more" if len(differing) > _FEW else ""
+        remark = f" and {len(differing) - _FEW} more" if len(differing) > _FEW else ""
         if not differing:
             return "No verdict changes."
-        return f"Verdicts differ on {', '.join(differing[:_FEW])}{more}."
+        return f"Verdicts differ on {', '.join(differing[:_FEW])}{remark}."
     places = zip(dataset.change_element.values, dataset.change_at.values[:, 0].tolist(), strict=True)
     changes = [f"{label} at {number(at)} {units[0]}".rstrip() for label, at in places]
-    more = f", and {len(changes) - _FEW} more" if len(changes) > _FEW else ""
-    return f"Verdicts change: {', '.join(changes[:_FEW])}{more}." if changes else "No verdict changes."
+    remark = f", and {len(changes) - _FEW} more" if len(changes) > _FEW else ""
+    return f"Verdicts change: {', '.join(changes[:_FEW])}{remark}." if changes else "No verdict changes."
 
 
 def _tables(dataset: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
@@ -140,12 +142,12 @@ def _tables(dataset: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
 
 
 def _drawings(dataset: xr.Dataset, names: list[str]) -> list[Drawing]:
-    drawn = "sample" in dataset.dims
-    if len(names) == 2 and not drawn:
+    is_drawn = "sample" in dataset.dims
+    if len(names) == 2 and not is_drawn:
         return [Drawing("maps", f"{names[0]} across, {names[1]} upward.", maps_figure(dataset), _WHITE)]
-    if len(names) > 1 and not drawn:
+    if len(names) > 1 and not is_drawn:
         return []
     torques = Drawing("torques", f"Peak torque over {names[0]}", torque_figure(dataset))
-    if drawn:
+    if is_drawn:
         return [torques]
     return [Drawing("verdicts", f"Verdicts over {names[0]}.", verdict_figure(dataset), _WHITE), torques]

@@ -81,11 +81,11 @@ def symbolic_result(robot: str) -> Result:
     forms = {name: two_link_closed_forms(name) for name in METHODS}
     methods = {name: form.entries() | {"is_the_text's": same(form, text)} for name, form in forms.items()}
     # Formulations that end in the same expressions are listed together.
-    alike: dict[tuple[tuple[str, object], ...], list[str]] = {}
+    titles_by_entries: dict[tuple[tuple[str, object], ...], list[str]] = {}
     for name, entries in methods.items():
-        alike.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
+        titles_by_entries.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
     sections = []
-    for (*labelled_entries, (_, is_text)), titles in alike.items():
+    for (*labelled_entries, (_, is_text)), titles in titles_by_entries.items():
         equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in labelled_entries))
         note = "As in FGL87." if is_text else "NOT as in FGL87."
         sections.append(Section("", "; ".join(titles), (equations,), note=note))

@@ -154,17 +154,16 @@ class TrackingBudget:
 
 def _loop_not_understood(words: str) -> UsageError:
     """Error for the words after the tracking error, in rad/s where they state a bandwidth."""
-    bare = _NOT_RAD.match(words)
-    rate = 0.0 if bare is None else float(bare[1]) * (math.tau if bare[2].lower() == "hz" else 1.0)
-    return UsageError(
-        "the loop of the budget is not understood" if bare is None else "the bandwidth needs its unit, rad/s",
-        where="--budget",
-        expected='"at 20 rad/s", then "damping 1", or one of these',
-        found=repr(words),
-        next_step='write the bandwidth first: "at 20 rad/s damping 1"'
-        if bare is None
-        else f'write "at {rate:.4g} rad/s"',
-    )
+    match = _NOT_RAD.match(words)
+    if match is None:
+        message = "the loop of the budget is not understood"
+        next_step = 'write the bandwidth first: "at 20 rad/s damping 1"'
+    else:
+        rate = float(match[1]) * (math.tau if match[2].lower() == "hz" else 1.0)
+        message = "the bandwidth needs its unit, rad/s"
+        next_step = f'write "at {rate:.4g} rad/s"'
+    expected = '"at 20 rad/s", then "damping 1", or one of these'
+    return UsageError(message, where="--budget", expected=expected, found=repr(words), next_step=next_step)
 
 
 class Tracked(NamedTuple):
@@ -190,8 +189,8 @@ class Tracked(NamedTuple):
             Fact("tracking_bound", "Tracking error, bound", bound, text=proven),
             Fact("tracking_searches", "", self.searches),
         )
-        more = "" if share <= 1.0 else f", more than the {self.budget.amount(1.0, arm)} asked for"
-        line = f"Tracking error {error_text}, simulated{more}."
+        remark = "" if share <= 1.0 else f", more than the {self.budget.amount(1.0, arm)} asked for"
+        line = f"Tracking error {error_text}, simulated{remark}."
         return replace(result, headline=f"{result.headline} {line}", facts=(*result.facts, *facts))
 
 
