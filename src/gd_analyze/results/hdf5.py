@@ -212,28 +212,28 @@ class SoundFile(io.FileIO):
 
     def write(self, data: Any) -> int:
         """Write all of `data` at the file's position."""
-        whole = memoryview(data).cast("B")
-        start, remaining = self.tell(), whole
+        view = memoryview(data).cast("B")
+        start, remaining = self.tell(), view
         try:
             while self.failure is None and remaining:
                 remaining = remaining[super().write(remaining) :]
         except OSError as error:
             self.failure = error
         if self.failure is not None:
-            for page, place, piece in self._pieces(start, whole):
+            for page, place, piece in self._pieces(start, view):
                 self._pages.setdefault(page, self._page(page))[place : place + len(piece)] = piece
-        self.seek(start + len(whole))
-        return len(whole)
+        self.seek(start + len(view))
+        return len(view)
 
     def readinto(self, buffer: Any) -> int:
         """Read what was written, zeros where nothing was."""
         if self.failure is None:
             return super().readinto(buffer) or 0
-        start, whole = self.tell(), memoryview(buffer).cast("B")
-        for page, place, piece in self._pieces(start, whole):
+        start, view = self.tell(), memoryview(buffer).cast("B")
+        for page, place, piece in self._pieces(start, view):
             piece[:] = self._page(page)[place : place + len(piece)]
-        self.seek(start + len(whole))
-        return len(whole)
+        self.seek(start + len(view))
+        return len(view)
 
     def truncate(self, size: int | None = None) -> int:
         """Set the size of the file, which matters only while all writes succeed."""

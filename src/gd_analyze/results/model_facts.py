@@ -59,8 +59,8 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     )
     sizes = error if in_torque else model.accuracy.shares_of(error)
     joint = int(sizes.argmax())
-    of, unit = ("", arm.joints[joint].effort_unit) if in_torque else (budget.shares_of, "")
-    return WorstError(joint + 1, float(sizes[joint]), bound is not None, of, unit)
+    reference, unit = ("", arm.joints[joint].effort_unit) if in_torque else (budget.shares_of, "")
+    return WorstError(joint + 1, float(sizes[joint]), bound is not None, reference, unit)
 
 
 def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:

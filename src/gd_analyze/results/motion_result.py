@@ -74,7 +74,7 @@ def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
     return table_of("joints", "Measured and exact torque", rows, labels)
 
 
-def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple[Table, ...]:
+def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple[Table, ...]:
     """Friction and offset fitted to each joint's difference, with standard errors, if asked for."""
     if "coulomb" not in table:
         return ()
@@ -92,7 +92,7 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, beside: str = "") -> tuple
         ]
         columns.append(Column("", label, cells, shown="text"))
     columns.append(Column("", "RMS left", [row["rms_beside_friction"] for row in rows], efforts))
-    title = f"Friction and offset fitted to the difference{beside}, with standard errors"
+    title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
     return (Table("", title, tuple(columns)),)
 
 
@@ -147,16 +147,16 @@ def motion_rows(findings: Findings) -> list[Row]:
     these and `joint` its joint, from 1; `proven` is the largest proven share near the motion.
     """
     table = findings.tables["motions"]
-    used = share_of(table.largest_error.values, table.allowed_error.values)
+    used_share = share_of(table.largest_error.values, table.allowed_error.values)
     renamed = table.rename(motion_origin="origin")
     names = ("motion", "origin", "set_points", "duration")
     per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
     return [
         {
             **{name: renamed[name].values[k].tolist() for name in (*names, *per_joint)},
-            "used": used[k].tolist(),
-            "worst": float(used[k].max()),
-            "joint": int(used[k].argmax()) + 1,
+            "used": used_share[k].tolist(),
+            "worst": float(used_share[k].max()),
+            "joint": int(used_share[k].argmax()) + 1,
             "certified": table.certified.values[k].tolist(),
             "proven": float(share_of(table.certified.values, table.allowed_error.values)[k].max()),
         }
@@ -222,8 +222,8 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
 
 
 def _named(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{len(names)}: {', '.join(names[:_NAMED])}{more}" if names else "none"
+    remark = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{len(names)}: {', '.join(names[:_NAMED])}{remark}" if names else "none"
 
 
 def strict_notice(findings: Findings) -> str:
@@ -236,11 +236,12 @@ def strict_notice(findings: Findings) -> str:
     if not (ratio >= _STRICT).any() or not budget.wholes & {"peak", "uncertainty"}:
         return ""
     joint = int(ratio.argmax())
-    least, most = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
-    needs = amount(float(table.peak_torque.values[least, joint]), arm.joints[joint].effort_unit)
+    least_motion, most_motion = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())
+    torque_text = amount(float(table.peak_torque.values[least_motion, joint]), arm.joints[joint].effort_unit)
     text = (
-        f"Joint {joint + 1} needs up to {needs} along {names[least]} and is allowed "
-        f"{number(float(ratio[joint]))} times less error than along {names[most]}, which may cost operations."
+        f"Joint {joint + 1} needs up to {torque_text} along {names[least_motion]} and is allowed "
+        f"{number(float(ratio[joint]))} times less error than along {names[most_motion]}, which may cost "
+        "operations."
     )
     if findings.model.notice:
         return text

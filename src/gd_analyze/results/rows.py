@@ -106,12 +106,12 @@ def dominance_note(findings: Findings) -> str:
 
 def changes_text(row: Row) -> str:
     """When the verdict on an element changes: "both until 0.96 s, then rotation"; "" if never."""
-    *before, last = row["stretches"]
+    *earlier, last = row["stretches"]
     words = []
-    for stretch in before:
+    for stretch in earlier:
         preposition = "until" if stretch["begin"] < stretch["end"] else "at"
         words.append(f"{effect_of(row, stretch['verdict'])} {preposition} {stretch['end']:.3g} s")
-    return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if before else ""
+    return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if earlier else ""
 
 
 class DroppedParts(NamedTuple):

@@ -187,8 +187,8 @@ def run_headline(findings: Findings) -> str:
     tried = int(tube.attrs["tried"])
     if tried:
         proof = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
-        near = worst_error(model, tube.tube_worst_found.values).text
-        error = f"up to {near} near {motion} ({thousands(tried)} states tried; {proof})"
+        error_text = worst_error(model, tube.tube_worst_found.values).text
+        error = f"up to {error_text} near {motion} ({thousands(tried)} states tried; {proof})"
     elif bound is None:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
@@ -251,8 +251,8 @@ def _drives_text(drives: Sequence[DriveShare], n_joints: int) -> str:
     """Their shares and joints: "98 to 100 % of peak torque at joints 4, 5 and 6"."""
     if not drives:
         return ""
-    least, most = (f"{100 * pick(drive.share for drive in drives):.0f}" for pick in (min, max))
-    share = f"{least} %" if least == most else f"{least} to {most} %"
+    lowest, highest = (f"{100 * pick(drive.share for drive in drives):.0f}" for pick in (min, max))
+    share = f"{lowest} %" if lowest == highest else f"{lowest} to {highest} %"
     return f"{share} of peak torque at {named_joints([drive.joint for drive in drives], n_joints)}"
 
 
@@ -272,8 +272,8 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         proven = Fact("proven_error", label, None, text="not proven")
     else:
         proven = worst_error(model, bound).fact("proven_error", label, "at most")
-    near, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
-    tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", near, "up to")
+    tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
+    tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
     size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
     counted = f"{counted.capitalize()}{'' if model.level.is_program else ' kept'}"
     sampled = "" if model.is_exact else "Torque error at the set points"

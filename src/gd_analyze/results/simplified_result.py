@@ -39,14 +39,14 @@ def simplified_result(
     model, certificate = held_model.model, held_model.certificate
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
-    answer, proven, joints = None, [], joint_errors(model, bound)
+    error_text, proven, joints = None, [], joint_errors(model, bound)
     extra_columns = [Column("certified", "", [None] * arm.n_joints if bound is None else bound)]
     if accuracy.uncertainty is not None:
         extra_columns.append(Column("uncertainty", "", accuracy.uncertainty))
     if certificate is not None:
         worst = worst_error(model, certificate.counting)
         region = " near each motion" if accuracy.motions else ""
-        answer = f"Torque error at most {worst.text}{region} (joint {worst.joint}), proven"
+        error_text = f"Torque error at most {worst.text}{region} (joint {worst.joint}), proven"
         proven = [
             Fact("certified_within", "Proven within", certificate.region.where),
             Fact("", "Proof" if certificate.note else "", certificate.note),
@@ -56,7 +56,7 @@ def simplified_result(
             worst_error(model, held_model.found),
             f"{thousands(held_model.tried)} {held_model.tried_are}",
         )
-        answer = f"Torque error up to {worst.text} (joint {worst.joint}), found at {tried}"
+        error_text = f"Torque error up to {worst.text} (joint {worst.joint}), found at {tried}"
         ascent = ""
         if held_model.tried_are == "positions":
             ascent = ": velocities and accelerations the worst at each, then an ascent from the worst"
@@ -80,7 +80,7 @@ def simplified_result(
         )
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
-        headline=headline(model, answer),
+        headline=headline(model, error_text),
         facts=(
             Fact("arm", "", arm.name),
             Fact(

@@ -74,20 +74,21 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
         begins = motion.stretch_from.values
         in_order = begins[0] == 1 and (np.diff(begins) > 0).all() and begins[-1] <= motion.sizes["time"]
         yield "stretch_from of trajectory", bool(in_order), True
-    drawn, certified = beyond.attrs["states_drawn"] > 0, bool(beyond.certified.notnull().all())
-    stated, proven = bool(beyond.uncertainty.notnull().all()), bool(tube.tube_certified.notnull().all())
-    is_known = {"certified": certified, "worst_found": certified, "uncertainty": stated}
-    is_known |= {"within_limits": drawn, "within_limits_share": drawn}
+    has_states, is_certified = beyond.attrs["states_drawn"] > 0, bool(beyond.certified.notnull().all())
+    has_uncertainty = bool(beyond.uncertainty.notnull().all())
+    is_proven = bool(tube.tube_certified.notnull().all())
+    is_known = {"certified": is_certified, "worst_found": is_certified, "uncertainty": has_uncertainty}
+    is_known |= {"within_limits": has_states, "within_limits_share": has_states}
     for name, expected in is_known.items():
         yield f"{name} of beyond", bool((beyond[name].notnull() == expected).all()), True
-    is_tried = proven or tube.attrs["tried"] > 0
+    is_tried = is_proven or tube.attrs["tried"] > 0
     for name, expected in (
-        ("tube_certified", proven),
-        ("tube_along", proven),
+        ("tube_certified", is_proven),
+        ("tube_along", is_proven),
         ("tube_worst_found", is_tried),
     ):
         yield f"{name} of tube", bool((tube[name].notnull() == expected).all()), True
-    if proven:
+    if is_proven:
         largest = tube.tube_along.max("segment")
         yield "tube_certified of tube", tube.tube_certified.values.tolist(), largest.values.tolist()
     for name in ("torque_peak", "torque_share"):
