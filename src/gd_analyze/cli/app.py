@@ -74,13 +74,13 @@ class MainJobGroup(click.Group):
         if word.startswith("-") or word in arms_known or Path(word).suffix or Path(word).exists():
             return
         verbs = [name for name, command in self.commands.items() if not command.hidden]
-        near = difflib.get_close_matches(word, [*arms_known, *verbs], n=1)
-        if near and near[0] in verbs:
+        matches = difflib.get_close_matches(word, [*arms_known, *verbs], n=1)
+        if matches and matches[0] in verbs:
             raise UsageError(
                 f"there is no verb {word!r}",
                 expected=f"one of {', '.join(verbs)}, or an arm and a trajectory",
                 found="neither a verb, nor a built-in arm, nor an existing file",
-                next_step=f"did you mean `gd-analyze {near[0]}`?",
+                next_step=f"did you mean `gd-analyze {matches[0]}`?",
             )
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:

@@ -25,8 +25,8 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
         for place, word in enumerate(map(str.strip, words.split(",")), start=1):
             number = math.inf if endless and word == endless else number_in(word)
             if number is None or not number > 0 or (number == math.inf and word != endless):
-                more = f", or {endless}" if endless else ""
-                raise click.BadParameter(f"entry {place}, {word!r}, is not a number above 0{more}")
+                remark = f", or {endless}" if endless else ""
+                raise click.BadParameter(f"entry {place}, {word!r}, is not a number above 0{remark}")
             numbers.append(number)
         return tuple(numbers)
 

@@ -76,9 +76,9 @@ class NameList(click.ParamType[tuple[str, ...]]):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Offer the names that may follow the last comma."""
-        before, comma, last = incomplete.rpartition(",")
-        candidates = [name for name in self.names if name.startswith(last) and name not in before.split(",")]
-        return [CompletionItem(before + comma + name) for name in candidates]
+        earlier, comma, last = incomplete.rpartition(",")
+        candidates = [name for name in self.names if name.startswith(last) and name not in earlier.split(",")]
+        return [CompletionItem(earlier + comma + name) for name in candidates]
 
 
 def is_default(option: str) -> bool:
