@@ -48,9 +48,9 @@ class Output:
     def give(
         self, result: Result, *files: Path | None, folder: Path | None = None, replaced: str = ""
     ) -> None:
-        """Print a result the way that was asked for, and which files hold it; those of a folder in a line.
+        """Print a result as text or JSON, and the names of its files; those of a folder in one line.
 
-        `replaced` says in words what stood in their place.
+        `replaced` says in words what the files replaced.
         """
         written = [path for path in files if path is not None]
         if self.as_json:

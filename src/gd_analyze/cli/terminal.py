@@ -28,7 +28,7 @@ AGAIN = 60.0
 
 
 def lines(text: str) -> None:
-    """Print a text of several lines: to a file as it is, to a terminal without what acts on it."""
+    """Print a text of several lines: to a file as it is, to a terminal with control characters spelt out."""
     if sys.stdout.isatty():
         text = "".join(visible(line.expandtabs()) + "\n" for line in text.removesuffix("\n").split("\n"))
     click.echo(text, nl=False)

@@ -89,7 +89,10 @@ def provenance(command: str) -> dict[str, str]:
 def provenance_of_run(
     command: str, settings: Sequence[Any], everything: Any, *, repeats: bool
 ) -> dict[str, str]:
-    """`provenance` with the mark of the run as "run"; if the run `repeats`, without time and command."""
+    """`provenance`, with the mark of the run as "run".
+
+    The mark of a run that `repeats` does not depend on time and command.
+    """
     source = provenance(command)
     passing = ("created", "command") if repeats else ()
     lasting = {key: value for key, value in source.items() if key not in passing}

@@ -126,7 +126,7 @@ def _gamma_text(gamma: float) -> str:
 
 
 def structure_note(model: SimplifiedModel) -> str:
-    """What D and h of a model of terms are good for, a line each; "" where they are exact or not its own."""
+    """Uses of D and of h of a model of terms, a line each; "" if both are exact or the level has no terms."""
     if not model.level.has_torque_terms or model.is_exact:
         return ""
     gamma = model.accuracy.gamma

@@ -352,7 +352,10 @@ def tube_bound(findings: Findings) -> FloatArray | None:
 
 
 def near_bound(findings: Findings) -> FloatArray | None:
-    """The same bound; with several motions each one's is scaled by the overall over its own allowed error."""
+    """The same bound; with several motions, the largest of their bounds.
+
+    Each motion's bound is multiplied by the overall allowed error over the error allowed along the motion.
+    """
     bound = tube_bound(findings)
     if bound is None or "motions" not in findings.tables:
         return bound

@@ -233,7 +233,10 @@ def _headline(findings: Findings) -> dict[str, Any]:
 
 
 def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
-    """Rows of a record by key, but those changed since, or whose files are; a line cut short is removed."""
+    """Rows of a record by key, without rows that were changed or whose files were.
+
+    An incomplete last line is removed from the record.
+    """
     path = folder / RECORD
     data = path.read_bytes()
     complete = data[: data.rfind(b"\n") + 1]

@@ -129,7 +129,7 @@ class Tolerance:
         Raises
         ------
         UsageError
-            If an entry is not understood or is given twice, or the arm has no joint that any is of.
+            If an entry is not understood or is given twice, or the arm has no joint of any entry's kind.
 
         Examples
         --------

@@ -366,7 +366,7 @@ def _evaluated(
 def _as_stated(
     model: SimplifiedModel, accuracy: Accuracy, states: States
 ) -> tuple[FloatArray | None, NDArray[np.bool_]]:
-    """What the model states for these states, (n,) or None, and for which of them, (N,)."""
+    """Error that the model states at these states, (n,) or None, and whether it is for each, (N,)."""
     certificate, motion = model.accuracy.certificate, states.described.get("trajectory_fingerprint")
     all_states = np.ones(len(states), dtype=bool)
     if certificate is not None and not certificate.trajectory_fingerprint:

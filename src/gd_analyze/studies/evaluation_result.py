@@ -324,7 +324,7 @@ def junit_xml(evaluation: Evaluation) -> str:
 
 
 def _outcome(case: ElementTree.Element, evaluation: Evaluation, motion: EvaluatedMotion, joint: int) -> None:
-    """Fill in what became of one joint on one motion."""
+    """Write the verdict on one joint along one motion into its test case."""
     text = motion.error_text(joint)
     reason = "the model states nothing for these states"
     if evaluation.fail_over is None:

@@ -150,7 +150,10 @@ class LongMotion:
         return stated_models, worst, largest > allowed
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
-        """State the errors of models for growing budgets; one that exceeds its own becomes the one before."""
+        """State the errors of models for growing budgets.
+
+        A model that exceeds its budget is replaced by the one before, the first one by the exact torque.
+        """
         checked_models, _, broken = self.stated(exact, models, exact.form.program)
         result: list[SimplifiedModel] = []
         for model, breaks in zip(checked_models, np.any(broken, axis=1).tolist(), strict=True):

@@ -277,7 +277,7 @@ class _Sweep:
     def of_geometry(
         self, changed: Mapping[Parameter, float], bodies: Bodies, speed: FloatArray
     ) -> tuple[Array, FloatArray, FloatArray]:
-        """Do the same for arms of one geometry."""
+        """Verdicts, peak torque and contributions, as in `at`, for arms of one geometry."""
         arm = self.varied.at(changed) if changed else self.varied.arm
         peak_values = peaks(arm, bodies, *self.exact.states.last, speed)
         parts, noise = peak_values.contributions, ROUND_OFF_SHARE * peak_values.torque.max(axis=0)
