@@ -10,7 +10,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from program import PROGRAM
@@ -194,16 +196,22 @@ def on_terminal(process, monkeypatch):
 
     def call(words: str):
         terminal, far_end = pty.openpty()
-        done = process(words, stderr=far_end)
-        os.close(far_end)
-        shown = b""
+        chunks = []
+
+        def read() -> None:  # while the program writes: the terminal holds a few kilobytes
+            with suppress(OSError):  # Linux: the far end is closed
+                while chunk := os.read(terminal, 65536):
+                    chunks.append(chunk)
+
+        reader = Thread(target=read)
+        reader.start()
         try:
-            while chunk := os.read(terminal, 65536):
-                shown += chunk
-        except OSError:  # Linux: the far end is closed
-            pass
-        os.close(terminal)
-        return done, shown.decode()
+            done = process(words, stderr=far_end)
+        finally:
+            os.close(far_end)
+            reader.join()
+            os.close(terminal)
+        return done, b"".join(chunks).decode()
 
     return call
 
