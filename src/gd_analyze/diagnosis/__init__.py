@@ -1,0 +1,1 @@
+"""Why a log and an arm's file disagree: hypotheses with few numbers, ranked by what remains."""

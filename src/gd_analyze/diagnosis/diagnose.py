@@ -1,0 +1,207 @@
+"""What is wrong between a log and an arm's file: hypotheses, ranked by what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.correction import Correction
+from gd_analyze.diagnosis.faults import Fault, faults_of
+from gd_analyze.diagnosis.fit import Fit
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
+from gd_analyze.diagnosis.of_positions import Coupling, Direction, JointOrder, TimeUnit, Zero
+from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, Payload
+from gd_analyze.diagnosis.of_torques import JointScale, Lag, TorqueColumns, TorqueScale, TorqueSign
+from gd_analyze.diagnosis.samples import samples_of
+from gd_analyze.diagnosis.settings import SETTINGS, Settings
+from gd_analyze.dynamics.measured_torque import require_torques
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.pool import GivenMotions, motions_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+
+# Every kind of cause; a new one is one more entry.
+HYPOTHESES: tuple[Hypothesis, ...] = (
+    TorqueSign(), TorqueScale(), JointScale(), TorqueColumns(), Lag(), Direction(), Zero(), JointOrder(),
+    Coupling(), TimeUnit(), Gravity(), Payload(), ChangeInTime(),
+)  # fmt: skip
+
+
+# Factor on torques beside which those of links vanish.
+_LIGHT = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is wrong between logs and an arm's file.
+
+    Parameters
+    ----------
+    arm, logs
+        The arm as its file says, and names of the logs.
+    causes
+        Causes found, each beside those before; empty if nothing needs an explanation.
+    rivals
+        Causes nearly as good as the first, with another remedy.
+    ranking
+        All that was tried as first cause, the best first.
+    faults
+        Faults of readings, such as frozen or clipped torques; these readings are not compared.
+    before, after
+        Fit of file and friction alone, and with the causes; residuals by joint are shares of torque, nan at
+        joints that rest or have no torques.
+    problem, corrected
+        Samples compared as logged, and corrected.
+    tells
+        Whether the logs tell anything of the links beside friction; otherwise there is too little motion.
+    """
+
+    arm: RobotArm
+    logs: tuple[str, ...]
+    causes: tuple[Candidate, ...]
+    rivals: tuple[Candidate, ...]
+    ranking: tuple[Candidate, ...]
+    faults: tuple[Fault, ...]
+    before: Fit
+    after: Fit
+    problem: Problem
+    corrected: Problem
+    tells: bool
+
+    def __repr__(self) -> str:
+        found = ", ".join(cause.name for cause in self.causes) or "no cause"
+        return f"Diagnosis({self.arm.name!r}, {found})"
+
+    @property
+    def cause(self) -> Candidate | None:
+        """The first cause; None if there is none."""
+        return self.causes[0] if self.causes else None
+
+
+def diagnose(
+    arm: RobotArm | str | Path, logs: GivenMotions, *, settings: Settings = SETTINGS
+) -> Diagnosis:
+    """Say why logs and an arm's file disagree.
+
+    The file's own error, friction and drives are part of every hypothesis, and so of none the cause: every
+    one is fitted to some stretches of the logs and scored on the others. A cause is claimed where the score
+    falls clearly below that of the file's error alone.
+
+    Parameters
+    ----------
+    arm
+        The arm; or a shipped name, or the path of a file.
+    logs
+        Recordings with torques; or paths of files.
+    settings
+        Weights and thresholds.
+
+    Returns
+    -------
+    Diagnosis
+        Causes with the option or edit that mends each, and the ranking of all that was tried.
+
+    Raises
+    ------
+    UsageError
+        If a log has no torques, the file has no masses, or no joint moves.
+    TrajectoryError
+        If a log has another number of joints.
+
+    Examples
+    --------
+    >>> from gd_analyze.diagnosis.hypothesis import Hypothesis
+    >>> all(isinstance(one, Hypothesis) for one in HYPOTHESES)
+    True
+    """
+    arm = arm_of(arm)
+    motions = motions_of(logs, arm)
+    for motion in motions:
+        require_joints(motion, arm)
+        require_torques(motion)
+    if not arm.mass.any():
+        raise UsageError(
+            "the file states no masses, so no log can contradict it",
+            where=f"arm {arm.name}",
+            expected="links with masses",
+            next_step="`gd-analyze identify` makes them from logs",
+        )
+    faults, usable = faults_of(arm, motions)
+    usable = [good & _settled(motion)[:, None] for good, motion in zip(usable, motions, strict=True)]
+    problem = Problem(samples_of(arm, motions, usable, settings), Correction.none(arm.n_joints), settings)
+    if not problem.samples.counts.any():
+        if not faults:
+            raise UsageError(
+                "no joint moves enough to compare torques",
+                where=f"arm {arm.name}",
+                expected="joints that move to and fro, faster than creeping, for some seconds",
+                next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
+            )
+        nothing = problem.null
+        return Diagnosis(
+            arm, tuple(m.name for m in motions), (), (), (), tuple(faults), nothing, nothing, problem, problem, False
+        )
+    ranking = _ranked(problem)
+    causes: list[Candidate] = []
+    rivals: list[Candidate] = []
+    at, ranked = problem, ranking
+    while ranked and ranked[0].fall > settings.margin and len(causes) < settings.causes:
+        best = ranked[0]
+        causes.append(best)
+        if len(causes) == 1:
+            rivals = [
+                one
+                for one in ranked[1:]
+                if one.fall > best.fall - settings.alike and one.fall > settings.margin and one.name != best.name
+            ]
+        at = Problem(problem.samples, best.correction, settings)
+        if not is_left(at.null, settings):
+            break
+        ranked = [one for one in _ranked(at) if one.name not in {cause.name for cause in causes}]
+    return Diagnosis(
+        arm=arm,
+        logs=tuple(motion.name for motion in motions),
+        causes=tuple(causes),
+        rivals=tuple(rivals[:2]),
+        ranking=tuple(ranking),
+        faults=tuple(faults),
+        before=problem.null,
+        after=at.null,
+        problem=problem,
+        corrected=at,
+        tells=bool(causes) or _tells(problem),
+    )
+
+
+def is_left(fit: Fit, settings: Settings) -> bool:
+    """Whether more is to be explained than a file is usually off by."""
+    return fit.changed > settings.changed or bool(np.nanmax(fit.left, initial=0.0) > settings.left)
+
+
+def _ranked(problem: Problem) -> list[Candidate]:
+    found = [one for hypothesis in HYPOTHESES for one in hypothesis.judged(problem)]
+    return sorted(found, key=lambda one: -one.fall)
+
+
+def _tells(problem: Problem) -> bool:
+    """Whether it would be noticed if the arm weighed next to nothing, so that friction alone remained."""
+    light = problem.correction.with_torque(_LIGHT * np.eye(problem.n))
+    return problem.score(light) > problem.settings.margin
+
+
+def _settled(motion: Trajectory) -> Array:
+    """Set points away from the ends of stretches, where the filter has not settled, (N,)."""
+    recording, inside = motion.recording, np.ones(motion.n_set_points, dtype=bool)
+    if recording is None or recording.cutoff is None or not np.isfinite(recording.cutoff).any():
+        return inside
+    wait = 0.5 / float(np.nanmax(recording.cutoff))
+    for stretch in motion.stretches:
+        time = motion.time[stretch]
+        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
+    return inside if inside.any() else ~inside

@@ -1,0 +1,149 @@
+"""Torque as a linear function of what a file may be off by, friction included: sums of products of samples.
+
+Columns of every joint: the links' numbers in standard deviations of a file's error, what a hypothesis adds,
+the joint's own drive inertia, Coulomb and viscous friction and offset; the file's torque; every joint's
+measured torque. With their products alone, a fit takes milliseconds, whatever is done to the torques.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.correction import Correction
+from gd_analyze.diagnosis.samples import Samples
+from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import of_point_mass
+
+# Numbers of a joint itself: drive inertia, Coulomb and viscous friction, offset. All but the last are not
+# negative.
+OWN = 4
+# Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
+_NARROW = 0.02
+
+
+# Share of a column's sum of squares added to equations of columns that vanish.
+_TINY = 1e-9
+# States drawn to find which errors of a file have any effect, and the share of the largest that has none.
+_DRAWN, _NO_EFFECT = 40, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Eliminated:
+    """A joint's equations after its own numbers are eliminated: these are constant - follows @ shared."""
+
+    normal: FloatArray  # (shared, shared)
+    inverse: FloatArray  # of the products of its own free columns, (4, 4), 0 for those held at 0
+    follows: FloatArray  # (4, shared)
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Sums of products of the columns, over samples fitted and scored, (n, c, c) each."""
+
+    fitted: FloatArray
+    scored: FloatArray
+    counts: FloatArray  # samples fitted and scored, (2, n)
+    shared: int  # columns that all joints share
+    n_joints: int
+    # Fitted equations without a joint's own numbers, by joint and which of these are free
+    kept: dict[tuple[int, tuple[bool, ...]], Eliminated] = field(default_factory=dict)
+
+    @property
+    def both(self) -> FloatArray:
+        """Over all samples."""
+        return self.fitted + self.scored
+
+    def without_own(self, joint: int, free: tuple[bool, ...]) -> Eliminated:
+        """Eliminate a joint's own numbers, of which some are held at 0."""
+        key = (joint, free)
+        if key not in self.kept:
+            sums, shared = self.fitted[joint], self.shared
+            places = shared + np.flatnonzero(free)
+            own = sums[np.ix_(places, places)]
+            scale = np.sqrt(np.diag(own)) + np.finfo(float).tiny
+            outer = np.outer(scale, scale)
+            inverse = np.zeros((OWN, OWN))
+            some = np.ix_(np.flatnonzero(free), np.flatnonzero(free))
+            inverse[some] = np.linalg.inv(own / outer + _TINY * np.eye(len(places))) / outer
+            across = sums[shared : shared + OWN, :shared]
+            follows = inverse @ across
+            self.kept[key] = Eliminated(sums[:shared, :shared] - across.T @ follows, inverse, follows)
+        return self.kept[key]
+
+
+@lru_cache(maxsize=16)
+def errors_that_act(arm: RobotArm, settings: Settings) -> FloatArray:
+    """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
+    n, rng = arm.n_joints, np.random.default_rng(0)
+    errors, parts = file_errors(arm, settings), []
+    size = float(np.linalg.norm(arm.gravity)) or 1.0
+    for axis in np.eye(3):  # the arm may be mounted in any way
+        q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, _DRAWN)), *rng.normal(0.0, 2.0, (2, n, _DRAWN))
+        per_unit = regressor(replace(arm, gravity=size * axis), q, qd, qdd)
+        parts.append(np.einsum("ispt,spk->itsk", per_unit, errors, optimize=True).reshape(n, _DRAWN, -1))
+    columns = np.concatenate(parts, axis=1)
+    columns /= np.sqrt(np.square(columns).sum(axis=(1, 2), keepdims=True)) + np.finfo(float).tiny
+    _, sizes, rows = np.linalg.svd(columns.reshape(-1, columns.shape[2]), full_matrices=False)
+    act = rows[sizes > _NO_EFFECT * sizes[0]]
+    return np.einsum("spk,ask->spa", errors, act.reshape(-1, n, errors.shape[2]))
+
+
+def file_errors(arm: RobotArm, settings: Settings) -> FloatArray:
+    """Errors of a link's numbers by the standard deviation of each independent cause, (n, 10, 10).
+
+    The causes are its mass, three coordinates of its centre of mass and six inertias about it.
+    """
+    out = np.zeros((arm.n_joints, len(PARAMETERS), len(PARAMETERS)))
+    for i, link in enumerate(arm.links):
+        mass, com = link.mass, link.com
+        none = np.zeros((3, 3))
+        out[i, :, 0] = settings.mass * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
+        for axis in range(3):
+            moved = np.zeros(3)
+            moved[axis] = settings.lever * abs(com[axis]) + settings.lever_m
+            # Of (com + moved) less that of com, to first order.
+            both = np.outer(com, moved) + np.outer(moved, com)
+            steiner = mass * (np.trace(both) * np.eye(3) - both)
+            out[i, :, 1 + axis] = inertial_parameters(0.0, mass * moved, steiner)
+        least = mass * (_NARROW * arm.reach) ** 2
+        moments = np.maximum(np.diag(link.inertia_com), least)
+        for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+            tensor = none.copy()
+            tensor[a, b] = tensor[b, a] = settings.inertia * np.sqrt(moments[a] * moments[b])
+            out[i, :, 4 + k] = inertial_parameters(0.0, np.zeros(3), tensor)
+    return out
+
+
+def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
+    """The arm under another gravity."""
+    return arm if gravity is None else replace(arm, gravity=gravity)
+
+
+def equations_of(samples: Samples, correction: Correction, settings: Settings) -> Equations:
+    """Equations of the corrected samples."""
+    arm, n = samples.arm, samples.arm.n_joints
+    q, qd, qdd, way = correction.states(samples)
+    per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
+    act = errors_that_act(arm, settings)
+    # The file's torque is one more column.
+    numbers = np.concatenate([act, parameters_of(arm)[:, :, None]], axis=2).reshape(-1, act.shape[2] + 1)
+    torques = np.swapaxes(per_unit.reshape(n, -1, len(q)), 1, 2) @ numbers
+    links, file = torques[:, :, :-1], torques[:, :, -1]
+    added = [one.columns * one.sizes for one in correction.added]
+    own = np.stack([qdd.T, way.T, qd.T, np.ones((n, len(q)))], axis=2)
+    torque = np.broadcast_to(samples.torque, (n, *samples.torque.shape))
+    columns = np.concatenate([links, *added, own, file[:, :, None], torque], axis=2)
+    counts = correction.counts(samples, way)
+    sums = []
+    for which in (~samples.scored, samples.scored):
+        some = columns[:, which] * counts[which].T[:, :, None]
+        sums.append(np.swapaxes(some, 1, 2) @ some)
+    held = np.array([counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float)
+    shared = links.shape[2] + sum(one.shape[2] for one in added)
+    return Equations(sums[0], sums[1], held, shared, n)

@@ -1,0 +1,135 @@
+"""Faults that readings show by themselves: constant, frozen and clipped torques, and spikes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.dynamics.measured_torque import direction
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import number, percent
+
+# Share of a moving joint's readings at the same value, in one run, that no motion explains; and shortest run.
+_FROZEN, _SHORTEST = 0.05, 25
+# Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
+_CLIPPED, _RUN = 0.02, 4
+# A spike differs from the median of five by this many times what readings usually do; most of them.
+_SPIKE, _MOST_SPIKES = 12.0, 0.05
+# Spikes below this share of the joint's torque do no harm.
+_HARMLESS = 0.2
+# Readings around a fault that its filter blurs.
+_BLURRED = 3
+# Least readings.
+_FEWEST = 40
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of one joint's torque in one log."""
+
+    name: str
+    joint: int  # from 0
+    what: str
+    remedy: str
+    share: float  # of the readings
+
+
+def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], list[Array]]:
+    """Faults, and the readings that remain usable, (N, n) per log."""
+    found, usable = [], []
+    for log in logs:
+        recording = log.recording
+        assert recording is not None  # callers check this
+        assert recording.torque is not None
+        good = np.ones(recording.torque.shape, dtype=bool)
+        for i in range(arm.n_joints):
+            moves = direction(log, i) != 0.0
+            if moves.sum() < _FEWEST or not np.isfinite(recording.torque[:, i]).any():
+                continue
+            for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
+                found.append(fault)
+                good[:, i] &= ~_blurred(rows)
+        usable.append(good)
+    return found, usable
+
+
+def _of_joint(
+    log: Trajectory, torque: FloatArray, moves: Array, joint: int
+) -> Iterator[tuple[Fault, Array]]:
+    known = np.isfinite(torque)
+    who, while_moving = f"The torque of joint {joint + 1}", moves & known
+    values = torque[while_moving]
+    if not len(values) or np.ptp(values) <= 1e-9 * np.abs(values).max(initial=0.0):
+        rest = "0" if not values.any() else "constant"
+        yield (
+            Fault(
+                "dead column", joint, f"{who} is {rest} while it moves",
+                f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out", 1.0,
+            ),
+            np.ones(len(torque), dtype=bool),
+        )  # fmt: skip
+        return
+    runs = _runs(torque)
+    top, bottom = np.nanmax(torque), np.nanmin(torque)
+    at_end = (torque == top) | (torque == bottom)
+    clipped = at_end & (runs >= _RUN) & moves
+    if clipped.sum() > _CLIPPED * moves.sum():
+        share = float(clipped.sum() / moves.sum())
+        ends = ", ".join(number(float(end)) for end in (bottom, top) if (clipped & (torque == end)).any())
+        yield (
+            Fault(
+                "clipped torque", joint, f"{who} is clipped at {ends} in {percent(share)} of its readings",
+                "record with a wider range, or more slowly; identify with what is not clipped", share,
+            ),
+            at_end,
+        )  # fmt: skip
+    frozen = (runs >= max(_FROZEN * len(torque), _SHORTEST)) & moves & ~at_end
+    if frozen.sum() >= max(_FROZEN * len(torque), _SHORTEST):
+        begin, end = log.time[np.flatnonzero(frozen)[[0, -1]]].tolist()
+        yield (
+            Fault(
+                "frozen column", joint, f"{who} is frozen from {number(begin)} to {number(end)} s",
+                f"leave these rows out, {number(begin)} to {number(end)} s", float(frozen.mean()),
+            ),
+            frozen,
+        )  # fmt: skip
+    spikes = _spikes(torque)
+    if 0 < spikes.sum() <= _MOST_SPIKES * len(torque):
+        share = float(spikes.mean())
+        times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
+        yield (
+            Fault(
+                "spikes", joint, f"{who} has {int(spikes.sum())} spikes (at {times} s ...)",
+                "leave these rows out, or log without lost messages", share,
+            ),
+            spikes,
+        )  # fmt: skip
+
+
+def _runs(values: FloatArray) -> Array:
+    """Length of the run of equal values that each belongs to."""
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    ends = np.concatenate([[0], changes, [len(values)]])
+    return np.repeat(np.diff(ends), np.diff(ends))
+
+
+def _spikes(values: FloatArray) -> Array:
+    """Readings far from their neighbours on both sides."""
+    known = np.nan_to_num(values, nan=float(np.nanmedian(values)))
+    padded = np.pad(known, 2, mode="edge")
+    around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
+    apart = np.abs(known - around)
+    # Readings of few values, and slow ones, are equal to their median: a typical difference is more than 0.
+    usual = max(float(np.quantile(apart, 0.9)), float(np.mean(np.abs(np.diff(known)))), 1e-12)
+    size = float(np.sqrt(np.mean((around - around.mean()) ** 2)))
+    return apart > max(_SPIKE * usual, _HARMLESS * size)
+
+
+def _blurred(rows: Array) -> Array:
+    """Rows and their neighbours."""
+    wide = np.convolve(rows.astype(float), np.ones(2 * _BLURRED + 1), mode="same")
+    return wide > 0.5

@@ -1,0 +1,119 @@
+"""The fit of file and friction to corrected logs, and its score.
+
+The score is J = sum over joints of w log(r^2 + floor^2) + (changes of the links / sigma)^2, with the residual
+r of samples not fitted as a share of the joint's torque, and half the number w of independent samples. It is
+minus twice the logarithm of a likelihood but for constants: noise is unknown, the links' errors are normal.
+Multiplying torques changes their density: its logarithm is a part of J.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.equations import OWN, Equations
+from gd_analyze.diagnosis.settings import Settings
+
+# Most rounds of weighting joints by the previous residuals, and the change below which they end; the squared
+# residual, as a share of the torque's, to begin with.
+_ROUNDS, _SETTLED, _BEGIN = 6, 0.05, 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fit by joint, nan where a joint says nothing."""
+
+    score: float  # J without the cost of numbers
+    left: FloatArray  # r by joint, (n,)
+    changed: float  # squared changes of the links and of what was added, in standard deviations
+    off: float  # torque of the links' changes over the file's torque, as RMS
+    shared: FloatArray  # numbers of links and of what was added, in standard deviations
+    own: FloatArray  # drive inertia, friction and offset, (n, 4)
+
+    @property
+    def remains(self) -> float:
+        """What remains of all joints, as a share of torque: quadratic mean."""
+        return float(np.sqrt(np.nanmean(self.left**2)))
+
+
+def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
+    """Fit to torques that a matrix makes of those logged, (n, n)."""
+    n, shared = equations.n_joints, equations.shared
+    end = shared + OWN
+    used = equations.counts.min(axis=0) >= settings.fewest
+    # Right-hand side: corrected torques less the file's.
+    wanted = np.concatenate([-np.ones((n, 1)), torque], axis=1)
+    target = np.einsum("icd,id->ic", equations.fitted[:, :, end:], wanted)
+    square = np.einsum("id,idc,ic->i", wanted, equations.fitted[:, end:, end:], wanted)
+    every = np.einsum("id,ide,ie->i", torque, equations.both[:, end + 1 :, end + 1 :], torque)
+    size = every / np.maximum(equations.counts.sum(axis=0), 1.0)
+    least = settings.floor**2 * size + np.finfo(float).tiny
+    weight = np.minimum(settings.evidence, equations.counts.sum(axis=0) / settings.samples_each) * used
+    free = [(True,) * OWN] * n
+    noise = np.maximum(_BEGIN * size, least)
+    changes, own = np.zeros(shared), np.zeros((n, OWN))
+    joints = np.flatnonzero(used).tolist()
+    for _ in range(_ROUNDS):
+        before = noise
+        normal, right = np.eye(shared), np.zeros(shared)
+        for i in joints:
+            kept = equations.without_own(i, free[i])
+            factor = weight[i] / (noise[i] * equations.counts[0, i])
+            normal += factor * kept.normal
+            right += factor * (target[i, :shared] - kept.follows.T @ target[i, shared:end])
+        changes = np.linalg.solve(normal, right)
+        for i in joints:
+            kept = equations.without_own(i, free[i])
+            own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
+            if (own[i, :-1] < 0.0).any():
+                free[i] = (*(bool(held) for held in (own[i, :-1] >= 0.0) & free[i][:-1]), True)
+                kept = equations.without_own(i, free[i])
+                own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
+        mean = _squares(equations.fitted, square, target, changes, own) / np.maximum(equations.counts[0], 1.0)
+        noise = mean + least
+        if (np.abs(noise - before) < _SETTLED * before)[used].all():
+            break
+    square = np.einsum("id,idc,ic->i", wanted, equations.scored[:, end:, end:], wanted)
+    target = np.einsum("icd,id->ic", equations.scored[:, :, end:], wanted)
+    mean = _squares(equations.scored, square, target, changes, own) / np.maximum(equations.counts[1], 1.0)
+    # Torques are measured in units of those logged, so that no unit matters.
+    logged = np.einsum("ijj->ij", equations.both[:, end + 1 :, end + 1 :])[np.arange(n), np.arange(n)]
+    unit = np.where(used, logged / np.maximum(equations.counts.sum(axis=0), 1.0), 1.0) + np.finfo(float).tiny
+    score = float((weight * np.log((mean + least) / unit))[used].sum())
+    score -= _density(torque, weight, used) - float(changes @ changes)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
+    return Fit(score, left, float(changes @ changes), _off(equations, changes, used), changes, own)
+
+
+def _squares(
+    sums: FloatArray, square: FloatArray, target: FloatArray, changes: FloatArray, own: FloatArray
+) -> FloatArray:
+    """Squared residuals of every joint, (n,)."""
+    n, end = len(own), len(changes) + OWN
+    values = np.concatenate([np.broadcast_to(changes, (n, len(changes))), own], axis=1)
+    quadratic = np.einsum("ic,ic->i", (sums[:, :end, :end] @ values[:, :, None])[:, :, 0], values)
+    linear = np.einsum("ic,ic->i", target[:, :end], values)
+    return np.maximum(quadratic - 2.0 * linear + square, 0.0)
+
+
+def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
+    """Logarithm of the factor by which multiplication makes all torques denser, squared, weighted."""
+    if not used.any():
+        return 0.0
+    some = torque[np.ix_(used, used)]
+    if np.count_nonzero(some) == np.count_nonzero(np.diag(some)):
+        return float(weight[used] @ np.log(np.maximum(np.diag(some) ** 2, 1e-300)))
+    sign, log = np.linalg.slogdet(some)
+    return float(2.0 * weight[used].mean() * log) if sign else 0.0
+
+
+def _off(equations: Equations, changes: FloatArray, used: Array) -> float:
+    shared = equations.shared
+    file = equations.both[used, shared + OWN, shared + OWN]
+    moved = (equations.both[used][:, :shared, :shared] @ changes) @ changes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.sqrt(np.sum(moved / equations.counts.sum(axis=0)[used])
+                             / np.sum(file / equations.counts.sum(axis=0)[used])))  # fmt: skip

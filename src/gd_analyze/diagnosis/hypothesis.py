@@ -1,0 +1,164 @@
+"""What a hypothesis is given, and what it makes: corrections with their numbers, sentence and remedy."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.correction import Correction
+from gd_analyze.diagnosis.equations import Equations, equations_of
+from gd_analyze.diagnosis.fit import Fit, fitted
+from gd_analyze.diagnosis.samples import Samples
+from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.robots.arm import RobotArm
+
+# Equations kept at a time.
+_KEPT = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Samples of logs, and what is corrected already."""
+
+    samples: Samples
+    correction: Correction
+    settings: Settings
+    kept: OrderedDict[tuple[object, ...], Equations] = field(default_factory=OrderedDict)
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm as its file says."""
+        return self.samples.arm
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.arm.n_joints
+
+    @cached_property
+    def null(self) -> Fit:
+        """The fit of the file's own error and friction alone."""
+        return self.fit(self.correction)
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """Joints, from 0, that are compared."""
+        return np.flatnonzero(np.isfinite(self.null.left)).tolist()
+
+    @cached_property
+    def rough(self) -> Problem:
+        """The same with fewer samples, for a search."""
+        every = len(self.samples)
+        step = max(every // self.settings.samples_of_search, 1)
+        if step == 1:
+            return self
+        chosen = np.zeros(every, dtype=bool)
+        chosen[step // 2 :: step] = True
+        fewest = max(self.settings.fewest // step, 4)
+        return Problem(
+            self.samples.at(chosen), self.correction.at(chosen), replace(self.settings, fewest=fewest)
+        )
+
+    def fit(self, correction: Correction) -> Fit:
+        """Fit file and friction to corrected logs."""
+        key = correction.key
+        if key not in self.kept:
+            self.kept[key] = equations_of(self.samples, correction, self.settings)
+            while len(self.kept) > _KEPT:
+                self.kept.popitem(last=False)
+        self.kept.move_to_end(key)
+        return fitted(self.kept[key], correction.torque, self.settings)
+
+    def fits(self, corrections: Iterable[Correction]) -> list[Fit]:
+        """One fit each."""
+        return [self.fit(one) for one in corrections]
+
+    def score(self, correction: Correction) -> float:
+        """Score of a correction beside that of the null hypothesis at the same samples."""
+        found = self.fit(correction)
+        if not correction.mixes:
+            return found.score - self.null.score
+        *_, way = correction.states(self.samples)
+        rests = ~correction.counts(self.samples, way)
+        alone = self.fit(self.correction.without(rests))
+        both = self.fit(correction.without(rests))
+        return both.score - alone.score
+
+    def best(self, corrections: Sequence[Correction], most: int = 1) -> list[int]:
+        """Places of the best corrections, judged by few samples."""
+        scores = [self.rough.score(one.at(self._thinned)) for one in corrections]
+        return np.argsort(scores)[:most].tolist()
+
+    @cached_property
+    def _thinned(self) -> Array:
+        chosen = np.ones(len(self.samples), dtype=bool)
+        if self.rough is not self:
+            step = max(len(chosen) // self.settings.samples_of_search, 1)
+            chosen[:] = False
+            chosen[step // 2 :: step] = True
+        return chosen
+
+    def along(
+        self, correction: Callable[[float], Correction], low: float, high: float, steps: int = 14
+    ) -> float:
+        """The number between two ends whose correction scores best, judged by few samples."""
+        from scipy.optimize import minimize_scalar
+
+        def scored(x: float) -> float:
+            return self.rough.score(correction(x).at(self._thinned))
+
+        found = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
+        return float(found.x)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One cause, with what a user does about it."""
+
+    name: str  # of the kind of cause, for the table and JSON: "torque sign"
+    what: str  # a sentence without its stop: "All torques are reversed"
+    remedy: str  # an option, or an edit: "--torque-sign -1"
+    correction: Correction
+    numbers: int = 0  # fitted
+    alternatives: int = 1  # of the kind
+    unsure: str = ""  # what cannot be told apart from it: "all masses are wrong by that factor"
+    fall: float = 0.0  # of the score, costs included
+    fit: Fit | None = None
+
+
+class Hypothesis(ABC):
+    """A kind of cause: what it changes, its numbers, its sentence and its option."""
+
+    name: str
+
+    @abstractmethod
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best causes of this kind; their fit and fall are added by `judged`."""
+
+    def judged(self, problem: Problem) -> list[Candidate]:
+        """Candidates with fit and fall of the score, the best first."""
+        settings, out = problem.settings, []
+        for one in self.candidates(problem):
+            cost = settings.per_number * one.numbers + settings.per_alternative * np.log(one.alternatives)
+            fall = -(problem.score(one.correction) + cost)
+            out.append(replace(one, fit=problem.fit(one.correction), fall=float(fall)))
+        return sorted(out, key=lambda one: -one.fall)
+
+
+def signs(n: int, joints: Iterable[int]) -> FloatArray:
+    """Matrix that reverses some of n joints, counted from 0."""
+    out = np.ones(n)
+    out[list(joints)] = -1.0
+    return np.diag(out)
+
+
+def swapped(n: int, one: int, other: int) -> FloatArray:
+    """Matrix that exchanges two of n joints."""
+    out = np.eye(n)
+    return out[[other if k == one else one if k == other else k for k in range(n)]]

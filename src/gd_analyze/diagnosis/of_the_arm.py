@@ -1,0 +1,189 @@
+"""Hypotheses on the arm: how it is mounted, what it carries, and when that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.correction import Added, Correction
+from gd_analyze.diagnosis.equations import with_gravity
+from gd_analyze.diagnosis.fit import Fit
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
+from gd_analyze.diagnosis.remedies import vector
+from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.text import number
+
+# Plausible mass of what an arm carries, as a share of its own, and its distance, as a share of the reach.
+_CARRIED, _AWAY = 0.1, 0.15
+# Standard deviation of a torque's change at a restart, as a share of its RMS.
+_JUMP = 0.3
+# Fall of the score worth a step of a search, and the tangent of the largest tilt from where it began.
+_WORTH, _FAR = 0.5, 3.0
+# Least share of an arm's mass that is told of a payload.
+_HEAVY = 0.01
+
+
+class Gravity(Hypothesis):
+    """The arm hangs, leans, or compensates its gravity."""
+
+    name = "gravity"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best of six directions and none; and any other direction if it is clearly better."""
+        own, file = problem.correction, problem.arm.gravity
+        size = float(np.linalg.norm(file))
+        if size == 0.0:
+            return
+        down = file / size
+        axes = [vector for axis in np.eye(3) for vector in (axis, -axis) if vector @ down < 0.9]
+        known = [(self._named(axis, down), size * axis) for axis in axes]
+        tried = [replace(own, gravity=g) for _, g in known]
+        k = problem.best(tried)[0]
+        # Bounded by what "--gravity" would do without any.
+        none = replace(own, gravity=np.zeros(3))
+        yield Candidate(
+            self.name,
+            "Torques do not contain gravity: the controller compensates it",
+            "--gravity 0,0,0",
+            none,
+            alternatives=len(known) + 1,
+        )
+        what, g = known[k]
+        leaning, score = self._leaning(problem, [down, g / size], size)
+        if problem.score(tried[k]) < score + problem.settings.known:
+            yield Candidate(self.name, what, f"--gravity {vector(g)}", tried[k], alternatives=len(known) + 1)
+        else:
+            tilt = np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0)))
+            yield Candidate(
+                self.name,
+                f"The arm's base is tilted by {number(float(tilt))} degrees",
+                f"--gravity {vector(leaning)}",
+                replace(own, gravity=leaning),
+                numbers=2,
+            )
+
+    def _named(self, axis: FloatArray, down: FloatArray) -> str:
+        if axis @ down < -0.9:
+            return "The arm hangs from the ceiling, the file says it stands"
+        return f"The arm is mounted on a wall: gravity is along {vector(axis)} of its base"
+
+    def _leaning(
+        self, problem: Problem, begins: list[FloatArray], size: float
+    ) -> tuple[FloatArray, float]:
+        """Direction of gravity by steps from some beginnings, judged by few samples."""
+        best: tuple[float, FloatArray] = (np.inf, begins[0] * size)
+        for begin in begins:
+            across = np.linalg.svd(begin[None])[2][1:]
+
+            def made(x: FloatArray, begin: FloatArray = begin, across: FloatArray = across) -> FloatArray:
+                turned = begin + x @ across
+                return np.asarray(size * turned / np.linalg.norm(turned))
+
+            def score(x: FloatArray, made=made) -> float:  # type: ignore[no-untyped-def]
+                return problem.rough.score(replace(problem.correction, gravity=made(x)).at(problem._thinned))
+
+            x, width = np.zeros(2), 0.35
+            now = score(x)
+            while width > 0.02:
+                moves = [x + width * step for step in (*np.eye(2), *-np.eye(2))]
+                scores = [score(move) for move in moves]
+                if min(scores) < now - _WORTH and np.linalg.norm(x) < _FAR:
+                    x, now = moves[int(np.argmin(scores))], min(scores)
+                else:
+                    width /= 2.5
+            if now < best[0]:
+                best = now, made(x)
+        return best[1], problem.score(replace(problem.correction, gravity=best[1]))
+
+
+def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
+    """Torque per unit of mass and first moments in the last link's frame, where `when` is 1."""
+    arm = problem.arm
+    q, qd, qdd, _ = problem.correction.states(problem.samples)
+    # Of the last link alone, (n, 4, N).
+    per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1, :4]
+    mass = _CARRIED * float(arm.mass.sum())
+    away = mass * _AWAY * (arm.reach or 1.0)
+    columns = np.swapaxes(per_unit, 1, 2)
+    if when is not None:
+        columns = columns * when[:, None]
+    return Added(np.ascontiguousarray(columns), np.array([mass, away, away, away]))
+
+
+def _of_added(fit: Fit, added: Added) -> FloatArray:
+    return np.asarray(fit.shared[-len(added.sizes) :] * added.sizes)
+
+
+class Payload(Hypothesis):
+    """The arm carries what its file does not say, or the other way round."""
+
+    name = "payload"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """Four numbers of a body at the last link."""
+        added = _carried(problem)
+        correction = problem.correction.with_added(added)
+        mass, *moment = _of_added(problem.fit(correction), added)
+        place = np.array(moment) / mass if mass else np.zeros(3)
+        if abs(mass) < _HEAVY * problem.arm.mass.sum() or np.linalg.norm(place) > (problem.arm.reach or 1.0):
+            return
+        if mass > 0.0:
+            tip = problem.arm.tip_frame
+            local = tip.rotation.T @ (place - tip.translation)
+            what = f"The arm carries {number(mass)} kg that its file lacks"
+            remedy = f"--payload {mass:.3g},{vector(local)}"
+        else:
+            what = f"The file carries {number(-mass)} kg at its end that the robot did not"
+            remedy = f"take {number(-mass)} kg off the file's last link, or leave out its hand"
+            if problem.arm.links[-1].bare is not None:
+                remedy = "leave out --payload"
+        yield Candidate(
+            self.name, what, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
+        )
+
+
+class ChangeInTime(Hypothesis):
+    """From some instant on the arm carries another load, or its torques have other offsets."""
+
+    name = "change in time"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best instant of either kind."""
+        samples, n = problem.samples, problem.n
+        order = np.arange(len(samples))
+        if len(samples.logs) > 1 or len(order) < 40:
+            return
+        load = _carried(problem)
+        size = np.sqrt((samples.torque**2).mean(axis=0)) + 1e-12
+        single = np.zeros((n, len(samples), n))
+        for i in range(n):
+            single[i, :, i] = 1.0
+        offsets = Added(single, _JUMP * size)
+        places = np.linspace(0.1, 0.9, 9) * len(order)
+
+        def changed(place: float, kind: Added) -> Correction:
+            after = (order >= place).astype(float)
+            return problem.correction.with_added(Added(kind.columns * after[:, None], kind.sizes))
+
+        for kind, numbers, what in (
+            (load, 5, "The load changes"),
+            (offsets, n + 1, "Torques change by an offset"),
+        ):
+            made = [changed(place, kind) for place in places]
+            place = float(places[problem.best(made)[0]])
+            for width in (0.05, 0.025, 0.0125):
+                near = [place, place - width * len(order), place + width * len(order)]
+                place = near[problem.best([changed(x, kind) for x in near])[0]]
+            at = samples.time[min(max(int(round(place)), 0), len(order) - 1)]
+            when = f"{number(float(at))} s"
+            yield Candidate(
+                self.name,
+                f"{what} at {when}",
+                f"split the log at {when}, and diagnose its parts",
+                changed(place, kind),
+                numbers=numbers,
+                alternatives=9,
+            )

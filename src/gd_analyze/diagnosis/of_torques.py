@@ -1,0 +1,265 @@
+"""Hypotheses on torques alone: sign, scale, columns, lag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
+from gd_analyze.diagnosis.remedies import listed, map_of_torques, seconds
+from gd_analyze.text import number
+
+# Factors that units and gears make of torques, and what they are.
+FACTORS = {
+    1e-3: "N mm",
+    1e-2: "N cm",
+    1.0 / 9.80665: "N m for kgf m",
+    9.80665: "kgf m",
+    0.1129848: "lbf in",
+    1.3558179: "lbf ft",
+    2.0 * np.pi: "cycles for radians",
+    0.5 / np.pi: "radians for cycles",
+    1e3: "kN m",
+    1e-6: "microN m",
+}
+# Least deviation from 1 of a factor that is more than constants are known to.
+_NOTICED = 1.25
+
+
+class TorqueSign(Hypothesis):
+    """Torques of some joints are reversed: all, or one after the other as long as the score falls."""
+
+    name = "torque sign"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """All; and the best set of some, if there is one."""
+        n, own = problem.n, problem.correction
+        every = list(range(n))
+        yield Candidate(
+            self.name, "All torques are reversed", "--torque-sign -1", own.with_torque(signs(n, every))
+        )
+        chosen: list[int] = []
+        best = 0.0
+        while len(chosen) < len(problem.moving):
+            rest = [i for i in problem.moving if i not in chosen]
+            scores = [problem.score(own.with_torque(signs(n, [*chosen, i]))) for i in rest]
+            if min(scores) > best - 10.0 and chosen:
+                break
+            best = min(scores)
+            chosen.append(rest[int(np.argmin(scores))])
+        if not chosen or len(chosen) == len(problem.moving):
+            return
+        words = ",".join("-1" if i in chosen else "1" for i in range(n))
+        joints = " and ".join(str(i + 1) for i in sorted(chosen))
+        what = f"The torque{'s' * (len(chosen) > 1)} of joint{'s' * (len(chosen) > 1)} {joints}"
+        yield Candidate(
+            self.name,
+            f"{what} {'are' if len(chosen) > 1 else 'is'} reversed",
+            f"--torque-sign {words}",
+            own.with_torque(signs(n, chosen)),
+            alternatives=n ** len(chosen),
+        )
+
+
+class TorqueScale(Hypothesis):
+    """All torques are in another unit, or times a factor."""
+
+    name = "torque scale"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best known factor, or a free one where it is clearly better."""
+        n, own = problem.n, problem.correction
+
+        def score(logarithm: float) -> float:
+            return problem.score(own.with_torque(np.exp(logarithm) * np.eye(n)))
+
+        known = {factor: score(np.log(factor)) for factor in FACTORS}
+        unit = min(known, key=lambda factor: known[factor])
+        free = float(np.exp(_least(score, np.log(_ratio_of(problem)))))
+        cost = problem.settings.per_number
+        is_known = known[unit] < score(np.log(free)) + problem.settings.known - cost
+        factor = unit if is_known else free
+        if is_known:
+            what = f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
+        else:
+            if 1.0 / _NOTICED < factor < _NOTICED:
+                return
+            what = f"All torques are too {'small' if factor > 1 else 'large'}: multiplied by {number(factor)} they fit"
+        yield Candidate(
+            self.name,
+            what,
+            f"--torque-constant {listed([factor] * n)}",
+            own.with_torque(factor * np.eye(n)),
+            numbers=0 if is_known else 1,
+            alternatives=len(FACTORS) if is_known else 1,
+            unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's",
+        )
+
+
+class JointScale(Hypothesis):
+    """The torque of a joint, or of every joint, is times a factor: currents, or torques before the gear."""
+
+    name = "torque scale by joint"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """A factor of the joint for which it helps most; and factors of all."""
+        n, own = problem.n, problem.correction
+
+        def of(factors: FloatArray) -> float:
+            return problem.score(own.with_torque(np.diag(factors)))
+
+        ratios = np.array([_ratio_of(problem, i) for i in range(n)])
+        best: dict[int, tuple[float, float]] = {}
+        for i in problem.moving:
+
+            def score(logarithm: float, i: int = i) -> float:
+                factors = np.ones(n)
+                factors[i] = np.exp(logarithm)
+                return of(factors)
+
+            at = _least(score, float(np.log(ratios[i])))
+            best[i] = score(at), float(np.exp(at))
+        joint = min(best, key=lambda i: best[i][0])
+        factor = best[joint][1]
+        if not 1.0 / _NOTICED < factor < _NOTICED:
+            factors = np.ones(n)
+            factors[joint] = factor
+            yield Candidate(
+                self.name,
+                f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
+                f"multiplied by {number(factor)} it fits",
+                f"--torque-constant {listed(factors.tolist())}",
+                own.with_torque(np.diag(factors)),
+                numbers=1,
+                alternatives=n,
+                unsure="the masses that this joint carries, if it is the first that is loaded",
+            )
+        logs = np.zeros(n)
+        logs[problem.moving] = np.log(ratios[problem.moving])
+        for _ in range(2):
+            for i in problem.moving:
+
+                def score_of_all(logarithm: float, i: int = i) -> float:
+                    changed = logs.copy()
+                    changed[i] = logarithm
+                    return of(np.exp(changed))
+
+                logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
+        factors = np.exp(logs)
+        if np.ptp(logs[problem.moving]) > np.log(_NOTICED) and len(problem.moving) > 1:
+            yield Candidate(
+                self.name,
+                f"Torques are currents, or before the gears: times {listed(factors.tolist())} they fit",
+                f"--torque-constant {listed(factors.tolist())}",
+                own.with_torque(np.diag(factors)),
+                numbers=len(problem.moving),
+                unsure="all masses are wrong by a common factor beside",
+            )
+
+
+def _ratio_of(problem: Problem, joint: int | None = None) -> float:
+    """File's torque over the measured one, friction in neither, as RMS: of a joint or of all."""
+    equations = problem.kept[problem.correction.key] if problem.null else None
+    assert equations is not None
+    shared, both = equations.shared, equations.both
+    file = shared + 4
+    own = list(range(shared, file))
+    squares = np.zeros(2)
+    for i in problem.moving if joint is None else [joint]:
+        torque = np.zeros(both.shape[1])
+        torque[file + 1 :] = problem.correction.torque[i]
+        if not problem.null.left[i] >= 0.0:
+            return 1.0
+        sums = np.zeros((len(own) + 2, len(own) + 2))
+        basis = np.zeros((both.shape[1], len(own) + 2))
+        basis[own, range(len(own))] = 1.0
+        basis[file, -2], basis[:, -1] = 1.0, torque
+        sums = basis.T @ both[i] @ basis
+        scale = np.sqrt(np.maximum(np.diag(sums), 1e-300))
+        sums = sums / np.outer(scale, scale)
+        inner = sums[:-2, :-2] + 1e-9 * np.eye(len(own))
+        apart = sums[-2:, -2:] - sums[-2:, :-2] @ np.linalg.solve(inner, sums[:-2, -2:])
+        squares += np.maximum(np.diag(apart), 1e-12) * scale[-2:] ** 2
+    ratio = float(np.sqrt(squares[0] / squares[1])) if squares.all() else 1.0
+    return float(np.clip(ratio, 1e-7, 1e7))
+
+
+def _least(score, begin: float, width: float = 1.2) -> float:  # type: ignore[no-untyped-def]
+    """Place of the least score near `begin`, of a logarithm."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(
+        score, bounds=(begin - width, begin + width), method="bounded", options={"xatol": 0.005, "maxiter": 18}
+    )
+    return float(found.x)
+
+
+class TorqueColumns(Hypothesis):
+    """Torque columns are in another order than the positions'."""
+
+    name = "order of torques"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best pair that is swapped, the reversed order, and a shift by one."""
+        n, own = problem.n, problem.correction
+        pairs = list(combinations(problem.moving, 2))
+        orders = [(f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j)) for i, j in pairs]
+        whole = []
+        if len(problem.moving) == n and n > 2:
+            whole = [
+                ("The torques are in reversed order", np.eye(n)[::-1]),
+                ("The torques are one column late", np.roll(np.eye(n), -1, axis=0)),
+                ("The torques are one column early", np.roll(np.eye(n), 1, axis=0)),
+            ]
+        for some in (orders, whole):
+            if not some:
+                continue
+            scores = [problem.score(own.with_torque(matrix)) for _, matrix in some]
+            what, matrix = some[int(np.argmin(scores))]
+            source = matrix.argmax(axis=1).tolist()
+            yield Candidate(
+                self.name,
+                what,
+                map_of_torques(problem, source),
+                own.with_torque(matrix),
+                alternatives=len(some),
+            )
+
+
+class Lag(Hypothesis):
+    """Torques are late, or early, as against positions."""
+
+    name = "lag of torque"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best lag, unless it is below half a sample."""
+        own, step = problem.correction, problem.samples.step
+        if own.lag:
+            return
+
+        def lagging(lag: float) -> object:
+            return replace(own, lag=lag)
+
+        sizes = np.unique(np.concatenate([[step, 2.0 * step, 4.0 * step], [0.01, 0.03, 0.08, 0.2]]))
+        sizes = sizes[sizes <= 0.25]
+        if not len(sizes):
+            return
+        lags = np.concatenate([-sizes[::-1], [0.0], sizes])
+        place = problem.best([replace(own, lag=float(lag)) for lag in lags])[0]
+        if lags[place] == 0.0:
+            return
+        low, high = lags[max(place - 1, 0)], lags[min(place + 1, len(lags) - 1)]
+        lag = problem.along(lambda x: replace(own, lag=x), float(low), float(high), 10)
+        if abs(lag) < 0.5 * step:
+            return
+        yield Candidate(
+            self.name,
+            f"Torques are {seconds(abs(lag))} {'late' if lag > 0 else 'early'}",
+            f"--lag {seconds(lag).replace(' ', '')}",
+            replace(own, lag=lag),
+            numbers=1,
+        )

@@ -1,0 +1,69 @@
+"""Options and edits as a user types them."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from gd_analyze.diagnosis.hypothesis import Problem
+
+
+def listed(values: Sequence[float]) -> str:
+    """Numbers of an option, with commas."""
+    return ",".join(f"{value:.4g}" for value in values)
+
+
+def seconds(value: float) -> str:
+    """A time with its unit: "4 ms"."""
+    return f"{1e3 * value:.3g} ms" if abs(value) < 1.0 else f"{value:.3g} s"
+
+
+def degrees(angle: float) -> str:
+    """An angle as options take it, between -180deg and 180deg."""
+    value = (np.degrees(angle) + 180.0) % 360.0 - 180.0
+    return f"{180.0 if np.isclose(value, -180.0) else value:.4g}deg"
+
+
+def vector(values: FloatArray) -> str:
+    """A vector of an option."""
+    return ",".join(f"{value + 0.0:.4g}" for value in np.round(values, 4))
+
+
+def couple(joint: int, other: int, factor: float) -> str:
+    """The option that adds another joint's variable, joints from 0."""
+    sign = "+" if factor > 0 else "-"
+    size = "" if abs(factor) == 1.0 else f"{abs(factor):g}*"
+    return f"--couple q{joint + 1}=q{joint + 1}{sign}{size}q{other + 1}"
+
+
+def map_of_torques(problem: Problem, source: Sequence[int]) -> str:
+    """Options that take the torque of a joint from the column of another, joints from 0."""
+    return _mapped(problem, source, ("torque",))
+
+
+def map_of_joints(problem: Problem, source: Sequence[int]) -> str:
+    """Options that take all of a joint from the columns of another, joints from 0."""
+    return _mapped(problem, source, ("q", "qd", "qdd", "torque"))
+
+
+def _mapped(problem: Problem, source: Sequence[int], roles: Sequence[str]) -> str:
+    recording = problem.samples.logs[0].recording
+    names = [joint.name for joint in problem.arm.joints]
+    columns = () if recording is None else recording.columns
+    held = {(use.role, use.joint): use.column for use in columns}
+    options = [
+        f"--map {shlex.quote(f'{role}:{names[i]}={held[role, names[k]]}')}"
+        for role in roles
+        for i, k in enumerate(source)
+        if i != k and (role, names[k]) in held
+    ]
+    if options:
+        return " ".join(options)
+    pairs = ", ".join(f"{i + 1} from {k + 1}" for i, k in enumerate(source) if i != k)
+    return f"exchange the columns: joint {pairs}"

@@ -1,0 +1,105 @@
+"""Samples of logs, spread over their time, with the joints that move in each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray, evenly
+from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.dynamics.measured_torque import direction
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """N instants of one or several logs, all of shape (N, n) unless stated otherwise."""
+
+    arm: RobotArm
+    logs: tuple[Trajectory, ...]
+    log: Array  # number of the log, from 0, (N,)
+    row: Array  # set point of the log, (N,)
+    time: FloatArray  # s, as in the log, (N,)
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    torque: FloatArray  # measured, filtered like the motion; 0 at a joint without readings
+    slowest: FloatArray  # velocity below which a joint rests or creeps, (n,)
+    counts: Array  # whether the joint moves and its torque is measured
+    scored: Array  # whether the sample is scored rather than fitted, (N,)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def at(self, chosen: Array | slice) -> Samples:
+        """Some of the samples."""
+        of = {name: getattr(self, name)[chosen] for name in _BY_SAMPLE}
+        return Samples(self.arm, self.logs, slowest=self.slowest, **of)
+
+    def shifted(self, lag: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """States so many seconds earlier, between set points interpolated."""
+        q, qd, qdd = (np.empty_like(self.q) for _ in range(3))
+        for k, log in enumerate(self.logs):
+            own = self.log == k
+            for out, values in ((q, log.q), (qd, log.qd), (qdd, log.qdd)):
+                for i in range(values.shape[1]):
+                    out[own, i] = np.interp(self.time[own] - lag, log.time, values[:, i])
+        return q, qd, qdd
+
+    @property
+    def step(self) -> float:
+        """Time between two readings, s."""
+        return float(np.median(np.concatenate([np.diff(log.time) for log in self.logs])))
+
+
+_BY_SAMPLE = ("log", "row", "time", "q", "qd", "qdd", "torque", "counts", "scored")
+
+
+def filtered_torque(log: Trajectory) -> FloatArray:
+    """Measured torques of a log after the filter of its motion, (N, n)."""
+    recording = log.recording
+    assert recording is not None  # callers check this
+    torque = recording.torque if recording.torque_filtered is None else recording.torque_filtered
+    assert torque is not None
+    return torque
+
+
+def samples_of(
+    arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array], settings: Settings
+) -> Samples:
+    """Take samples where joints move; `usable` tells, by log, which readings of torque are, (N, n)."""
+    n = arm.n_joints
+    fastest = np.max([np.abs(log.qd).max(axis=0) for log in logs], axis=0)
+    moving = []
+    for log, good in zip(logs, usable, strict=True):
+        ways = np.column_stack([direction(log, i, float(fastest[i])) for i in range(n)])
+        moving.append((ways != 0.0) & good & np.isfinite(filtered_torque(log)))
+    total = sum(int(each.any(axis=1).sum()) for each in moving)
+    parts: dict[str, list[FloatArray]] = {name: [] for name in _BY_SAMPLE}
+    slowest = np.full(n, np.inf)
+    for k, (log, moves) in enumerate(zip(logs, moving, strict=True)):
+        some = np.flatnonzero(moves.any(axis=1))
+        some = some[evenly(len(some), max(round(settings.samples * len(some) / max(total, 1)), 1))]
+        place = np.arange(len(some)) * settings.stretches // max(len(some), 1)
+        torque = filtered_torque(log)[some]
+        values = {
+            "log": np.full(len(some), k), "row": some, "time": log.time[some], "q": log.q[some],
+            "qd": log.qd[some], "qdd": log.qdd[some], "torque": np.nan_to_num(torque),
+            "counts": moves[some], "scored": place % 2 == 1,
+        }  # fmt: skip
+        for name, array in values.items():
+            parts[name].append(array)
+        speed = np.where(moves, np.abs(log.qd), np.inf)
+        slowest = np.minimum(slowest, speed.min(axis=0))
+    joined = {name: np.concatenate(arrays) for name, arrays in parts.items()}
+    samples = Samples(arm, tuple(logs), slowest=slowest, **joined)
+    enough = [
+        min((samples.counts[samples.scored == which]).sum(axis=0)[i] for which in (False, True))
+        >= settings.fewest
+        for i in range(n)
+    ]
+    samples.counts[:, ~np.array(enough)] = False
+    return samples
