@@ -7,6 +7,8 @@ from gd_analyze.certification.holding import simplify_held as simplify_held
 from gd_analyze.certification.positive_definite import certify_positive_definite as certify_positive_definite
 from gd_analyze.certification.simplifying import simplify as simplify
 from gd_analyze.certification.tube import Tube as Tube
+from gd_analyze.diagnosis.diagnose import Diagnosis as Diagnosis
+from gd_analyze.diagnosis.diagnose import diagnose as diagnose
 from gd_analyze.dynamics.base_parameters import BaseParameter as BaseParameter
 from gd_analyze.dynamics.base_parameters import BaseParameters as BaseParameters
 from gd_analyze.dynamics.base_parameters import base_parameters as base_parameters

@@ -13,6 +13,7 @@ from gd_analyze.cli.arms import arms
 from gd_analyze.cli.batch import batch
 from gd_analyze.cli.compare import compare
 from gd_analyze.cli.control import control
+from gd_analyze.cli.diagnose import diagnose
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.export import export
 from gd_analyze.cli.figures import figures
@@ -168,6 +169,7 @@ VERBS = (
     report,
     arms,
     columns,
+    diagnose,
     identify,
     plan,
     figures,

@@ -75,6 +75,31 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "Log: its torque columns hold currents; joint torque per ampere, one value per joint.",
             metavar="LIST",
         ),
+        option(
+            "--torque-sign",
+            "Log: -1 for joints whose torque is reversed, 1 for others, or one sign for all.",
+            metavar="LIST",
+        ),
+        option(
+            "--position-sign",
+            "Log: -1 for joints that count the other way, 1 for others, or one sign for all; reverses "
+            "positions and torques.",
+            metavar="LIST",
+        ),
+        option(
+            "--offset",
+            "Log: added to a joint's positions, in rad, m, or with a unit: 3=90deg. May be repeated.",
+            metavar="JOINT=ANGLE",
+            multiple=True,
+        ),
+        option(
+            "--couple",
+            "Log: a joint's variable as a sum of those logged, such as q3=q3-q2 where joint 3 is measured "
+            "against the base; torques keep the power the same. May be repeated.",
+            metavar="SUM",
+            multiple=True,
+        ),
+        option("--lag", "Log: time by which torques are late, such as 4ms.", metavar="TIME"),
         option("--drop-rows", "Log: leave out corrupt rows, which are refused otherwise.", is_flag=True),
         option(
             "--measured/--planned",

@@ -151,14 +151,14 @@ def diagnose(
     causes: list[Candidate] = []
     rivals: list[Candidate] = []
     at, ranked = problem, ranking
-    while ranked and ranked[0].fall > settings.margin and len(causes) < settings.causes:
+    while ranked and is_clear(ranked[0], settings) and len(causes) < settings.causes:
         best = ranked[0]
         causes.append(best)
         if len(causes) == 1:
             rivals = [
                 one
                 for one in ranked[1:]
-                if one.fall > best.fall - settings.alike and one.fall > settings.margin and one.name != best.name
+                if one.fall > best.fall - settings.alike and is_clear(one, settings) and one.name != best.name
             ]
         at = Problem(problem.samples, best.correction, settings)
         if not is_left(at.null, settings):
@@ -177,6 +177,12 @@ def diagnose(
         corrected=at,
         tells=bool(causes) or _tells(problem),
     )
+
+
+def is_clear(cause: Candidate, settings: Settings) -> bool:
+    """Whether the score falls by enough to claim a cause."""
+    assert cause.fit is not None  # judged
+    return cause.fall > settings.margin + settings.misfit * cause.fit.unexplained
 
 
 def is_left(fit: Fit, settings: Settings) -> bool:

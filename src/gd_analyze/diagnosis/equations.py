@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.settings import Settings
@@ -125,8 +125,10 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def equations_of(samples: Samples, correction: Correction, settings: Settings) -> Equations:
-    """Equations of the corrected samples."""
+def columns_of(
+    samples: Samples, correction: Correction, settings: Settings
+) -> tuple[FloatArray, Array, int]:
+    """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, way = correction.states(samples)
     per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
@@ -139,11 +141,16 @@ def equations_of(samples: Samples, correction: Correction, settings: Settings) -
     own = np.stack([qdd.T, way.T, qd.T, np.ones((n, len(q)))], axis=2)
     torque = np.broadcast_to(samples.torque, (n, *samples.torque.shape))
     columns = np.concatenate([links, *added, own, file[:, :, None], torque], axis=2)
-    counts = correction.counts(samples, way)
+    shared = links.shape[2] + sum(one.shape[2] for one in added)
+    return columns, correction.counts(samples, way), shared
+
+
+def equations_of(samples: Samples, correction: Correction, settings: Settings) -> Equations:
+    """Equations of the corrected samples."""
+    columns, counts, shared = columns_of(samples, correction, settings)
     sums = []
     for which in (~samples.scored, samples.scored):
         some = columns[:, which] * counts[which].T[:, :, None]
         sums.append(np.swapaxes(some, 1, 2) @ some)
     held = np.array([counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float)
-    shared = links.shape[2] + sum(one.shape[2] for one in added)
-    return Equations(sums[0], sums[1], held, shared, n)
+    return Equations(sums[0], sums[1], held, shared, samples.arm.n_joints)

@@ -18,9 +18,9 @@ _FROZEN, _SHORTEST = 0.05, 25
 # Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
 _CLIPPED, _RUN = 0.02, 4
 # A spike differs from the median of five by this many times what readings usually do; most of them.
-_SPIKE, _MOST_SPIKES = 12.0, 0.05
+_SPIKE, _MOST_SPIKES = 20.0, 0.05
 # Spikes below this share of the joint's torque do no harm.
-_HARMLESS = 0.2
+_HARMLESS = 1.5
 # Readings around a fault that its filter blurs.
 _BLURRED = 3
 # Least readings.

@@ -26,6 +26,7 @@ class Fit:
     """A fit by joint, nan where a joint says nothing."""
 
     score: float  # J without the cost of numbers
+    unexplained: float  # J above that of residuals of 0
     left: FloatArray  # r by joint, (n,)
     changed: float  # squared changes of the links and of what was added, in standard deviations
     off: float  # torque of the links' changes over the file's torque, as RMS
@@ -85,7 +86,8 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
     score -= _density(torque, weight, used) - float(changes @ changes)
     with np.errstate(divide="ignore", invalid="ignore"):
         left = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
-    return Fit(score, left, float(changes @ changes), _off(equations, changes, used), changes, own)
+    unexplained = float((weight * np.log1p(mean / least))[used].sum())
+    return Fit(score, unexplained, left, float(changes @ changes), _off(equations, changes, used), changes, own)
 
 
 def _squares(

@@ -12,7 +12,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import Equations, equations_of
+from gd_analyze.diagnosis.equations import OWN, Equations, columns_of, equations_of
 from gd_analyze.diagnosis.fit import Fit, fitted
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.settings import Settings
@@ -75,25 +75,36 @@ class Problem:
         self.kept.move_to_end(key)
         return fitted(self.kept[key], correction.torque, self.settings)
 
-    def fits(self, corrections: Iterable[Correction]) -> list[Fit]:
-        """One fit each."""
-        return [self.fit(one) for one in corrections]
+    def torques(self) -> tuple[FloatArray, FloatArray]:
+        """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none counts."""
+        columns, counts, shared = columns_of(self.samples, self.correction, self.settings)
+        fit, end = self.null, shared + OWN
+        model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
+        model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.own)
+        measured = self.samples.torque @ self.correction.torque.T
+        return np.where(counts, measured, np.nan), np.where(counts, model.T, np.nan)
 
     def score(self, correction: Correction) -> float:
         """Score of a correction beside that of the null hypothesis at the same samples."""
-        found = self.fit(correction)
         if not correction.mixes:
-            return found.score - self.null.score
+            return self.fit(correction).score - self.null.score
         *_, way = correction.states(self.samples)
         rests = ~correction.counts(self.samples, way)
         alone = self.fit(self.correction.without(rests))
         both = self.fit(correction.without(rests))
         return both.score - alone.score
 
+    def roughly(self, corrections: Iterable[Correction]) -> FloatArray:
+        """Scores of corrections, judged by few samples."""
+        return np.array([self.rough.score(one.at(self._thinned)) for one in corrections])
+
     def best(self, corrections: Sequence[Correction], most: int = 1) -> list[int]:
         """Places of the best corrections, judged by few samples."""
-        scores = [self.rough.score(one.at(self._thinned)) for one in corrections]
-        return np.argsort(scores)[:most].tolist()
+        return np.argsort(self.roughly(corrections))[:most].tolist()
+
+    def helps(self, score: float) -> bool:
+        """Whether a score by few samples makes a closer look worth while."""
+        return score < -self.settings.worth
 
     @cached_property
     def _thinned(self) -> Array:

@@ -11,7 +11,12 @@ import numpy as np
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
+from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
+
+# Cosine between parallel axes.
+_PARALLEL = 0.999
 
 
 class Direction(Hypothesis):
@@ -49,22 +54,24 @@ class Zero(Hypothesis):
     """The zero of a joint is not the file's."""
 
     name = "zero of a joint"
-    _STEP = np.pi / 6.0
+    # Coarser steps miss the valley of a joint that carries much.
+    _STEP = np.pi / 5.0
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
         own, settings = problem.correction, problem.settings
         joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
-        # Near zero, the file's own error has the same effect.
-        angles = self._STEP * np.arange(1, 12)
+        angles = self._STEP * np.arange(1, round(2.0 * np.pi / self._STEP))
         scores: dict[int, tuple[float, float]] = {}
         for i in joints:
-            tried = [problem.rough.score(own.with_offset(i, float(a)).at(problem._thinned)) for a in angles]
+            tried = problem.roughly(own.with_offset(i, float(a)) for a in angles)
             scores[i] = float(np.min(tried)), float(angles[int(np.argmin(tried))])
         for i in sorted(scores, key=lambda joint: scores[joint][0])[:2]:
             near = scores[i][1]
+            if not problem.helps(scores[i][0]):
+                continue
             found = problem.along(
-                lambda a, i=i: own.with_offset(i, a), near - self._STEP, near + self._STEP, 12
+                lambda a, i=i: own.with_offset(i, a), near - self._STEP, near + self._STEP, 9
             )
             angle = self._refined(problem, i, found)
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
@@ -125,12 +132,12 @@ class Coupling(Hypothesis):
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
         own, found = problem.correction, []
-        revolute = problem.arm.is_revolute
+        parallel = _parallel(problem.arm)
         pairs = [
             (i, j, sign)
             for i in problem.moving
             for j in problem.moving
-            if abs(i - j) == 1 and revolute[i] and revolute[j]
+            if abs(i - j) == 1 and parallel[min(i, j)]
             for sign in (1.0, -1.0)
         ]
         for i, j, sign in pairs:
@@ -149,20 +156,33 @@ class Coupling(Hypothesis):
             )
 
 
+def _parallel(arm: RobotArm) -> list[bool]:
+    """Whether a revolute joint's axis is parallel to the next one's, as linked arms' are."""
+    axes = solve_kinematics(arm, np.zeros((arm.n_joints, 1))).joint_axes[:, :, 0]
+    turns = arm.is_revolute
+    return [
+        turns[i] and turns[i + 1] and abs(float(axes[i] @ axes[i + 1])) > _PARALLEL
+        for i in range(arm.n_joints - 1)
+    ]
+
+
 class TimeUnit(Hypothesis):
     """Time is in another unit, or runs at another pace."""
 
     name = "unit of time"
-    _KNOWN = (1e3, 1e-3, 1e6, 1e-6, 60.0, 1.0 / 60.0, 10.0, 0.1, 100.0, 0.01)
+    _KNOWN = (1e3, 1e-3, 60.0, 10.0, 0.1)
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one."""
         own, settings = problem.correction, problem.settings
-        paces = [*self._KNOWN, 0.25, 0.5, 0.7, 1.4, 2.0, 4.0]
+        paces = [*self._KNOWN, 0.3, 0.6, 1.7, 3.5]
         tried = [replace(own, pace=own.pace * pace) for pace in paces]
-        k = problem.best(tried)[0]
+        scores = problem.roughly(tried)
+        k = int(np.argmin(scores))
+        if not problem.helps(scores[k]):
+            return
         pace = paces[k]
-        low, high = np.log(pace) - 0.5, np.log(pace) + 0.5
+        low, high = np.log(pace) - 0.7, np.log(pace) + 0.7
         free = float(
             np.exp(problem.along(lambda x: replace(own, pace=own.pace * float(np.exp(x))), low, high, 10))
         )

@@ -41,8 +41,8 @@ class Gravity(Hypothesis):
         axes = [vector for axis in np.eye(3) for vector in (axis, -axis) if vector @ down < 0.9]
         known = [(self._named(axis, down), size * axis) for axis in axes]
         tried = [replace(own, gravity=g) for _, g in known]
-        k = problem.best(tried)[0]
-        # Bounded by what "--gravity" would do without any.
+        scores = problem.roughly(tried)
+        k = int(np.argmin(scores))
         none = replace(own, gravity=np.zeros(3))
         yield Candidate(
             self.name,
@@ -52,7 +52,7 @@ class Gravity(Hypothesis):
             alternatives=len(known) + 1,
         )
         what, g = known[k]
-        leaning, score = self._leaning(problem, [down, g / size], size)
+        leaning, score = self._leaning(problem, [down, g / size][: 1 + problem.helps(scores[k])], size)
         if problem.score(tried[k]) < score + problem.settings.known:
             yield Candidate(self.name, what, f"--gravity {vector(g)}", tried[k], alternatives=len(known) + 1)
         else:
@@ -162,7 +162,8 @@ class ChangeInTime(Hypothesis):
         for i in range(n):
             single[i, :, i] = 1.0
         offsets = Added(single, _JUMP * size)
-        places = np.linspace(0.1, 0.9, 9) * len(order)
+        places = np.linspace(0.1, 0.9, 7) * len(order)
+        ends = places[[0, -1]]
 
         def changed(place: float, kind: Added) -> Correction:
             after = (order >= place).astype(float)
@@ -172,10 +173,12 @@ class ChangeInTime(Hypothesis):
             (load, 5, "The load changes"),
             (offsets, n + 1, "Torques change by an offset"),
         ):
-            made = [changed(place, kind) for place in places]
-            place = float(places[problem.best(made)[0]])
+            scores = problem.roughly(changed(place, kind) for place in places)
+            if not problem.helps(scores.min()):
+                continue
+            place = float(places[int(scores.argmin())])
             for width in (0.05, 0.025, 0.0125):
-                near = [place, place - width * len(order), place + width * len(order)]
+                near = np.clip([place, place - width * len(order), place + width * len(order)], *ends).tolist()
                 place = near[problem.best([changed(x, kind) for x in near])[0]]
             at = samples.time[min(max(int(round(place)), 0), len(order) - 1)]
             when = f"{number(float(at))} s"

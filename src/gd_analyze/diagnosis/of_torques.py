@@ -112,6 +112,11 @@ class JointScale(Hypothesis):
         def of(factors: FloatArray) -> float:
             return problem.score(own.with_torque(np.diag(factors)))
 
+        def apart(factors: FloatArray) -> float:
+            # Joints of which a log tells little have a factor like the others'.
+            some = np.log(factors[problem.moving])
+            return float(np.square((some - np.median(some)) / problem.settings.constants).sum())
+
         ratios = np.array([_ratio_of(problem, i) for i in range(n)])
         best: dict[int, tuple[float, float]] = {}
         for i in problem.moving:
@@ -139,14 +144,15 @@ class JointScale(Hypothesis):
                 unsure="the masses that this joint carries, if it is the first that is loaded",
             )
         logs = np.zeros(n)
-        logs[problem.moving] = np.log(ratios[problem.moving])
+        common = float(np.log(_ratio_of(problem)))
+        logs[problem.moving] = np.clip(np.log(ratios[problem.moving]), common - 1.0, common + 1.0)
         for _ in range(2):
             for i in problem.moving:
 
                 def score_of_all(logarithm: float, i: int = i) -> float:
                     changed = logs.copy()
                     changed[i] = logarithm
-                    return of(np.exp(changed))
+                    return of(np.exp(changed)) + apart(np.exp(changed))
 
                 logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
         factors = np.exp(logs)
@@ -241,16 +247,11 @@ class Lag(Hypothesis):
         if own.lag:
             return
 
-        def lagging(lag: float) -> object:
-            return replace(own, lag=lag)
-
-        sizes = np.unique(np.concatenate([[step, 2.0 * step, 4.0 * step], [0.01, 0.03, 0.08, 0.2]]))
-        sizes = sizes[sizes <= 0.25]
-        if not len(sizes):
-            return
+        sizes = np.array([max(0.015, step), max(0.05, 3.0 * step), max(0.15, 8.0 * step)])
         lags = np.concatenate([-sizes[::-1], [0.0], sizes])
-        place = problem.best([replace(own, lag=float(lag)) for lag in lags])[0]
-        if lags[place] == 0.0:
+        scores = problem.roughly(replace(own, lag=float(lag)) for lag in lags)
+        place = int(np.argmin(scores))
+        if not problem.helps(scores[place] - scores[len(sizes)]):
             return
         low, high = lags[max(place - 1, 0)], lags[min(place + 1, len(lags) - 1)]
         lag = problem.along(lambda x: replace(own, lag=x), float(low), float(high), 10)

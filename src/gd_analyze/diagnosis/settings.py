@@ -22,6 +22,8 @@ class Settings:
     # Samples taken of all logs together, and in a search for a number.
     samples: int = 400
     samples_of_search: int = 100
+    # Fall of the score in a search that is worth a closer look.
+    worth: float = 3.0
     # Stretches of a log, fitted and scored in turn.
     stretches: int = 10
     # Least samples of a joint that moves, fitted and scored alike.
@@ -37,8 +39,14 @@ class Settings:
     per_number: float = 3.9
     per_alternative: float = 2.0
 
+    # Standard deviation of the logarithms of joints' torque constants about their common mean.
+    constants: float = 0.5
+
     # Fall of the score that makes a cause.
     margin: float = 30.0
+    # Share of what then remains unexplained that it falls by beside: where a model misses much anyway, wrong
+    # causes help by chance.
+    misfit: float = 0.05
     # A second cause as good to within this is told, too; a known value wins over a fitted one within that.
     alike: float = 10.0
     known: float = 25.0
@@ -47,7 +55,7 @@ class Settings:
     changed: float = 40.0
     left: float = 0.15
     # Most causes of one log.
-    causes: int = 3
+    causes: int = 2
 
 
 SETTINGS = Settings()

@@ -452,6 +452,9 @@ def _logged(
     if not usable.all():
         time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
         gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
+    if reading.corrections:
+        arrays = reading.corrections.applied(time, arrays, arm)
+        origin += f"; corrected by {reading.corrections.words}"
     if reading.save_mapping is not None:
         write_mapping(choice, table, reading, unit)
     return Logged(

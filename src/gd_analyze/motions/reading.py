@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
 from gd_analyze.errors import Location, TrajectoryError, UsageError
+from gd_analyze.motions.corrections import Corrections
 from gd_analyze.text import LARGEST, number_in
 
 Quantity = Literal["q", "qd", "qdd", "torque"]
@@ -56,6 +57,8 @@ class Reading:
         Torque at each joint per unit of its torque column: N m/A (N/A) if these are currents.
     drop_rows
         Whether to leave out corrupt rows, which are refused otherwise.
+    corrections
+        What is done to the log's numbers: signs, zeros, coupled joints, late torques.
 
     Raises
     ------
@@ -75,6 +78,7 @@ class Reading:
     measured: bool | None = None
     torque_constant: tuple[float | None, ...] | None = None
     drop_rows: bool = False
+    corrections: Corrections = Corrections()
 
     @classmethod
     def of(
@@ -86,10 +90,14 @@ class Reading:
     ) -> Reading:
         """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
+        Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
+
         Raises
         ------
         TrajectoryError
             If they cannot be read.
+        UsageError
+            If a correction cannot be read.
         """
         listed = columns.split(",") if isinstance(columns, str) else list(columns)
         pairs = map.items() if isinstance(map, dict) else (_pair(entry, "--map") for entry in map)
@@ -97,6 +105,9 @@ class Reading:
         if isinstance(constants, str):
             constants = [number_in(word) for word in constants.split(",")]
         families = [family] if isinstance(family, str) else list(family)
+        names = [field.name for field in fields(Corrections) if field.name in rest]
+        if names:
+            rest["corrections"] = Corrections.of(**{name: rest.pop(name) for name in names})
         return cls(
             columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
             map=tuple(

@@ -1,0 +1,69 @@
+"""`gd-analyze diagnose`: why logs and an arm's file disagree."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import gd_analyze as gd
+from gd_analyze.cli import options
+from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.options import TRAJECTORY, command_line
+from gd_analyze.cli.output import Output, reporting, require_outputs
+
+
+@click.command(short_help="Say why logs and an arm's file disagree, and what mends it.")
+@robot_given
+@click.argument(
+    "logs",
+    type=TRAJECTORY,
+    nargs=-1,
+    required=True,
+    metavar="LOG...",
+    help="Recordings with torques; options: `gd-analyze columns --help`.",
+)
+@log_options
+@options.payload
+@options.folder("Folder for a report; without it none is written.", option="--report")
+@reporting
+def diagnose(
+    robot: GivenRobot,
+    logs: tuple[str, ...],
+    payload: str | None,
+    report: Path | None,
+    overwrite: bool,
+    formats: tuple[str, ...],
+    output: Output,
+) -> None:
+    r"""Say why logs and an arm's file disagree.
+
+    Signs, scales, columns, zeros, coupled joints, gravity, payloads, late torques and units of time are
+    tried beside the file's own error and friction, and ranked by what remains. The answer names the best
+    with the option that mends it, or says that nothing needs an explanation.
+
+    \b
+    Examples:
+      gd-analyze diagnose my_robot.urdf log.csv
+      gd-analyze diagnose my_robot.urdf log.csv --torque-sign -1
+      gd-analyze diagnose my_robot.urdf a.csv b.csv --report report
+    """
+    with output.working() as stage:
+        from gd_analyze.results.findings import provenance
+        from gd_analyze.studies.diagnosis_result import diagnosis_result
+        from gd_analyze.studies.study_files import StudyFolder
+
+        arm = robot.load(payload, logs)
+        motions = [read_motion(word, arm) for word in logs]
+        files = None
+        if report is not None:
+            asked = [arm.name, *(motion.fingerprint for motion in motions)]
+            files = StudyFolder(report, "diagnosis", formats, asked, overwrite=overwrite)
+            require_outputs(*files.paths.values())
+        stage("diagnosing")
+        result = diagnosis_result(gd.diagnose(arm, motions), provenance(command_line()))
+        if files is not None:
+            stage(f"writing {', '.join(formats)}")
+            files.write(result)
+    output.give(result, *(files.paths.values() if files else ()))

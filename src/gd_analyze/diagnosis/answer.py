@@ -1,0 +1,93 @@
+"""The answer of a diagnosis in a sentence or two, and what remains of the torques follows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.diagnosis.hypothesis import Candidate, Problem
+from gd_analyze.text import named_joints, percent
+
+# Bins of a quantity, least samples of each, and the share of the residual's variance that their means explain
+# where it follows the quantity.
+_BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
+# Torque by which the file's links are off, over its own, below which they are as good as right.
+_RIGHT = 0.05
+QUANTITIES = ("position", "velocity", "acceleration", "time")
+
+
+def answer(found: Diagnosis) -> str:
+    """What is wrong, with the residual before and after and what to do; or that nothing needs explaining."""
+    texts = [_of_cause(found, found.causes[0])] if found.causes else []
+    texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in found.rivals]
+    texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in found.causes[1:]]
+    if found.faults:
+        texts += _of_faults(found)
+    if found.causes:
+        return " ".join(texts)
+    if not found.problem.moving:
+        return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
+    if not found.tells:
+        what = "There is too little motion to say anything: friction alone explains the torques as well."
+        return " ".join([what, *texts])
+    n = found.arm.n_joints
+    poor = [i for i in found.problem.moving if found.before.left[i] > found.problem.settings.left]
+    if poor:
+        left = ", ".join(percent(float(found.before.left[i])) for i in poor)
+        follows = dict(zip(range(n), what_remains_follows(found.problem), strict=True))
+        words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
+        joints = named_joints([i + 1 for i in poor], n)
+        return " ".join([*texts, f"No cause found: {left} of the torque's RMS remains at {joints}; it follows {words}."])
+    off = found.before.off
+    size = "little" if off < _RIGHT else f"some {percent(off)}"
+    return " ".join([*texts, f"Nothing {'else ' * bool(found.faults)}to explain beyond masses off by {size}: "
+                     f"{percent(found.before.remains)} of the torque's RMS remains."])  # fmt: skip
+
+
+def advice(cause: Candidate) -> str:
+    """What to do about a cause, a sentence."""
+    if cause.remedy.startswith("--"):
+        return f"Use {cause.remedy}."
+    return f"{cause.remedy[0].upper()}{cause.remedy[1:]}."
+
+
+def _of_cause(found: Diagnosis, cause: Candidate) -> str:
+    assert cause.fit is not None  # judged
+    before, after = percent(found.before.remains), percent(cause.fit.remains)
+    text = f"{cause.what}: {after} of the torque's RMS remains instead of {before}. {advice(cause)}"
+    return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
+
+
+def _of_faults(found: Diagnosis) -> list[str]:
+    first = found.faults[0]
+    more = sorted({fault.joint + 1 for fault in found.faults[1:]})
+    others = f"; also faulty: {named_joints(more, found.arm.n_joints)}" if more else ""
+    return [f"{first.what} (not compared{others}): {first.remedy}."]
+
+
+def _begun(what: str) -> str:
+    return what[0].lower() + what[1:]
+
+
+def what_remains_follows(problem: Problem) -> list[str]:
+    """By joint, which of its position, velocity, acceleration or time its residual follows; "" for none."""
+    q, qd, qdd, _ = problem.correction.states(problem.samples)
+    measured, model = problem.torques()
+    out = []
+    for i in range(problem.n):
+        left = measured[:, i] - model[:, i]
+        known = np.isfinite(left)
+        shares = [_share(x[known], left[known]) for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)]
+        out.append(QUANTITIES[int(np.argmax(shares))] if max(shares) > _FOLLOWS else "")
+    return out
+
+
+def _share(x: FloatArray, values: FloatArray) -> float:
+    """Share of the variance of values that the means over bins of x explain, adjusted for their number."""
+    if len(values) < _BINS * _PER_BIN or not np.ptp(values):
+        return 0.0
+    parts = np.array_split(values[np.argsort(x, kind="stable")], _BINS)
+    inside = sum(float(np.square(part - part.mean()).sum()) for part in parts)
+    whole = float(np.square(values - values.mean()).sum())
+    return 1.0 - inside / (len(values) - _BINS) / (whole / (len(values) - 1))

@@ -1,0 +1,219 @@
+"""What the user says is wrong with a log's numbers: signs, zeros, coupled joints, late torques."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.limits import value_in
+from gd_analyze.text import in_python, number_in
+
+_COUPLED = re.compile(r"q(\d{1,4})=(.+)")
+_TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
+_TIME = re.compile(r"(.*?)(s|ms|us)")
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+# Longest lag, s: a later torque is another motion's.
+_LONGEST = 10.0
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """Corrections of a log, in the order in which they are done; empty ones change nothing.
+
+    Parameters
+    ----------
+    couple
+        Joint variables as sums of those logged: "q3=q3-q2", counted from 1. Torques go by the transposed
+        inverse, so that power stays the same.
+    position_sign
+        -1 for a joint that counts the other way, (n,), or one for all: positions and torques are reversed.
+    torque_sign
+        -1 for a joint whose torque alone is reversed, (n,), or one for all.
+    offset
+        Number of a joint from 1, or its name, and an angle (length) added to its positions, rad (m).
+    lag
+        Time by which torques are late, s; negative if they are early.
+
+    Raises
+    ------
+    UsageError
+        If one cannot be read.
+    """
+
+    couple: tuple[str, ...] = ()
+    position_sign: tuple[float, ...] = ()
+    torque_sign: tuple[float, ...] = ()
+    offset: tuple[tuple[str, float], ...] = ()
+    lag: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        couple: Iterable[str] | str = (),
+        position_sign: str | Iterable[float] = (),
+        torque_sign: str | Iterable[float] = (),
+        offset: Iterable[str] | Mapping[str, float] = (),
+        lag: str | float = 0.0,
+    ) -> Corrections:
+        """Parse words as typed: "q3=q3-q2", "1,-1,1", "-1", "3=90deg", "4ms"."""
+        offsets = offset.items() if isinstance(offset, Mapping) else map(_offset, offset)
+        return cls(
+            (couple,) if isinstance(couple, str) else tuple(couple),
+            _signs(position_sign, "--position-sign"),
+            _signs(torque_sign, "--torque-sign"),
+            tuple((str(joint), float(value)) for joint, value in offsets),
+            _lag(lag),
+        )
+
+    def __bool__(self) -> bool:
+        return self != Corrections()
+
+    @property
+    def words(self) -> str:
+        """The corrections as options."""
+        signs = {"--position-sign": self.position_sign, "--torque-sign": self.torque_sign}
+        out = [f"--couple {word}" for word in self.couple]
+        out += [f"{name} {','.join(f'{x:g}' for x in values)}" for name, values in signs.items() if values]
+        out += [f"--offset {joint}={value:g}" for joint, value in self.offset]
+        return " ".join(out + ([f"--lag {self.lag:g}s"] if self.lag else []))
+
+    def applied(
+        self, time: FloatArray, arrays: Mapping[str, FloatArray], arm: RobotArm
+    ) -> dict[str, FloatArray]:
+        """Correct q, qd, qdd and torque, (N, n) each, of those there are.
+
+        Raises
+        ------
+        UsageError
+            If a correction does not fit the arm, or concerns torques that there are not.
+        """
+        n, out = arm.n_joints, dict(arrays)
+        position, torque = np.eye(n), np.eye(n)
+        for word in self.couple:
+            matrix = _coupling(word, arm)
+            position, torque = matrix @ position, np.linalg.inv(matrix).T @ torque
+        reverse = _for_joints(self.position_sign, "--position-sign", n)
+        position, torque = reverse[:, None] * position, reverse[:, None] * torque
+        torque = _for_joints(self.torque_sign, "--torque-sign", n)[:, None] * torque
+        offset = np.zeros(n)
+        for joint, value in self.offset:
+            offset[_joint(joint, arm)] += value
+        if "torque" not in out and (self.torque_sign or self.lag):
+            raise UsageError(
+                "the log has no torques to correct",
+                where="--lag" if self.lag else "--torque-sign",
+                expected="a log with columns of torque, or currents with --torque-constant",
+            )
+        for role, matrix in (("q", position), ("qd", position), ("qdd", position), ("torque", torque)):
+            # A missing reading of one joint is one of those it is summed with, and of no other.
+            if role in out and not np.array_equal(matrix, np.eye(n)):
+                out[role] = _multiplied(out[role], matrix)
+        out["q"] = out["q"] + offset
+        if self.lag:
+            out["torque"] = _earlier(time, out["torque"], self.lag)
+        return out
+
+
+def _multiplied(values: FloatArray, matrix: FloatArray) -> FloatArray:
+    columns = []
+    for row in matrix:
+        some = np.flatnonzero(row)
+        columns.append(values[:, some] @ row[some])
+    return np.column_stack(columns)
+
+
+def _earlier(time: FloatArray, torque: FloatArray, lag: float) -> FloatArray:
+    """Torques as logged so much later; nan where the log has ended, or not begun."""
+    out = np.full_like(torque, np.nan)
+    for i, column in enumerate(torque.T):
+        known = np.flatnonzero(np.isfinite(column) & np.isfinite(time))
+        known = known[np.argsort(time[known], kind="stable")]
+        if len(known):
+            out[:, i] = np.interp(time + lag, time[known], column[known], left=np.nan, right=np.nan)
+    return out
+
+
+def _signs(given: str | Iterable[float], option: str) -> tuple[float, ...]:
+    values: list[Any] = [number_in(word) for word in given.split(",")] if isinstance(given, str) else [*given]
+    if any(value not in (1.0, -1.0) for value in values):
+        raise UsageError(
+            "these are not signs", where=option, expected="1 or -1 per joint, with commas, or one for all",
+            found=in_python(given),
+        )  # fmt: skip
+    return tuple(float(value) for value in values)
+
+
+def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
+    if len(values) not in (0, 1, n):
+        raise UsageError(
+            "the signs do not fit the arm", where=option, expected=f"{n} signs, or one for all",
+            found=str(len(values)),
+        )  # fmt: skip
+    return np.ones(n) if not values else np.array(values if len(values) == n else values * n)
+
+
+def _offset(word: str) -> tuple[str, float]:
+    joint, _, text = str(word).rpartition("=")
+    value = value_in(text)
+    if not joint.strip() or value is None:
+        raise UsageError(
+            "no joint with an offset", where="--offset",
+            expected="a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm",
+            found=in_python(word),
+        )  # fmt: skip
+    return joint.strip(), value
+
+
+def _lag(given: str | float) -> float:
+    found = _TIME.fullmatch(given.replace(" ", "")) if isinstance(given, str) else None
+    value = number_in(found[1]) if found else None if isinstance(given, str) else float(given)
+    value = value * _SECONDS[found[2]] if found and value is not None else value
+    if value is None or not abs(value) <= _LONGEST:
+        raise UsageError(
+            "this is no lag", where="--lag", expected=f"a time up to {_LONGEST:g} s with its unit: 4ms, -0.01s",
+            found=in_python(given),
+        )  # fmt: skip
+    return value
+
+
+def _joint(word: str, arm: RobotArm) -> int:
+    """Place of a joint, from 0, by its name or number from 1."""
+    names = [joint.name for joint in arm.joints]
+    if word in names:
+        return names.index(word)
+    number = number_in(word)
+    if number is None or number not in range(1, len(names) + 1):
+        raise UsageError(
+            f"there is no joint {word!r}", where="--offset",
+            expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}", found=in_python(word),
+        )  # fmt: skip
+    return int(number) - 1
+
+
+def _coupling(word: str, arm: RobotArm) -> FloatArray:
+    """Matrix of a joint's variable as a sum."""
+    n, whole = arm.n_joints, _COUPLED.fullmatch(re.sub(r"\s", "", word))
+    terms = list(_TERM.finditer(whole[2])) if whole else []
+    matrix = np.eye(n)
+    readable = whole is not None and terms and "".join(term[0] for term in terms) == whole[2]
+    signed = readable and all(term[1] for term in terms[1:])
+    joints = [int(term[3]) for term in terms] + ([int(whole[1])] if whole else [])
+    if signed and whole is not None and all(1 <= joint <= n for joint in joints):
+        row = np.zeros(n)
+        for term in terms:
+            row[int(term[3]) - 1] += float(term[2] or 1.0) * (-1.0 if term[1] == "-" else 1.0)
+        matrix[int(whole[1]) - 1] = row
+        if row[int(whole[1]) - 1] != 0.0 and np.isfinite(row).all():
+            return matrix
+    raise UsageError(
+        "this does not couple joints", where="--couple",
+        expected=f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2",
+        found=in_python(word),
+    )  # fmt: skip
