@@ -16,6 +16,7 @@ import warnings
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,8 @@ from gd_analyze.robots.payload import with_payload
 from logs_of_arms import fourier
 from psdm_measure import arm_of
 
-DUMP = []
+# What was found, for a closer look.
+NOTED: list[tuple[object, ...]] = []
 HERE = Path(__file__).with_suffix(".md")
 # Fall of the score, against the log without the fault, that makes it visible: twice what a claim needs.
 VISIBLE = 60.0
@@ -372,39 +374,51 @@ def tried(log: Trajectory, file: RobotArm) -> tuple[Diagnosis | None, float]:
     return found, time.process_time() - start
 
 
-def trials(seeds: int, good: int, only: str = "") -> Iterator[tuple[str, str, str, list[str], float]]:
-    """Arm, kind of log, right name, answers in order ("right" for the true one), seconds."""
+Row = tuple[str, str, list[str], float]  # arm, kind of log, answers in order ("right" is true), seconds
+
+
+def trial_good(name: str, file: RobotArm, seed: int) -> Row | None:
+    """A log without a fault."""
+    kind, log = _good(file, seed)
+    found, seconds = tried(log, file)
+    claims = [] if found is None else [cause.name for cause in found.causes]
+    NOTED.append((name, kind, found))
+    return name, f"good: {kind}", claims, seconds
+
+
+def trial_bad(name: str, file: RobotArm, kind: str, seed: int) -> Row | None:
+    """A log with a fault; None if the arm cannot have it, or the log cannot be read."""
+    robot = Robot.of(file, seed)
+    made = FAULTS[kind](robot)
+    if made is None:
+        return None
+    log, arm, right, told = made
+    found, seconds = tried(log, arm)
+    if found is None:
+        return None
+    answers = [*found.causes[:1], *found.rivals, *found.causes[1:]]
+    names = ["right" if one.name == right and told(one) else one.name for one in answers]
+    hidden = found.before.score - score_without_fault(robot) < VISIBLE
+    NOTED.append((name, kind, found, right, [one.name == right and told(one) for one in found.ranking]))
+    return name, kind, ["invisible", *names] if hidden else names, seconds
+
+
+def trials(seeds: int, good: int, only: str = "") -> Iterator[Row]:
+    """All rows, in an order in which the first are like all."""
+    tasks: list[Callable[[], Row | None]] = []
     for at, (name, file) in enumerate(arms().items()):
-        for seed in range(good):
-            kind, log = _good(file, seed + 7 * at)
-            found, seconds = tried(log, file)
-            claims = [] if found is None else [cause.name for cause in found.causes]
-            if DUMP is not None and found is not None:
-                DUMP.append((name, kind, "", claims, [(c.name, False, c.fall, c.fit.unexplained) for c in found.ranking[:4]], found.before.unexplained))
-            yield name, f"good: {kind}", "", claims, seconds
-        for k, (kind, fault) in enumerate(FAULTS.items()):
-            if only and only not in kind:
-                continue
-            for seed in range(seeds):
-                robot = Robot.of(file, 10_000 * at + 100 * k + seed)
-                made = fault(robot)
-                if made is None:
-                    continue
-                log, arm, right, told = made
-                found, seconds = tried(log, arm)
-                if found is None:
-                    continue
-                clean = diagnosis_of_clean(robot)
-                answers = [*found.causes[:1], *found.rivals, *found.causes[1:]]
-                names = ["right" if one.name == right and told(one) else one.name for one in answers]
-                if found.before.score - clean < VISIBLE:
-                    names = ["invisible", *names]
-                yield name, kind, right, names, seconds
-                if DUMP is not None:
-                    DUMP.append((name, kind, right, names, [(c.name, c.name == right and told(c), c.fall, c.fit.unexplained) for c in found.ranking[:4]], found.before.unexplained))
+        tasks += [partial(trial_good, name, file, seed + 7 * at) for seed in range(good if not only else 0)]
+        for k, kind in enumerate(FAULTS):
+            if only in kind:
+                numbers = (10_000 * at + 100 * k + seed for seed in range(seeds))
+                tasks += [partial(trial_bad, name, file, kind, number) for number in numbers]
+    for k in np.random.default_rng(0).permutation(len(tasks)).tolist():
+        row = tasks[k]()
+        if row is not None:
+            yield row
 
 
-def diagnosis_of_clean(robot: Robot) -> float:
+def score_without_fault(robot: Robot) -> float:
     """Score of file and friction on the log without the fault."""
     from gd_analyze.diagnosis.hypothesis import Problem
     from gd_analyze.diagnosis.samples import samples_of
@@ -416,26 +430,26 @@ def diagnosis_of_clean(robot: Robot) -> float:
     return problem.null.score
 
 
-def page(rows: list[tuple[str, str, str, list[str], float]], processor: float) -> str:
+def page(rows: list[Row], processor: float) -> str:
     """Figures and the confusion matrix."""
     good = [row for row in rows if row[1].startswith("good")]
     bad = [row for row in rows if not row[1].startswith("good")]
-    seen = [row for row in bad if row[3][:1] != ["invisible"]]
-    first = sum(row[3][:1] == ["right"] for row in seen)
-    two = sum("right" in row[3][:2] for row in seen)
-    hidden = [row for row in bad if row[3][:1] == ["invisible"]]
-    wrong_hidden = sum(len(row[3]) > 1 and row[3][1] != "right" for row in hidden)
-    false = [row for row in good if row[3]]
+    seen = [row for row in bad if row[2][:1] != ["invisible"]]
+    first = sum(row[2][:1] == ["right"] for row in seen)
+    two = sum("right" in row[2][:2] for row in seen)
+    hidden = [row for row in bad if row[2][:1] == ["invisible"]]
+    wrong_hidden = sum(len(row[2]) > 1 and row[2][1] != "right" for row in hidden)
+    false = [row for row in good if row[2]]
     names = ", ".join(dict.fromkeys(row[0] for row in rows))
     text = HEAD.format(good=len(good), bad=len(bad), arms=names)
     text += f"- True cause first: {first} of {len(seen)} visible ({100 * first / max(len(seen), 1):.1f} %).\n"
     text += f"- True cause among the first two: {two} ({100 * two / max(len(seen), 1):.1f} %).\n"
     text += f"- False alarms: {len(false)} of {len(good)} logs without a fault ({100 * len(false) / max(len(good), 1):.1f} %)"
-    text += "".join(f"; {row[0]}, {row[1][6:]}: {row[3][0]}" for row in false) + ".\n"
+    text += "".join(f"; {row[0]}, {row[1][6:]}: {row[2][0]}" for row in false) + ".\n"
     text += f"- Of {len(hidden)} logs with an invisible fault {wrong_hidden} got another cause.\n"
-    text += f"- Processor time: median {np.median([row[4] for row in rows]):.1f} s a log; in all {processor / 60:.0f} min.\n\n"
+    text += f"- Processor time: median {np.median([row[3] for row in rows]):.1f} s a log; in all {processor / 60:.0f} min.\n\n"
     table: dict[str, Counter[str]] = defaultdict(Counter)
-    for _, kind, _, answers, _ in [*seen, *good]:
+    for _, kind, answers, _ in [*seen, *good]:
         table[kind][answers[0] if answers else "none"] += 1
     columns = ["right", "none", *sorted({name for row in table.values() for name in row} - {"right", "none"})]
     lines = [["log", *columns], *([kind, *(str(row[name] or "") for name in columns)] for kind, row in table.items())]
@@ -451,16 +465,21 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--good", type=int, default=12)
     parser.add_argument("--only", default="")
+    parser.add_argument("--most", type=int, default=10**9, help="logs after which to stop")
     parser.add_argument("--dry", action="store_true", help="write no page")
     given = parser.parse_args()
     warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
     rows = []
     for row in trials(given.seeds, given.good, given.only):
         rows.append(row)
-        import pickle; pickle.dump((rows, DUMP), open("/tmp/c_dump.pkl", "wb"))
         is_bad = not row[1].startswith("good")
-        if (is_bad and row[3][:1] not in (["right"], ["invisible"])) or (not is_bad and row[3]):
+        if (is_bad and row[2][:1] not in (["right"], ["invisible"])) or (not is_bad and row[2]):
             print(row, file=sys.stderr, flush=True)
+            _, _, found, *_ = NOTED[-1]
+            best = [(one.name, one.what, round(one.fall), round(one.fit.unexplained)) for one in found.ranking[:3]]
+            print("   ", *best, sep="\n    ", file=sys.stderr, flush=True)
+        if len(rows) >= given.most:
+            break
     text = page(rows, time.process_time())
     if not given.dry:
         write_text(HERE, text)

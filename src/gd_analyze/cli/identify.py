@@ -54,6 +54,11 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     is_flag=True,
     help="Skip the search for the simplified model that the logs support.",
 )
+@click.option(
+    "--anyway",
+    is_flag=True,
+    help="Identify even where `gd-analyze diagnose` finds another cause than the links' numbers.",
+)
 @log_options
 @options.out("Write the identified arm into this TOML file.")
 @options.folder("Folder for a report; without it none is written.", option="--report")
@@ -66,6 +71,7 @@ def identify(
     mass: float | None,
     plain: bool,
     no_model: bool,
+    anyway: bool,
     out: Path | None,
     report: Path | None,
     overwrite: bool,
@@ -107,7 +113,13 @@ def identify(
             require_outputs(*files.paths.values())
         stage("identifying")
         found = gd.identify(
-            arm, fitted, held_out=apart or None, loaded=carrying or None, mass=mass, physical=not plain
+            arm,
+            fitted,
+            held_out=apart or None,
+            loaded=carrying or None,
+            mass=mass,
+            physical=not plain,
+            anyway=anyway,
         )
         stage("simplifying")
         answer = None if no_model or found.doubts else supported(found, fitted[0])

@@ -85,7 +85,11 @@ class Diagnosis:
 
 
 def diagnose(
-    arm: RobotArm | str | Path, logs: GivenMotions, *, settings: Settings = SETTINGS
+    arm: RobotArm | str | Path,
+    logs: GivenMotions,
+    *,
+    thorough: bool = True,
+    settings: Settings = SETTINGS,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
 
@@ -99,6 +103,8 @@ def diagnose(
         The arm; or a shipped name, or the path of a file.
     logs
         Recordings with torques; or paths of files.
+    thorough
+        Try every cause, even where file and friction leave nothing to explain.
     settings
         Weights and thresholds.
 
@@ -147,7 +153,8 @@ def diagnose(
         return Diagnosis(
             arm, tuple(m.name for m in motions), (), (), (), tuple(faults), nothing, nothing, problem, problem, False
         )
-    ranking = _ranked(problem)
+    tells = _tells(problem)
+    ranking = _ranked(problem) if thorough or not tells or is_left(problem.null, settings) else []
     causes: list[Candidate] = []
     rivals: list[Candidate] = []
     at, ranked = problem, ranking
@@ -175,7 +182,7 @@ def diagnose(
         after=at.null,
         problem=problem,
         corrected=at,
-        tells=bool(causes) or _tells(problem),
+        tells=bool(causes) or tells,
     )
 
 

@@ -66,7 +66,8 @@ class Equations:
             sums, shared = self.fitted[joint], self.shared
             places = shared + np.flatnonzero(free)
             own = sums[np.ix_(places, places)]
-            scale = np.sqrt(np.diag(own)) + np.finfo(float).tiny
+            scale = np.sqrt(np.diag(own))
+            scale[scale == 0.0] = 1.0
             outer = np.outer(scale, scale)
             inverse = np.zeros((OWN, OWN))
             some = np.ix_(np.flatnonzero(free), np.flatnonzero(free))

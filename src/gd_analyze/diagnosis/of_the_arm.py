@@ -13,11 +13,14 @@ from gd_analyze.diagnosis.equations import with_gravity
 from gd_analyze.diagnosis.fit import Fit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.remedies import vector
-from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
 from gd_analyze.text import number
 
 # Plausible mass of what an arm carries, as a share of its own, and its distance, as a share of the reach.
 _CARRIED, _AWAY = 0.1, 0.15
+# Powers of length in a body's numbers, and its inertia as a share of the square of its distance.
+_POWERS = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])
+_COMPACT = 0.5
 # Standard deviation of a torque's change at a restart, as a share of its RMS.
 _JUMP = 0.3
 # Fall of the score worth a step of a search, and the tangent of the largest tilt from where it began.
@@ -100,17 +103,17 @@ class Gravity(Hypothesis):
 
 
 def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
-    """Torque per unit of mass and first moments in the last link's frame, where `when` is 1."""
+    """Torque per unit of a body's ten numbers in the last link's frame, where `when` is 1."""
     arm = problem.arm
     q, qd, qdd, _ = problem.correction.states(problem.samples)
-    # Of the last link alone, (n, 4, N).
-    per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1, :4]
+    # Of the last link alone, (n, 10, N).
+    per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1]
     mass = _CARRIED * float(arm.mass.sum())
-    away = mass * _AWAY * (arm.reach or 1.0)
+    away = _AWAY * (arm.reach or 1.0)
     columns = np.swapaxes(per_unit, 1, 2)
     if when is not None:
         columns = columns * when[:, None]
-    return Added(np.ascontiguousarray(columns), np.array([mass, away, away, away]))
+    return Added(np.ascontiguousarray(columns), mass * away ** _POWERS * np.where(_POWERS == 2, _COMPACT, 1.0))
 
 
 def _of_added(fit: Fit, added: Added) -> FloatArray:
@@ -126,7 +129,7 @@ class Payload(Hypothesis):
         """Four numbers of a body at the last link."""
         added = _carried(problem)
         correction = problem.correction.with_added(added)
-        mass, *moment = _of_added(problem.fit(correction), added)
+        mass, *moment = _of_added(problem.fit(correction), added)[:4]
         place = np.array(moment) / mass if mass else np.zeros(3)
         if abs(mass) < _HEAVY * problem.arm.mass.sum() or np.linalg.norm(place) > (problem.arm.reach or 1.0):
             return

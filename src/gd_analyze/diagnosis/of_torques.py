@@ -199,7 +199,7 @@ def _least(score, begin: float, width: float = 1.2) -> float:  # type: ignore[no
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
-        score, bounds=(begin - width, begin + width), method="bounded", options={"xatol": 0.005, "maxiter": 18}
+        score, bounds=(begin - width, begin + width), method="bounded", options={"xatol": 0.02, "maxiter": 10}
     )
     return float(found.x)
 

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.dynamics.measured_torque import SIGMAS, compare_torque, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
@@ -57,6 +59,7 @@ def identify(
     loaded: GivenMotions | None = None,
     mass: float | None = None,
     physical: bool = True,
+    anyway: bool = False,
 ) -> Identification:
     """Fit links, drives and friction to measured motions and torques by weighted least squares.
 
@@ -81,6 +84,8 @@ def identify(
         Take the physically consistent parameters nearest to the least squares and, along unidentifiable
         directions, to the file, by a semidefinite program; otherwise only keep masses, drive inertias and
         friction non-negative.
+    anyway
+        Identify even where a cause other than the links' numbers explains the logs (`diagnose`).
 
     Returns
     -------
@@ -92,7 +97,7 @@ def identify(
     UsageError
         If a log has no torques or constant ones, is given twice, or has a wrong sign or column; if no joint
         moves, the logs do not determine the links, no model of this arm predicts held-out torques, or logs
-        and file contradict each other.
+        and file contradict each other; if `diagnose` finds a cause that other links do not explain.
     TrajectoryError
         If a log has another number of joints.
 
@@ -105,6 +110,8 @@ def identify(
     fitted, carrying, apart = (
         [] if given is None else motions_of(given, arm) for given in (logs, loaded, held_out)
     )
+    if not anyway:
+        _require_no_cause(arm, [*fitted, *apart])
     if mass is None:
         found = _identified(arm, fitted, apart, carrying, physical)
         if found.payload is None:
@@ -138,6 +145,26 @@ def identify(
     )
     found = _identified(arm, fitted, apart, carrying, physical)
     return replace(found, torque_scale=(scale, scale * error / weighed))
+
+
+def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
+    """Refuse logs that a cause of few numbers explains better than changed links do."""
+    for motion in motions:
+        require_joints(motion, arm)
+        require_torques(motion)
+    if not arm.mass.any() or not motions:
+        return
+    try:
+        found = diagnose(arm, motions, thorough=False)
+    except UsageError:  # nothing moves, of which more is told below
+        return
+    # Of a cause that other masses explain, too, doubts are told.
+    if found.cause is not None and not found.cause.unsure:
+        raise UsageError(
+            f"logs and file disagree for another reason than the links' numbers. {answer(found)}",
+            where=f"log {', '.join(found.logs)}",
+            next_step=f"{found.cause.remedy}; --anyway (anyway=True) identifies all the same",
+        )
 
 
 def _with_torques(motion: Trajectory, scale: float) -> Trajectory:

@@ -1,0 +1,97 @@
+"""Corrections of a log: what was done to its numbers is undone, and options that fit no arm are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.corrections import Corrections
+
+EPS = float(np.finfo(float).eps)
+
+
+def arrays(n: int, rows: int = 50) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(0)
+    return {role: rng.normal(size=(rows, n)) for role in ("q", "qd", "qdd", "torque")}
+
+
+@given(
+    couple=st.sampled_from(["q3=q3-q2", "q3=q2+q3", "q2=0.5*q1-q2", "q1=2*q1"]),
+    signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=6, max_size=6),
+)
+def test_power_stays(puma, couple, signs):
+    """Coupled and reversed joints do the same work."""
+    given_ = arrays(6)
+    made = Corrections.of(couple=couple, position_sign=signs).applied(np.arange(50.0), given_, puma)
+    before, after = ((x["torque"] * x["qd"]).sum(axis=1) for x in (given_, made))
+    # Six products of numbers of some units, and as many sums in the coupled ones.
+    assert np.abs(before - after).max() < 100 * EPS * np.abs(given_["torque"] * given_["qd"]).max()
+    assert np.linalg.matrix_rank(made["q"]) == 6
+
+
+def test_each_does_what_it_says(puma):
+    """Signs, an offset by number and by name, and the sum that names a joint."""
+    given_, time = arrays(6), np.arange(50.0)
+    name = puma.joints[2].name
+    made = Corrections.of(offset=["2=90deg", f"{name}=0.5"], torque_sign="-1").applied(time, given_, puma)
+    assert np.array_equal(made["torque"], -given_["torque"])
+    assert np.array_equal(made["qd"], given_["qd"])
+    assert np.allclose(made["q"] - given_["q"], [0, np.pi / 2, 0.5, 0, 0, 0], atol=10 * EPS)
+    made = Corrections.of(couple=["q3=q3-q2"]).applied(time, given_, puma)
+    assert np.array_equal(made["q"][:, 2], given_["q"][:, 2] - given_["q"][:, 1])
+    assert np.array_equal(made["torque"][:, 1], given_["torque"][:, 1] + given_["torque"][:, 2])
+
+
+@given(lag=st.sampled_from(["4ms", "-20ms", "0.03s", "2000us"]))
+def test_late_torques_come_earlier(puma, lag):
+    """A line is shifted exactly; beyond the log's ends there is nothing."""
+    time = np.arange(0.0, 2.0, 0.01)
+    torque = np.outer(time, np.arange(1.0, 7.0))
+    corrections = Corrections.of(lag=lag)
+    made = corrections.applied(time, {"q": torque, "torque": torque}, puma)["torque"]
+    wanted = np.outer(time + corrections.lag, np.arange(1.0, 7.0))
+    known = np.isfinite(made)
+    assert known.sum() >= 6 * (200 - 4)
+    # Interpolation between numbers up to 12.
+    assert np.abs(made - wanted)[known].max() < 100 * EPS
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        ({"torque_sign": "1,2"}, "--torque-sign"), ({"torque_sign": "1,-1"}, "--torque-sign"),
+        ({"position_sign": "x"}, "--position-sign"), ({"offset": ["7=1"]}, "--offset"),
+        ({"offset": ["elbow"]}, "--offset"), ({"offset": ["2=much"]}, "--offset"),
+        ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
+        ({"couple": ["q3=q3 q2"]}, "--couple"), ({"lag": "4"}, "--lag"), ({"lag": "1000s"}, "--lag"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused(puma, words, option):
+    with pytest.raises(UsageError) as caught:
+        Corrections.of(**words).applied(np.arange(50.0), arrays(6), puma)
+    assert option in str(caught.value)
+
+
+def test_no_torques_to_correct(puma):
+    given_ = {"q": arrays(6)["q"]}
+    for words in ({"lag": "4ms"}, {"torque_sign": "-1"}):
+        with pytest.raises(UsageError):
+            Corrections.of(**words).applied(np.arange(50.0), given_, puma)
+
+
+def test_a_log_says_how_it_was_corrected(two_link, tmp_path):
+    """Options go into the motion's origin, and the words can be typed again."""
+    path = tmp_path / "log.csv"
+    time = np.arange(0.0, 2.0, 0.01)
+    rows = np.column_stack([time, np.sin(time), np.cos(time), 2 * time, 3 * time])
+    np.savetxt(path, rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
+    reading = gd.Reading.of(torque_sign="-1,1", offset=["1=90deg"], measured=True)
+    motion = gd.read_trajectory(path, two_link, reading)
+    assert "--torque-sign -1,1 --offset 1=1.5708" in motion.origin
+    assert motion.recording is not None
+    assert motion.recording.torque is not None
+    assert np.allclose(motion.recording.torque, np.column_stack([-2 * time, 3 * time]))
