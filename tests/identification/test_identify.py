@@ -309,8 +309,9 @@ def test_the_log_of_another_robot_is_no_models(puma, true, motion):
     log = true.exact_log(*motion)
     other = true.exact_log(*fourier(puma, 12.0, 100.0, 9)).recording.torque
     assert "no model of this arm predicts the logs" in refused(puma, with_torque(log, other)).what
-    error = refused(puma, with_torque(log, log.recording.torque[:, ::-1]))
-    assert "no model of this arm predicts the logs" in error.what
+    backwards = with_torque(log, log.recording.torque[:, ::-1])
+    assert "The torques are in reversed order" in refused(puma, backwards).what
+    assert "no model of this arm predicts the logs" in refused(puma, backwards, anyway=True).what
 
 
 @pytest.mark.parametrize("pair", [(0, 1), (0, 3), (1, 4), (2, 3), (3, 5), (4, 5)])
@@ -353,16 +354,19 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     log, bare = true.exact_log(*motion), massless(puma)
     for joint in range(6):
         signs = np.where(np.arange(6) == joint, -1, 1)
-        error = refused(puma, with_torque(log, signs * log.recording.torque))
+        error = refused(puma, with_torque(log, signs * log.recording.torque), anyway=True)
         assert f"joint {joint + 1} has the opposite sign" in error.what
         assert f"--torque-constant {','.join(map(str, signs))} reverses its sign" in error.details["next"]
+    error = refused(puma, with_torque(log, signs * log.recording.torque))
+    assert error.details["next"].startswith("--torque-sign 1,1,1,1,1,-1;")
     signs = np.array([1, 1, 1, -1, 1, 1])
     error = refused(bare, with_torque(log, signs * log.recording.torque))
     assert "friction would drive joint 4" in error.what
     assert "--torque-constant 1,1,1,-1,1,1 reverses its sign" in error.details["next"]
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
-    error = refused(puma, with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]]))
+    exchanged = with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]])
+    error = refused(puma, exchanged, anyway=True)
     assert "joint 2 follows the model of joint 3" in error.what
     assert "--map" in error.details["next"]
     assert "given twice" in refused(puma, log, held_out=log).what

@@ -149,10 +149,9 @@ def diagnose(
                 expected="joints that move to and fro, faster than creeping, for some seconds",
                 next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
             )
-        nothing = problem.null
-        return Diagnosis(
-            arm, tuple(m.name for m in motions), (), (), (), tuple(faults), nothing, nothing, problem, problem, False
-        )
+        nothing = Fit.of_nothing(arm.n_joints)
+        names = tuple(motion.name for motion in motions)
+        return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     tells = _tells(problem)
     ranking = _ranked(problem) if thorough or not tells or is_left(problem.null, settings) else []
     causes: list[Candidate] = []
@@ -198,8 +197,15 @@ def is_left(fit: Fit, settings: Settings) -> bool:
 
 
 def _ranked(problem: Problem) -> list[Candidate]:
+    """Causes, the best first; of those about as good as the best, one of fewer numbers comes first."""
     found = [one for hypothesis in HYPOTHESES for one in hypothesis.judged(problem)]
-    return sorted(found, key=lambda one: -one.fall)
+    found.sort(key=lambda one: -one.fall)
+    if found:
+        alike = [one for one in found if one.fall > found[0].fall - problem.settings.known]
+        simplest = min(alike, key=lambda one: one.numbers)
+        found.remove(simplest)
+        found.insert(0, simplest)
+    return found
 
 
 def _tells(problem: Problem) -> bool:

@@ -33,10 +33,16 @@ class Fit:
     shared: FloatArray  # numbers of links and of what was added, in standard deviations
     own: FloatArray  # drive inertia, friction and offset, (n, 4)
 
+    @classmethod
+    def of_nothing(cls, n: int) -> Fit:
+        """What is known of n joints that are not compared."""
+        return cls(0.0, 0.0, np.full(n, np.nan), 0.0, np.nan, np.zeros(0), np.full((n, OWN), np.nan))
+
     @property
     def remains(self) -> float:
         """What remains of all joints, as a share of torque: quadratic mean."""
-        return float(np.sqrt(np.nanmean(self.left**2)))
+        known = self.left[np.isfinite(self.left)]
+        return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
 
 def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:

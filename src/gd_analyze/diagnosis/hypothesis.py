@@ -49,7 +49,8 @@ class Problem:
     @cached_property
     def moving(self) -> list[int]:
         """Joints, from 0, that are compared."""
-        return np.flatnonzero(np.isfinite(self.null.left)).tolist()
+        some = bool(self.samples.counts.any())
+        return np.flatnonzero(np.isfinite(self.null.left)).tolist() if some else []
 
     @cached_property
     def rough(self) -> Problem:

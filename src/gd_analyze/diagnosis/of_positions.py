@@ -88,6 +88,7 @@ class Zero(Hypothesis):
                 own.with_offset(i, angle),
                 numbers=0 if is_known else 1,
                 alternatives=(3 if is_known else 1) * problem.n,
+                unsure="the last link's masses are turned as far" if i == problem.n - 1 else "",
             )
 
     def _refined(self, problem: Problem, joint: int, angle: float) -> float:

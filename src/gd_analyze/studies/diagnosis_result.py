@@ -42,11 +42,13 @@ def diagnosis_result(found: Diagnosis, provenance: Mapping[str, str]) -> Result:
 
 
 def _joints(found: Diagnosis) -> Table:
+    is_compared = bool(found.corrected.moving)
+    follows = what_remains_follows(found.corrected) if is_compared else [""] * found.arm.n_joints
     columns = (
         *joint_columns(found.arm.joints),
         Column("before", "remains", found.before.left, shown="percent"),
         Column("after", "with the causes", found.after.left, shown="percent"),
-        Column("follows", "which follows", what_remains_follows(found.corrected), shown="text"),
+        Column("follows", "which follows", follows, shown="text"),
     )
     note = (
         "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. Links within "
