@@ -26,7 +26,7 @@ import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnose
-from gd_analyze.diagnosis.hypothesis import Candidate, signs, swapped
+from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged
@@ -39,7 +39,7 @@ from logs_of_arms import fourier
 from psdm_measure import arm_of
 
 # What was found, for a closer look.
-NOTED: list[tuple[object, ...]] = []
+NOTED: list[tuple[str, str, Diagnosis | None]] = []
 HERE = Path(__file__).with_suffix(".md")
 # Fall of the score, against the log without the fault, that makes it visible: twice what a claim needs.
 VISIBLE = 60.0
@@ -95,7 +95,9 @@ def rail() -> RobotArm:
                                       "inertia": {"xx": 1.0, "yy": 1.0, "zz": 1.0}}],
     }  # fmt: skip
     one = arm_in(document, "rail")
-    return replace(one, joints=(*one.joints, *whole.joints[:3]), links=(*one.links, *whole.links[:3]), dh_table=())
+    return replace(
+        one, joints=(*one.joints, *whole.joints[:3]), links=(*one.links, *whole.links[:3]), dh_table=()
+    )
 
 
 def arms() -> dict[str, RobotArm]:
@@ -120,7 +122,9 @@ class Robot:
     noise: tuple[float, float] = (1e-4, 0.02)
 
     @classmethod
-    def of(cls, file: RobotArm, seed: int, seconds: float = 16.0, rate: float = 125.0, share: float = 0.9) -> Robot:
+    def of(
+        cls, file: RobotArm, seed: int, seconds: float = 16.0, rate: float = 125.0, share: float = 0.9
+    ) -> Robot:
         """Draw one."""
         rng, n = np.random.default_rng(seed), file.n_joints
         off = rng.uniform(0.05, 0.25)
@@ -213,42 +217,50 @@ def _turning(robot: Robot) -> int:
 
 
 def all_reversed(robot: Robot) -> Made:
+    """All torques reversed."""
     n = robot.file.n_joints
     return _of_log(robot, "torque sign", _none(robot).with_torque(-np.eye(n)))
 
 
 def one_reversed(robot: Robot) -> Made:
+    """The torque of one joint reversed."""
     n = robot.file.n_joints
     return _of_log(robot, "torque sign", _none(robot).with_torque(signs(n, [_joint(robot)])))
 
 
 def other_way(robot: Robot) -> Made:
+    """A joint that counts the other way."""
     turned = signs(robot.file.n_joints, [_joint(robot)])
     return _of_log(robot, "direction of a joint", _none(robot).with_position(turned).with_torque(turned))
 
 
 def another_unit(robot: Robot) -> Made:
+    """Torques in another unit."""
     factor = robot.rng.choice([1e-3, 9.80665, 1e-2, 1.0 / 9.80665])
     return _of_log(robot, "torque scale", _none(robot).with_torque(factor * np.eye(robot.file.n_joints)))
 
 
 def any_factor(robot: Robot) -> Made:
+    """Torques times a factor that is no unit."""
     factor = robot.rng.choice([2.2, 3.5, 0.3, 25.0])
     return _of_log(robot, "torque scale", _none(robot).with_torque(factor * np.eye(robot.file.n_joints)))
 
 
 def currents(robot: Robot) -> Made:
+    """Currents in place of torques."""
     factors = np.exp(robot.rng.normal(np.log(20.0), 0.5, robot.file.n_joints))
     return _of_log(robot, "torque scale by joint", _none(robot).with_torque(np.diag(factors)))
 
 
 def torques_exchanged(robot: Robot) -> Made:
+    """Two torque columns exchanged."""
     n = robot.file.n_joints
     i, j = robot.rng.choice(n, 2, replace=False)
     return _of_log(robot, "order of torques", _none(robot).with_torque(swapped(n, int(i), int(j))))
 
 
 def joints_exchanged(robot: Robot) -> Made | None:
+    """Two joints exchanged."""
     n, turns = robot.file.n_joints, np.flatnonzero(robot.file.is_revolute)
     i, j = robot.rng.choice(turns, 2, replace=False)
     order = swapped(n, int(i), int(j))
@@ -256,11 +268,13 @@ def joints_exchanged(robot: Robot) -> Made | None:
 
 
 def zero_of_quarter(robot: Robot) -> Made:
+    """A zero off by 90 or 180 degrees."""
     angle = robot.rng.choice([0.5 * np.pi, -0.5 * np.pi, np.pi])
     return _of_log(robot, "zero of a joint", _none(robot).with_offset(_turning(robot), float(angle)))
 
 
 def zero_of_any(robot: Robot) -> Made:
+    """A zero off by 20 to 160 degrees."""
     angle = np.radians(robot.rng.uniform(20.0, 160.0)) * robot.rng.choice([-1.0, 1.0])
     return _of_log(robot, "zero of a joint", _none(robot).with_offset(_turning(robot), float(angle)))
 
@@ -282,10 +296,12 @@ def _mounted(robot: Robot, gravity: FloatArray) -> Made:
 
 
 def ceiling(robot: Robot) -> Made:
+    """An arm that hangs."""
     return _mounted(robot, -robot.file.gravity)
 
 
 def tilted(robot: Robot) -> Made:
+    """An arm tilted by 25 to 90 degrees."""
     down = robot.file.gravity / np.linalg.norm(robot.file.gravity)
     across = np.cross(down, robot.rng.normal(size=3))
     angle = np.radians(robot.rng.uniform(25.0, 90.0))
@@ -294,6 +310,7 @@ def tilted(robot: Robot) -> Made:
 
 
 def compensated(robot: Robot) -> Made:
+    """Torques without gravity."""
     return _mounted(robot, np.zeros(3))
 
 
@@ -304,29 +321,39 @@ def _loaded(robot: Robot, share: float) -> RobotArm:
 
 
 def payload_missing(robot: Robot) -> Made:
+    """A payload that the file lacks."""
     torque = robot.noisy(robot.torque(_loaded(robot, robot.rng.uniform(0.08, 0.2))))
     return robot.log(robot.time, robot.states.q, torque), robot.file, "payload", lambda found: True, None
 
 
 def load_put_on(robot: Robot) -> Made:
+    """A payload taken up during the log."""
     loaded = robot.torque(_loaded(robot, robot.rng.uniform(0.1, 0.2)))
     after = robot.time > robot.rng.uniform(0.3, 0.7) * robot.time[-1]
     torque = robot.noisy(np.where(after[:, None], loaded, robot.torque()))
-    return robot.log(robot.time, robot.states.q, torque), robot.file, "change in time", lambda found: True, None
+    return (
+        robot.log(robot.time, robot.states.q, torque),
+        robot.file,
+        "change in time",
+        lambda found: True,
+        None,
+    )
 
 
 def coupled(robot: Robot) -> Made | None:
-    from gd_analyze.diagnosis.of_positions import _parallel
+    """A joint measured against the base; None where no axes are parallel."""
+    from gd_analyze.diagnosis.of_positions import parallel_to_next
 
-    pairs = np.flatnonzero(_parallel(robot.file))
+    pairs = np.flatnonzero(parallel_to_next(robot.file))
     if not len(pairs):
         return None
     i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
     matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
-    return _of_log(robot, "coupled joints", _none(robot).with_position(matrix).with_torque(np.linalg.inv(matrix).T))
+    return _of_log(robot, "coupled joints", _none(robot).with_position(matrix).with_torque(inverse(matrix).T))
 
 
 def late(robot: Robot) -> Made:
+    """Torques that are late or early."""
     lag = float(robot.rng.choice([0.03, 0.06, -0.05]))
     time_, q, torque = robot.as_it_is
     moved = np.column_stack([np.interp(time_ - lag, time_, column) for column in torque.T])
@@ -337,6 +364,7 @@ def late(robot: Robot) -> Made:
 
 
 def slow_time(robot: Robot) -> Made:
+    """Time in another unit."""
     pace = float(robot.rng.choice([0.5, 2.0, 0.1]))
     return _of_log(robot, "unit of time", replace(_none(robot), pace=pace))
 
@@ -439,7 +467,9 @@ def score_without_fault(robot: Robot) -> float:
 
     log = robot.log(*robot.as_it_is)
     usable = np.ones(log.q.shape, dtype=bool)
-    problem = Problem(samples_of(robot.file, [log], [usable], SETTINGS), Correction.none(log.n_joints), SETTINGS)
+    problem = Problem(
+        samples_of(robot.file, [log], [usable], SETTINGS), Correction.none(log.n_joints), SETTINGS
+    )
     return problem.null.score
 
 
@@ -465,9 +495,15 @@ def page(rows: list[Row], processor: float) -> str:
     for _, kind, answers, _ in [*seen, *good]:
         table[kind][answers[0] if answers else "none"] += 1
     columns = ["right", "none", *sorted({name for row in table.values() for name in row} - {"right", "none"})]
-    lines = [["log", *columns], *([kind, *(str(row[name] or "") for name in columns)] for kind, row in table.items())]
+    lines = [
+        ["log", *columns],
+        *([kind, *(str(row[name] or "") for name in columns)] for kind, row in table.items()),
+    ]
     widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-    shown = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)) + " |" for line in lines]
+    shown = [
+        "| " + " | ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)) + " |"
+        for line in lines
+    ]
     shown.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
     return f"{text}First answer by kind of log; visible faults only.\n\n" + "\n".join(shown) + "\n"
 
@@ -489,8 +525,8 @@ def main() -> None:
         if (is_bad and row[2][:1] not in (["right"], ["invisible"])) or (not is_bad and row[2]):
             print(row, file=sys.stderr, flush=True)
             _, _, found, *_ = NOTED[-1]
-            best = [(one.name, one.what, round(one.fall), round(one.fit.unexplained)) for one in found.ranking[:3]]
-            print("   ", *best, sep="\n    ", file=sys.stderr, flush=True)
+            best = [] if found is None else [(one.what, round(one.fall)) for one in found.ranking[:3]]
+            print("", *best, sep="\n    ", file=sys.stderr, flush=True)
         if len(rows) >= given.most:
             break
     text = page(rows, time.process_time())

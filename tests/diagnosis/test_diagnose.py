@@ -1,4 +1,4 @@
-"""What is said of logs with one fault each, and of those with none; every option mends the log it is said of."""
+"""What is said of logs with one fault each, or none; every option mends the log it is said of."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
         "one torque sign": lambda: (time, q, torque * [1.0, -1.0]),
         "direction": lambda: (time, q * [-1.0, 1.0], torque * [-1.0, 1.0]),
         "scale": lambda: (time, q, 1000.0 * torque),
-        "zero": lambda: (time, q + [np.pi / 2.0, 0.0], torque),
+        "zero": lambda: (time, q + np.array([np.pi / 2.0, 0.0]), torque),
         "coupled": lambda: (time, q @ coupling.T, torque @ np.linalg.inv(coupling)),
         "lag": lambda: (time, q, late(time, torque, 0.06)),
         "time": lambda: (1000.0 * time, q, torque),
@@ -79,7 +79,8 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
 @pytest.mark.parametrize(
     ("kind", "option"),
     [
-        ("torque sign", "--torque-sign"), ("one torque sign", "--torque-sign"), ("direction", "--position-sign"),
+        ("torque sign", "--torque-sign"), ("one torque sign", "--torque-sign"),
+        ("direction", "--position-sign"),
         ("scale", "--torque-constant"), ("zero", "--offset"), ("coupled", "--couple"), ("lag", "--lag"),
         ("exchanged", "--map"), ("time", "--time-unit"),
     ],

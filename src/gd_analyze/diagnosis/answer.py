@@ -38,7 +38,9 @@ def answer(found: Diagnosis) -> str:
         follows = dict(zip(range(n), what_remains_follows(found.problem), strict=True))
         words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
         joints = named_joints([i + 1 for i in poor], n)
-        return " ".join([*texts, f"No cause found: {left} of the torque's RMS remains at {joints}; it follows {words}."])
+        return " ".join(
+            [*texts, f"No cause found: {left} of the torque's RMS remains at {joints}; it follows {words}."]
+        )
     off = found.before.off
     size = "little" if off < _RIGHT else f"some {percent(off)}"
     return " ".join([*texts, f"Nothing {'else ' * bool(found.faults)}to explain beyond masses off by {size}: "

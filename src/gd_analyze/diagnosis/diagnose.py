@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import Fault, faults_of
 from gd_analyze.diagnosis.fit import Fit
@@ -147,7 +146,7 @@ def diagnose(
                 "no joint moves enough to compare torques",
                 where=f"arm {arm.name}",
                 expected="joints that move to and fro, faster than creeping, for some seconds",
-                next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
+                next_step="record more motion: `gd-analyze plan ROBOT --exciting` plans one",
             )
         nothing = Fit.of_nothing(arm.n_joints)
         names = tuple(motion.name for motion in motions)

@@ -126,9 +126,7 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def columns_of(
-    samples: Samples, correction: Correction, settings: Settings
-) -> tuple[FloatArray, Array, int]:
+def columns_of(samples: Samples, correction: Correction, settings: Settings) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, way = correction.states(samples)

@@ -57,9 +57,7 @@ def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], l
     return found, usable
 
 
-def _of_joint(
-    log: Trajectory, torque: FloatArray, moves: Array, joint: int
-) -> Iterator[tuple[Fault, Array]]:
+def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
     known = np.isfinite(torque)
     who, while_moving = f"The torque of joint {joint + 1}", moves & known
     values = torque[while_moving]

@@ -60,7 +60,8 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
     weight = np.minimum(settings.evidence, equations.counts.sum(axis=0) / settings.samples_each) * used
     free = [(True,) * OWN] * n
     noise = np.maximum(_BEGIN * size, least)
-    changes, own = np.zeros(shared), np.zeros((n, OWN))
+    changes: FloatArray = np.zeros(shared)
+    own: FloatArray = np.zeros((n, OWN))
     joints = np.flatnonzero(used).tolist()
     for _ in range(_ROUNDS):
         before = noise
@@ -70,7 +71,7 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
             factor = weight[i] / (noise[i] * equations.counts[0, i])
             normal += factor * kept.normal
             right += factor * (target[i, :shared] - kept.follows.T @ target[i, shared:end])
-        changes = np.linalg.solve(normal, right)
+        changes = np.asarray(np.linalg.solve(normal, right), dtype=float)
         for i in joints:
             kept = equations.without_own(i, free[i])
             own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
@@ -93,7 +94,9 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
     with np.errstate(divide="ignore", invalid="ignore"):
         left = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
-    return Fit(score, unexplained, left, float(changes @ changes), _off(equations, changes, used), changes, own)
+    return Fit(
+        score, unexplained, left, float(changes @ changes), _off(equations, changes, used), changes, own
+    )
 
 
 def _squares(

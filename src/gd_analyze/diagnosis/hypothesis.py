@@ -77,7 +77,7 @@ class Problem:
         return fitted(self.kept[key], correction.torque, self.settings)
 
     def torques(self) -> tuple[FloatArray, FloatArray]:
-        """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none counts."""
+        """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
         columns, counts, shared = columns_of(self.samples, self.correction, self.settings)
         fit, end = self.null, shared + OWN
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
@@ -168,6 +168,11 @@ def signs(n: int, joints: Iterable[int]) -> FloatArray:
     out = np.ones(n)
     out[list(joints)] = -1.0
     return np.diag(out)
+
+
+def inverse(matrix: FloatArray) -> FloatArray:
+    """Inverse of a matrix that mixes joints."""
+    return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
 def swapped(n: int, one: int, other: int) -> FloatArray:

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.robots.arm import RobotArm
@@ -29,9 +29,7 @@ class Direction(Hypothesis):
         n, own, moving = problem.n, problem.correction, problem.moving
         every = list(range(n))
         groups = [[i] for i in moving] + ([every] if len(moving) > 1 else [])
-        both = [
-            own.with_position(signs(n, group)).with_torque(signs(n, group)) for group in groups
-        ]
+        both = [own.with_position(signs(n, group)).with_torque(signs(n, group)) for group in groups]
         alone = [own.with_position(signs(n, group)) for group in groups]
         for k in problem.best(both, 2):
             yield self._candidate(groups[k], both[k], problem, with_torque=True)
@@ -70,9 +68,11 @@ class Zero(Hypothesis):
             near = scores[i][1]
             if not problem.helps(scores[i][0]):
                 continue
-            found = problem.along(
-                lambda a, i=i: own.with_offset(i, a), near - self._STEP, near + self._STEP, 9
-            )
+
+            def turned(angle: float, joint: int = i) -> Correction:
+                return own.with_offset(joint, angle)
+
+            found = problem.along(turned, near - self._STEP, near + self._STEP, 9)
             angle = self._refined(problem, i, found)
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
             known = own.with_offset(i, float(right))
@@ -133,7 +133,7 @@ class Coupling(Hypothesis):
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
         own, found = problem.correction, []
-        parallel = _parallel(problem.arm)
+        parallel = parallel_to_next(problem.arm)
         pairs = [
             (i, j, sign)
             for i in problem.moving
@@ -144,7 +144,7 @@ class Coupling(Hypothesis):
         for i, j, sign in pairs:
             matrix = np.eye(problem.n)
             matrix[i, j] = sign
-            found.append(own.with_position(matrix).with_torque(np.linalg.inv(matrix).T))
+            found.append(own.with_position(matrix).with_torque(inverse(matrix).T))
         for k in problem.best(found, 1) if found else []:
             i, j, sign = pairs[k]
             relation = "the sum" if sign < 0 else "the difference"
@@ -157,7 +157,7 @@ class Coupling(Hypothesis):
             )
 
 
-def _parallel(arm: RobotArm) -> list[bool]:
+def parallel_to_next(arm: RobotArm) -> list[bool]:
     """Whether a revolute joint's axis is parallel to the next one's, as linked arms' are."""
     axes = solve_kinematics(arm, np.zeros((arm.n_joints, 1))).joint_axes[:, :, 0]
     turns = arm.is_revolute

@@ -73,9 +73,7 @@ class Gravity(Hypothesis):
             return "The arm hangs from the ceiling, the file says it stands"
         return f"The arm is mounted on a wall: gravity is along {vector(axis)} of its base"
 
-    def _leaning(
-        self, problem: Problem, begins: list[FloatArray], size: float
-    ) -> tuple[FloatArray, float]:
+    def _leaning(self, problem: Problem, begins: list[FloatArray], size: float) -> tuple[FloatArray, float]:
         """Direction of gravity by steps from some beginnings, judged by few samples."""
         best: tuple[float, FloatArray] = (np.inf, begins[0] * size)
         for begin in begins:
@@ -113,7 +111,7 @@ def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
     columns = np.swapaxes(per_unit, 1, 2)
     if when is not None:
         columns = columns * when[:, None]
-    return Added(np.ascontiguousarray(columns), mass * away ** _POWERS * np.where(_POWERS == 2, _COMPACT, 1.0))
+    return Added(np.ascontiguousarray(columns), mass * away**_POWERS * np.where(_POWERS == 2, _COMPACT, 1.0))
 
 
 def _of_added(fit: Fit, added: Added) -> FloatArray:
@@ -181,9 +179,11 @@ class ChangeInTime(Hypothesis):
                 continue
             place = float(places[int(scores.argmin())])
             for width in (0.05, 0.025, 0.0125):
-                near = np.clip([place, place - width * len(order), place + width * len(order)], *ends).tolist()
+                near = np.clip(
+                    [place, place - width * len(order), place + width * len(order)], *ends
+                ).tolist()
                 place = near[problem.best([changed(x, kind) for x in near])[0]]
-            at = samples.time[min(max(int(round(place)), 0), len(order) - 1)]
+            at = samples.time[min(max(round(place), 0), len(order) - 1)]
             when = f"{number(float(at))} s"
             yield Candidate(
                 self.name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations
 
@@ -84,11 +84,14 @@ class TorqueScale(Hypothesis):
         is_known = known[unit] < score(np.log(free)) + problem.settings.known - cost
         factor = unit if is_known else free
         if is_known:
-            what = f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
+            what = (
+                f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
+            )
         else:
             if 1.0 / _NOTICED < factor < _NOTICED:
                 return
-            what = f"All torques are too {'small' if factor > 1 else 'large'}: multiplied by {number(factor)} they fit"
+            size = "small" if factor > 1 else "large"
+            what = f"All torques are too {size}: multiplied by {number(factor)} they fit"
         yield Candidate(
             self.name,
             what,
@@ -194,7 +197,7 @@ def _ratio_of(problem: Problem, joint: int | None = None) -> float:
     return float(np.clip(ratio, 1e-7, 1e7))
 
 
-def _least(score, begin: float, width: float = 1.2) -> float:  # type: ignore[no-untyped-def]
+def _least(score: Callable[[float], float], begin: float, width: float = 1.2) -> float:
     """Place of the least score near `begin`, of a logarithm."""
     from scipy.optimize import minimize_scalar
 
@@ -213,7 +216,9 @@ class TorqueColumns(Hypothesis):
         """The best pair that is swapped, the reversed order, and a shift by one."""
         n, own = problem.n, problem.correction
         pairs = list(combinations(problem.moving, 2))
-        orders = [(f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j)) for i, j in pairs]
+        orders = [
+            (f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j)) for i, j in pairs
+        ]
         whole = []
         if len(problem.moving) == n and n > 2:
             whole = [

@@ -56,7 +56,7 @@ def _mapped(problem: Problem, source: Sequence[int], roles: Sequence[str]) -> st
     recording = problem.samples.logs[0].recording
     names = [joint.name for joint in problem.arm.joints]
     columns = () if recording is None else recording.columns
-    held = {(use.role, use.joint): use.column for use in columns}
+    held = {(str(use.role), use.joint): use.column for use in columns}
     options = [
         f"--map {shlex.quote(f'{role}:{names[i]}={held[role, names[k]]}')}"
         for role in roles

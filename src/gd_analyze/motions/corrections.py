@@ -177,7 +177,7 @@ def _lag(given: str | float) -> float:
     value = value * _SECONDS[found[2]] if found and value is not None else value
     if value is None or not abs(value) <= _LONGEST:
         raise UsageError(
-            "this is no lag", where="--lag", expected=f"a time up to {_LONGEST:g} s with its unit: 4ms, -0.01s",
+            "this is no lag", where="--lag", expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
             found=in_python(given),
         )  # fmt: skip
     return value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -78,7 +78,7 @@ class Reading:
     measured: bool | None = None
     torque_constant: tuple[float | None, ...] | None = None
     drop_rows: bool = False
-    corrections: Corrections = Corrections()
+    corrections: Corrections = field(default_factory=Corrections)
 
     @classmethod
     def of(
@@ -105,7 +105,7 @@ class Reading:
         if isinstance(constants, str):
             constants = [number_in(word) for word in constants.split(",")]
         families = [family] if isinstance(family, str) else list(family)
-        names = [field.name for field in fields(Corrections) if field.name in rest]
+        names = [one.name for one in fields(Corrections) if one.name in rest]
         if names:
             rest["corrections"] = Corrections.of(**{name: rest.pop(name) for name in names})
         return cls(

@@ -11,7 +11,7 @@ from gd_analyze.diagnosis.answer import QUANTITIES, answer, what_remains_follows
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Problem
 from gd_analyze.figures.figure import Curve, Figure, Key, Panel, in_columns, joint_label, value_axis
-from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
+from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
 
 # Causes that a person sees in the ranking.
 _SHOWN = 6
@@ -24,13 +24,13 @@ def diagnosis_result(found: Diagnosis, provenance: Mapping[str, str]) -> Result:
     facts = [
         Fact("cause", "", None if cause is None else cause.name),
         Fact("remedy", "Remedy", None if cause is None else cause.remedy, shown="text"),
-        Fact("remains_before", "Torque that remains, file and friction fitted", found.before.remains, "of its RMS", "percent"),
-        Fact("remains_after", "Torque that remains, with the causes", found.after.remains, "of its RMS", "percent"),
+        Fact("remains_before", "Torque that remains, as logged", found.before.remains, "of RMS", "percent"),
+        Fact("remains_after", "Torque that remains, mended", found.after.remains, "of RMS", "percent"),
         Fact("masses_off", "File's torque off by", found.after.off, "", "percent"),
         Fact("tells", "Log tells more than friction", found.tells, shown="flag"),
         Fact("logs", "", list(found.logs)),
     ]  # fmt: skip
-    parts = [_joints(found), *_causes(found), *_ranking(found), *_faults(found), *_figures(found)]
+    parts: list[Part] = [_joints(found), *_causes(found), *_ranking(found), *_faults(found), *_figures(found)]
     return Result(
         title=found.arm.title or found.arm.name,
         subtitle=f"diagnosed with {', '.join(found.logs)}",
@@ -51,8 +51,8 @@ def _joints(found: Diagnosis) -> Table:
         Column("follows", "which follows", follows, shown="text"),
     )
     note = (
-        "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. Links within "
-        "the file's error, drive inertia and friction are fitted."
+        "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
+        "Links within the file's error, drive inertia and friction are fitted."
     )
     return Table("joints", "What remains, by joint", columns, note)
 
@@ -86,8 +86,8 @@ def _ranking(found: Diagnosis) -> Iterator[Table]:
     )
     settings = found.problem.settings
     note = (
-        f"A fall of more than {settings.margin:g}, and of {settings.misfit:.0%} of what then remains unexplained, "
-        "makes a cause; costs of fitted numbers are included."
+        f"A fall of more than {settings.margin:g}, and of {settings.misfit:.0%} of what then remains "
+        "unexplained, makes a cause; costs of fitted numbers are included."
     )
     yield Table("ranking", "Causes tried", columns, note, _SHOWN)
 
@@ -114,7 +114,7 @@ def _figures(found: Diagnosis) -> Iterator[Section]:
     name = joint_label(found.arm.joints, worst, 150.0)
     drawings = [
         Drawing(
-            "torque", "Torque measured, and of file and friction, as logged.", torque_figure(found.problem), ""
+            "torque", "Torque measured, and fitted as logged.", torque_figure(found.problem), ""
         ),
         Drawing(
             "where", f"What remains at joint {name}, as logged and with the causes.",
@@ -148,6 +148,7 @@ def torque_figure(problem: Problem) -> Figure:
 
 def where_figure(found: Diagnosis, joint: int) -> Figure:
     """A joint's residual against its position, velocity and acceleration and time, before and after."""
+
     def residual(problem: Problem) -> FloatArray:
         measured, model = problem.torques()
         return measured[:, joint] - model[:, joint]
