@@ -19,6 +19,8 @@ from gd_analyze.diagnosis.settings import Settings
 # Most rounds of weighting joints by the previous residuals, and the change below which they end; the squared
 # residual, as a share of the torque's, to begin with.
 _ROUNDS, _SETTLED, _BEGIN = 6, 0.05, 0.01
+# Added to equations scaled to 1 that rounding makes singular.
+_ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,10 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
             factor = weight[i] / (noise[i] * equations.counts[0, i])
             normal += factor * kept.normal
             right += factor * (target[i, :shared] - kept.follows.T @ target[i, shared:end])
-        changes = np.asarray(np.linalg.solve(normal, right), dtype=float)
+        # Under a wrong hypothesis columns may be many times as large as the file's error.
+        root = np.sqrt(np.diag(normal))
+        scaled = normal / np.outer(root, root) + _ROUND_OFF * np.eye(shared)
+        changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
         for i in joints:
             kept = equations.without_own(i, free[i])
             own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
