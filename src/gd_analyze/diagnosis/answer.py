@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.diagnosis.faults import Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.text import named_joints, percent
 
@@ -14,6 +17,8 @@ from gd_analyze.text import named_joints, percent
 _BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT = 0.05
+# Share of faulty readings that the answer tells; fewer are in the table alone.
+_MANY = 0.002
 QUANTITIES = ("position", "velocity", "acceleration", "time")
 
 
@@ -22,8 +27,9 @@ def answer(found: Diagnosis) -> str:
     texts = [_of_cause(found, found.causes[0])] if found.causes else []
     texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in found.rivals]
     texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in found.causes[1:]]
-    if found.faults:
-        texts += _of_faults(found)
+    faults = [fault for fault in found.faults if fault.share > _MANY]
+    if faults:
+        texts.append(_of_faults(faults, found.arm.n_joints))
     if found.causes:
         return " ".join(texts)
     if not found.problem.moving:
@@ -43,7 +49,7 @@ def answer(found: Diagnosis) -> str:
         )
     off = found.before.off
     size = "little" if off < _RIGHT else f"some {percent(off)}"
-    return " ".join([*texts, f"Nothing {'else ' * bool(found.faults)}to explain beyond masses off by {size}: "
+    return " ".join([*texts, f"Nothing {'else ' * bool(faults)}to explain beyond masses off by {size}: "
                      f"{percent(found.before.remains)} of the torque's RMS remains."])  # fmt: skip
 
 
@@ -61,11 +67,11 @@ def _of_cause(found: Diagnosis, cause: Candidate) -> str:
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
 
 
-def _of_faults(found: Diagnosis) -> list[str]:
-    first = found.faults[0]
-    more = sorted({fault.joint + 1 for fault in found.faults[1:]})
-    others = f"; also faulty: {named_joints(more, found.arm.n_joints)}" if more else ""
-    return [f"{first.what} (not compared{others}): {first.remedy}."]
+def _of_faults(faults: Sequence[Fault], n: int) -> str:
+    first = faults[0]
+    more = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
+    others = f"; {named_joints(more, n)}, too" if more else ""
+    return f"{first.what}, not compared{others}. {first.remedy[0].upper()}{first.remedy[1:]}."
 
 
 def _begun(what: str) -> str:

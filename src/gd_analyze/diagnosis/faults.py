@@ -101,7 +101,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
         yield (
             Fault(
-                "spikes", joint, f"{who} has {int(spikes.sum())} spikes (at {times} s ...)",
+                "spikes", joint, f"{who} jumps away and back {int(spikes.sum())} times (first at {times} s)",
                 "leave these rows out, or log without lost messages", share,
             ),
             spikes,
