@@ -512,7 +512,7 @@ def main() -> None:
     """Run the trial and write the page."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--good", type=int, default=12)
+    parser.add_argument("--good", type=int, default=14)
     parser.add_argument("--only", default="")
     parser.add_argument("--most", type=int, default=10**9, help="logs after which to stop")
     parser.add_argument("--dry", action="store_true", help="write no page")
