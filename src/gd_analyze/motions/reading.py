@@ -105,9 +105,9 @@ class Reading:
         if isinstance(constants, str):
             constants = [number_in(word) for word in constants.split(",")]
         families = [family] if isinstance(family, str) else list(family)
-        names = [one.name for one in fields(Corrections) if one.name in rest]
+        names = [field.name for field in fields(Corrections) if field.name in settings]
         if names:
-            rest["corrections"] = Corrections.of(**{name: rest.pop(name) for name in names})
+            settings["corrections"] = Corrections.of(**{name: settings.pop(name) for name in names})
         return cls(
             columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
             map=tuple(
