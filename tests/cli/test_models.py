@@ -55,7 +55,7 @@ def test_a_model_replaces_a_model_and_nothing_else(run, here):
     (here / "m.json").write_text("my notes")
     refused = run(words)
     assert refused.code == 2
-    assert "where: m.json" in refused.err
+    assert "error: m.json" in refused.err
     assert (here / "m.json").read_text() == "my notes"
 
 

@@ -320,7 +320,7 @@ def find(
     return Findings(
         arm=job.arm,
         trajectory=trajectory,
-        tables=_tables(replace(job, trajectory=trajectory), evaluation, search, budgets),
+        tables=_tables(job, trajectory, evaluation, search, budgets),
         model=search.held.model,
         element_model=search.held.model if level_named(job.how.level) is ELEMENT else search.elements,
         ranked_terms={ranked.term: ranked.weight for ranked in budgets.ranking.terms},
@@ -538,10 +538,10 @@ def _bounded(job: _Job, evaluation: _Evaluation, search: _Search) -> _Search:
 
 
 def _tables(
-    job: _Job, evaluation: _Evaluation, search: _Search, budgets: _OtherBudgets
+    job: _Job, trajectory: Trajectory, evaluation: _Evaluation, search: _Search, budgets: _OtherBudgets
 ) -> dict[str, xr.Dataset]:
-    """All tables of a run, as `schema.csv` declares them."""
-    arm, trajectory, how = job.arm, job.trajectory, job.how
+    """All tables of a run, as `schema.csv` declares them; of a long motion at the set points shown."""
+    arm, how = job.arm, job.how
     dataset, long, exact = evaluation.dataset, evaluation.long, search.exact
     held, model, dominance = search.held, search.held.model, search.dominance
     tube = job.tube
