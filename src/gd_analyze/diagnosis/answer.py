@@ -47,10 +47,12 @@ def answer(found: Diagnosis) -> str:
         return " ".join(
             [*texts, f"No cause found: {left} of the torque's RMS remains at {joints}; it follows {words}."]
         )
-    off = found.before.off
-    size = "little" if off < _RIGHT else f"some {percent(off)}"
-    return " ".join([*texts, f"Nothing {'else ' * bool(faults)}to explain beyond masses off by {size}: "
-                     f"{percent(found.before.remains)} of the torque's RMS remains."])  # fmt: skip
+    beginning = "Nothing else to explain" if faults else "Nothing to explain"
+    remains = f"{percent(found.before.remains)} of the torque's RMS remains."
+    torque_error = found.before.off
+    if torque_error < _RIGHT:
+        return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
+    return " ".join([*texts, f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"])
 
 
 def advice(cause: Candidate) -> str:
