@@ -58,8 +58,8 @@ def diagnose(
         motions = [read_motion(word, arm) for word in logs]
         files = None
         if report is not None:
-            asked = [arm.name, *(motion.fingerprint for motion in motions)]
-            files = StudyFolder(report, "diagnosis", formats, asked, overwrite=overwrite)
+            inputs = [arm.name, *(motion.fingerprint for motion in motions)]
+            files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
             require_outputs(*files.paths.values())
         stage("diagnosing")
         result = diagnosis_result(gd.diagnose(arm, motions), provenance(command_line()))

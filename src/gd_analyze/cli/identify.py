@@ -102,31 +102,31 @@ def identify(
         from gd_analyze.studies.study_files import StudyFolder
 
         arm = robot.load(logs=logs)
-        fitted, apart, carrying = (
+        fitted, held_out_motions, carrying = (
             [read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
         )
         files = None
         if report is not None:
-            motions = [motion.fingerprint for motion in (*fitted, *apart, *carrying)]
-            asked = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
-            files = StudyFolder(report, "identification", formats, asked, overwrite=overwrite)
+            motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
+            inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
+            files = StudyFolder(report, "identification", formats, inputs, overwrite=overwrite)
             require_outputs(*files.paths.values())
         stage("identifying")
-        found = gd.identify(
+        identification = gd.identify(
             arm,
             fitted,
-            held_out=apart or None,
+            held_out=held_out_motions or None,
             loaded=carrying or None,
             mass=mass,
             physical=not plain,
             anyway=anyway,
         )
         stage("simplifying")
-        answer = None if no_model or found.doubts else supported(found, fitted[0])
-        result = identification_result(found, answer, provenance(command_line()))
+        answer = None if no_model or identification.doubts else supported(identification, fitted[0])
+        result = identification_result(identification, answer, provenance(command_line()))
         if out is not None:
             stage(f"writing {out.name}")
-            write_text(out, toml_of(found.arm))
+            write_text(out, toml_of(identification.arm))
         if files is not None:
             stage(f"writing {', '.join(formats)}")
             files.write(result)

@@ -70,14 +70,14 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     linear, cut = -(scaled.T @ aims), np.concatenate(shift)
     constraints = sparse.csc_matrix(np.concatenate(rows))
     solver = clarabel.DefaultSolver(upper, linear, constraints, cut, cones, settings)
-    found = solver.solve()
-    values = estimate.start + estimate.sizes * np.array(found.x)
+    solution = solver.solve()
+    values = estimate.start + estimate.sizes * np.array(solution.x)
     values[at_least_0] = np.maximum(values[at_least_0], 0.0)
     matrices = [np.tensordot(values[body], pseudo_inertias(), 1) for body in bodies]
     if not all(np.linalg.eigvalsh(matrix)[0] > 0.0 for matrix in matrices):
         raise GdAnalyzeError(
             "no physically consistent parameters were found",
-            found=f"the solver's answer: {found.status}",
+            found=f"the solver's answer: {solution.status}",
             next_step="use plain least squares, and check its parameters",
         )
     return values
@@ -94,8 +94,8 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     masses = [body.start for body in _bodies(unknowns)]
     least[masses] = np.minimum(estimate.start[masses], _LIGHTEST * estimate.sizes[masses])
     lower[signed] = (least[signed] - estimate.start[signed]) / estimate.sizes[signed] - EPS
-    found = lsq_linear(*_objective(estimate), (lower, np.inf), method="bvls")
-    values = estimate.start + estimate.sizes * found.x
+    solution = lsq_linear(*_objective(estimate), (lower, np.inf), method="bvls")
+    values = estimate.start + estimate.sizes * solution.x
     values[signed] = np.maximum(values[signed], least[signed])
     return values
 

@@ -43,12 +43,12 @@ def require_torque_of_this_size(
 ) -> None:
     """Refuse torques that are, friction aside, a tenth of the file's or less, or ten times as large."""
     squares = np.zeros(2)
-    for i, each in enumerate(rows):
+    for i, joint_rows in enumerate(rows):
         first = unknowns.of_friction.start + 3 * i
-        torques = np.column_stack([each.torque, each.columns @ start])
-        friction = each.columns[:, first : first + 2]
-        apart = torques - friction @ np.linalg.lstsq(friction, torques, rcond=None)[0]
-        squares += np.square(apart).sum(axis=0)
+        torques = np.column_stack([joint_rows.torque, joint_rows.columns @ start])
+        friction = joint_rows.columns[:, first : first + 2]
+        frictionless = torques - friction @ np.linalg.lstsq(friction, torques, rcond=None)[0]
+        squares += np.square(frictionless).sum(axis=0)
     if not squares[1]:
         return
     ratio = float(np.sqrt(squares[0] / squares[1]))
@@ -56,9 +56,9 @@ def require_torque_of_this_size(
         raise _contradiction(arm, f"measured torques, friction aside, are {number(ratio)} times the file's")
 
 
-def _contradiction(arm: RobotArm, what: str) -> UsageError:
+def _contradiction(arm: RobotArm, difference: str) -> UsageError:
     return UsageError(
-        f"log and file contradict each other: {what}",
+        f"log and file contradict each other: {difference}",
         where=f"arm {arm.name}",
         expected="an arm and a log of it, torques in N m, or currents with --torque-constant",
         next_step="check the log's units, zeros and order of joints (`gd-analyze columns`), the file's "
@@ -67,7 +67,7 @@ def _contradiction(arm: RobotArm, what: str) -> UsageError:
 
 
 def doubts_of(
-    given: RobotArm, made: RobotArm, motions: Sequence[Trajectory], *, physical: bool
+    file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[Trajectory], *, physical: bool
 ) -> tuple[str, ...]:
     """Sentences on what is implausible of an identified arm, beside the file and its logs.
 
@@ -79,81 +79,89 @@ def doubts_of(
         If gravity torques of both have nothing in common, or inertias differ by a factor of ten.
     """
     states = _states_of(motions)
-    found = list(_beyond_limits(given, made, states))
+    doubts = list(_beyond_limits(file_arm, identified_arm, states))
     if physical:
-        found += _newly_implausible(given, made)
-    if given.mass.any():
-        found = [*_unlike_the_file(given, made, states), *found]
-    return tuple(found)
+        doubts += _newly_implausible(file_arm, identified_arm)
+    if file_arm.mass.any():
+        doubts = [*_unlike_the_file(file_arm, identified_arm, states), *doubts]
+    return tuple(doubts)
 
 
-def scale_error(given: RobotArm, made: RobotArm, motions: Sequence[Trajectory]) -> float:
+def scale_error(file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[Trajectory]) -> float:
     """Relative standard error of the torques' scale: how far gravity torques are from the file's, as RMS.
 
     Noise does not show the scale of torque constants. If they and the file's masses are right, both agree.
     """
-    if not given.mass.any():
+    if not file_arm.mass.any():
         return _CONSTANTS
-    file, own = _gravity_torques(given, made, _states_of(motions))
-    along, squares = (file * own).sum(axis=0), np.square(file).sum(axis=0)
-    seen = squares > 0.0
-    if not seen.any():
+    file_torque, identified_torque = _gravity_torques(file_arm, identified_arm, _states_of(motions))
+    along, squares = (file_torque * identified_torque).sum(axis=0), np.square(file_torque).sum(axis=0)
+    has_gravity = squares > 0.0
+    if not has_gravity.any():
         return _CONSTANTS
-    apart = along[seen] / squares[seen] - 1.0
-    return float(np.sqrt(squares[seen] @ apart**2 / squares.sum()))
+    deviations = along[has_gravity] / squares[has_gravity] - 1.0
+    return float(np.sqrt(squares[has_gravity] @ deviations**2 / squares.sum()))
 
 
 def _states_of(motions: Sequence[Trajectory]) -> States:
     """Some set points of logs."""
-    few = [(motion, evenly(motion.n_set_points, _STATES)) for motion in motions]
-    q, qd, qdd = (np.concatenate([getattr(log, x)[at] for log, at in few]) for x in ("q", "qd", "qdd"))
+    samples = [(motion, evenly(motion.n_set_points, _STATES)) for motion in motions]
+    q, qd, qdd = (np.concatenate([getattr(log, x)[at] for log, at in samples]) for x in ("q", "qd", "qdd"))
     return States(q, qd, qdd)
 
 
-def _gravity_torques(given: RobotArm, made: RobotArm, states: States) -> tuple[FloatArray, FloatArray]:
+def _gravity_torques(
+    file_arm: RobotArm, identified_arm: RobotArm, states: States
+) -> tuple[FloatArray, FloatArray]:
     resting = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
-    file, own = (torque_of(arm, resting, drives=False) for arm in (given, made))
-    return file, own
+    return (
+        torque_of(file_arm, resting, drives=False),
+        torque_of(identified_arm, resting, drives=False),
+    )
 
 
-def _unlike_the_file(given: RobotArm, made: RobotArm, states: States) -> Iterator[str]:
+def _unlike_the_file(file_arm: RobotArm, identified_arm: RobotArm, states: States) -> Iterator[str]:
     """Gravity torque and inertia beside the file's, in the positions of the logs."""
-    n = given.n_joints
-    file, own = _gravity_torques(given, made, states)
-    sizes, others = (np.sqrt(np.square(torque).mean(axis=0)) for torque in (file, own))
-    if file.any():
-        if _cosine(file, own) < _CONTRARY:
+    n = file_arm.n_joints
+    file_torque, identified_torque = _gravity_torques(file_arm, identified_arm, states)
+    file_rms, identified_rms = (
+        np.sqrt(np.square(torque).mean(axis=0)) for torque in (file_torque, identified_torque)
+    )
+    if file_torque.any():
+        cosine = _cosine(file_torque, identified_torque)
+        if cosine < _CONTRARY:
             raise _contradiction(
-                given,
-                f"the gravity torques that fit are not the file's (cosine {number(_cosine(file, own))})",
+                file_arm, f"the gravity torques that fit are not the file's (cosine {number(cosine)})"
             )
-        counts = np.maximum(sizes, others) > _SMALL * max(sizes.max(), others.max())
-        unlike = [i for i in range(n) if counts[i] and _cosine(file[:, i], own[:, i]) < _UNLIKE]
+        counts = np.maximum(file_rms, identified_rms) > _SMALL * max(file_rms.max(), identified_rms.max())
+        unlike = [
+            i for i in range(n) if counts[i] and _cosine(file_torque[:, i], identified_torque[:, i]) < _UNLIKE
+        ]
         if unlike:
             joints = named_joints([i + 1 for i in unlike], n)
             yield f"the gravity torque identified at {joints} does not follow the file's"
         for i in np.flatnonzero(counts).tolist():
-            ratio = float(others[i] / sizes[i]) if sizes[i] else np.inf
+            ratio = float(identified_rms[i] / file_rms[i]) if file_rms[i] else np.inf
             if i not in unlike and not 1.0 / _HEAVIER < ratio < _HEAVIER:
                 yield f"the gravity torque identified at joint {i + 1} is {number(ratio)} times the file's"
-    if not all(given.is_revolute):  # kg and kg m^2 have no common largest
+    if not all(file_arm.is_revolute):  # kg and kg m^2 have no common largest
         return
-    file, own = (_inertias(arm, states.q) for arm in (given, made))
+    file_inertia, identified_inertia = (_inertias(arm, states.q) for arm in (file_arm, identified_arm))
     # Geared drives of a wrist may have many times its links' inertia, but not that of the whole arm.
-    largest = int(file.argmax())
-    joint = int(own.argmax()) if own.max() > file[largest] else largest
-    ratio = float(own[joint] / file[largest]) if file[largest] else 1.0
+    largest = int(file_inertia.argmax())
+    joint = int(identified_inertia.argmax()) if identified_inertia.max() > file_inertia[largest] else largest
+    ratio = float(identified_inertia[joint] / file_inertia[largest]) if file_inertia[largest] else 1.0
     whose = "the file's" if joint == largest else f"the file's at joint {largest + 1}"
-    what = f"the inertia identified at joint {joint + 1} is {number(ratio)} times {whose}"
+    difference = f"the inertia identified at joint {joint + 1} is {number(ratio)} times {whose}"
     if not 1.0 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT:
-        raise _contradiction(given, what)
+        raise _contradiction(file_arm, difference)
     if not 1.0 / _MORE_INERT < ratio < _MORE_INERT:
-        yield what
+        yield difference
 
 
-def _cosine(one: FloatArray, other: FloatArray) -> float:
-    size = float(np.linalg.norm(one) * np.linalg.norm(other))
-    return float(np.sum(one * other)) / size if size else 0.0
+def _cosine(first: FloatArray, second: FloatArray) -> float:
+    size = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(np.sum(first * second)) / size if size else 0.0
 
 
 def _inertias(arm: RobotArm, q: FloatArray) -> FloatArray:
@@ -169,21 +177,23 @@ def _inertias(arm: RobotArm, q: FloatArray) -> FloatArray:
     )
 
 
-def _beyond_limits(given: RobotArm, made: RobotArm, states: States) -> Iterator[str]:
+def _beyond_limits(file_arm: RobotArm, identified_arm: RobotArm, states: States) -> Iterator[str]:
     """Torque along the logs, and weight, beyond the drives' limits, as of any arm, but not of the file."""
     for check in (lambda arm: warn_of_torque_limits(arm, states), warn_of_weight):
         texts = []
-        for arm in (made, given):
+        for arm in (identified_arm, file_arm):
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 check(arm)
-            texts.append([str(each.message) for each in caught if each.category is TorqueLimitWarning])
+            texts.append(
+                [str(warning.message) for warning in caught if warning.category is TorqueLimitWarning]
+            )
         if not texts[1]:
             yield from texts[0]
 
 
-def _newly_implausible(given: RobotArm, made: RobotArm) -> Iterator[str]:
+def _newly_implausible(file_arm: RobotArm, identified_arm: RobotArm) -> Iterator[str]:
     """Findings of the checks of any arm's file, at places where the file has none."""
     for check in CHECKS:
-        before = {place for place, _ in check(given)}
-        yield from (f"{place}: {text}" for place, text in check(made) if place not in before)
+        before = {place for place, _ in check(file_arm)}
+        yield from (f"{place}: {text}" for place, text in check(identified_arm) if place not in before)

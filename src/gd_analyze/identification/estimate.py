@@ -99,27 +99,28 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
     Noise is the residual of all directions together: with identifiable ones only, its definition would be
     circular.
     """
-    p, known = len(start), [i for i, each in enumerate(rows) if len(each.torque)]
+    p = len(start)
+    joints = [i for i, joint_rows in enumerate(rows) if len(joint_rows.torque)]
     noise, correlated = np.full(len(rows), np.nan), np.ones(len(rows))
-    triangles = {i: triangle(_blocks(rows[i], start, sizes), p + 1) for i in known}
-    for i in known:
+    triangles = {i: triangle(_blocks(rows[i], start, sizes), p + 1) for i in joints}
+    for i in joints:
         noise[i] = np.linalg.norm(triangles[i][:, p]) / np.sqrt(len(rows[i].torque))
 
     def weighed() -> FloatArray:
-        return reduced(np.vstack([triangles[i] / (noise[i] * np.sqrt(correlated[i])) for i in known]))
+        return reduced(np.vstack([triangles[i] / (noise[i] * np.sqrt(correlated[i])) for i in joints]))
 
     for _ in range(_ROUNDS):
         r, before = weighed(), noise.copy()
-        found, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_DIGITS)
-        values = start + sizes * found
-        for i in known:
-            left = rows[i].torque - rows[i].columns @ values
-            every = np.ones(len(left), dtype=bool)
-            correlated[i] = correlation_time(left.__getitem__, every, [slice(0, len(left))])
-            spare = max(len(left) - rank / len(known), 1.0)
+        steps, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_DIGITS)
+        values = start + sizes * steps
+        for i in joints:
+            residual = rows[i].torque - rows[i].columns @ values
+            all_rows = np.ones(len(residual), dtype=bool)
+            correlated[i] = correlation_time(residual.__getitem__, all_rows, [slice(0, len(residual))])
+            spare = max(len(residual) - rank / len(joints), 1.0)
             # A residual is never less than the round-off of its operands.
             least = _ROUND_OFF * float(np.abs(rows[i].torque).max())
-            noise[i] = max(float(np.sqrt(left @ left / spare)), least)
+            noise[i] = max(float(np.sqrt(residual @ residual / spare)), least)
         if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED:
             break
     return _along_directions(weighed(), start, sizes, noise, correlated)
@@ -129,7 +130,9 @@ def solved_again(rows: Sequence[JointRows], start: FloatArray, before: Estimate)
     """Solve the equations with other torques from another start, weighted as in the estimate before."""
     sizes = before.sizes
     weights = before.noise * np.sqrt(before.correlated)
-    blocks = (block / weights[i] for i, each in enumerate(rows) for block in _blocks(each, start, sizes))
+    blocks = (
+        block / weights[i] for i, joint_rows in enumerate(rows) for block in _blocks(joint_rows, start, sizes)
+    )
     r = triangle(blocks, len(start) + 1)
     return _along_directions(r, start, sizes, before.noise, before.correlated)
 
@@ -139,17 +142,17 @@ def _along_directions(
 ) -> Estimate:
     """Estimate from the triangle of the weighted equations."""
     p = len(start)
-    left, strength, directions = np.linalg.svd(r[:, :p])
+    left_vectors, strength, directions = np.linalg.svd(r[:, :p])
     identifiable = int((strength > SIGMAS).sum())
-    steps = (left.T @ r[:, p])[:identifiable] / strength[:identifiable]
+    steps = (left_vectors.T @ r[:, p])[:identifiable] / strength[:identifiable]
     return Estimate(start, sizes, directions, strength[:identifiable], steps, noise, correlated)
 
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:
     """Columns times plausible sizes, and residual torque of the start; some rows at a time."""
     for first in range(0, len(rows.torque), _ROWS_AT_ONCE):
-        some = rows.at(slice(first, first + _ROWS_AT_ONCE))
-        yield np.column_stack([some.columns * sizes, some.torque - some.columns @ start])
+        block = rows.at(slice(first, first + _ROWS_AT_ONCE))
+        yield np.column_stack([block.columns * sizes, block.torque - block.columns @ start])
 
 
 def plausible_sizes(
@@ -162,10 +165,10 @@ def plausible_sizes(
     sizes, n = np.zeros(unknowns.count), arm.n_joints
     masses = np.maximum(links[:, 0], _LIGHTEST * float(links[:, 0].mean()))
     lengths = np.full(n, _SHORTEST * (arm.reach or 1.0))
-    for i, (link, own) in enumerate(zip(arm.links, links, strict=True)):
-        ends = [own[1:4] / masses[i], link.frame.translation]
+    for i, (link, parameters) in enumerate(zip(arm.links, links, strict=True)):
+        ends = [parameters[1:4] / masses[i], link.frame.translation]
         ends += [joint.placement.translation for joint in arm.joints[i + 1 : i + 2]]
-        gyration = float(np.sqrt(np.abs(own[4:]).max() / masses[i]))
+        gyration = float(np.sqrt(np.abs(parameters[4:]).max() / masses[i]))
         lengths[i] = max(lengths[i], gyration, *map(np.linalg.norm, ends))
     powers = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])
     sizes[unknowns.of_links] = (masses[:, None] * lengths[:, None] ** powers).ravel()
@@ -179,10 +182,14 @@ def plausible_sizes(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # if limits are assumed
         limits = box_limits(arm)
-    for i, each in enumerate(rows):
+    for i, joint_rows in enumerate(rows):
         torque, acceleration, velocity = (
             float(np.sqrt(np.mean(x**2))) if len(x) and x.any() else 1.0
-            for x in (each.torque, each.columns[:, drive + i], each.columns[:, first + 3 * i + 1])
+            for x in (
+                joint_rows.torque,
+                joint_rows.columns[:, drive + i],
+                joint_rows.columns[:, first + 3 * i + 1],
+            )
         )
         # Size that alone would take the measured torque at the joint's limits.
         # A log of small motions would make anything plausible.
@@ -221,10 +228,10 @@ def described(arm: RobotArm) -> FloatArray:
     """The file's parameters, (n, 10); rods if it states none, a ball if only axial inertia is stated."""
     if not arm.mass.any():
         return _uniform_bodies(arm)
-    given = parameters_of(arm)
+    parameters = parameters_of(arm)
     for i, link in enumerate(arm.links):
         if link.axial_only:
             moment = float(np.abs(link.inertia_com).max())
             mass = moment / (_AS_WIDE * (arm.reach or 1.0)) ** 2
-            given[i] = inertial_parameters(mass, np.zeros(3), moment * np.eye(3))
-    return given
+            parameters[i] = inertial_parameters(mass, np.zeros(3), moment * np.eye(3))
+    return parameters

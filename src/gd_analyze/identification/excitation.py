@@ -68,8 +68,8 @@ class Workspace:
     upper: FloatArray
 
     def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
-        for name, given in (("lower", lower), ("upper", upper)):
-            object.__setattr__(self, name, array_of(given, name, UsageError))
+        for name, corner in (("lower", lower), ("upper", upper)):
+            object.__setattr__(self, name, array_of(corner, name, UsageError))
         corners = self.lower, self.upper
         shapes = all(corner.shape == (3,) and (np.abs(corner) <= LARGEST).all() for corner in corners)
         if not (shapes and (self.lower < self.upper).all()):
@@ -146,9 +146,14 @@ def exciting_motion(
     if n_set_points is None:
         count = max(count, fewest)
     elif count < fewest:
-        what, found = "too few set points for the motion's harmonics", str(count)
         expected = f"at least {fewest}, two per period of the fastest harmonic"
-        raise refusal(what, "n_set_points", expected, found, f"by default there are {_RATE:g} per second")
+        raise refusal(
+            "too few set points for the motion's harmonics",
+            "n_set_points",
+            expected,
+            str(count),
+            f"by default there are {_RATE:g} per second",
+        )
     search = _Search(arm, family, within)
     try:
         series = search.best(np.random.default_rng(seed))
@@ -168,11 +173,11 @@ def exciting_motion(
         f"condition number {number(condition)}"
     )
     time = np.linspace(0.0, duration, count)
-    q, qd, qdd = (each.T for each in family.motion(series, time))
+    q, qd, qdd = (values.T for values in family.motion(series, time))
     # Exact at the ends, not just to round-off.
     q[-1], qd[[0, -1]], qdd[[0, -1]] = q[0], 0.0, 0.0
     trajectory = Trajectory(time, q, qd, qdd, name=name or f"{arm.name}-exciting", origin=origin)
-    between = Trajectory(search.fine, *(each.T for each in family.motion(series, search.fine)))
+    between = Trajectory(search.fine, *(values.T for values in family.motion(series, search.fine)))
     warn_of_torque_limits(arm, states_of(between))
     return Plan(trajectory, limit_report(arm, between), time[[0, -1]], None)
 
@@ -203,8 +208,8 @@ class _Search:
         """Minus the log of the determinant, and a penalty outside the box; and the derivative by x."""
         near = self.family.motion(self.family.within_limits(np.vstack([x, x + _STEP * np.eye(len(x))])))
         change, n = (near[:, 1:] - near[:, :1]) / _STEP, self.arm.n_joints
-        told, slope = self.equations.log_determinant(near[:, 0, :, ::_EVERY])
-        value, gradient = -told, -np.einsum("skiN,siN->k", change[..., ::_EVERY], slope)
+        log_determinant, slope = self.equations.log_determinant(near[:, 0, :, ::_EVERY])
+        value, gradient = -log_determinant, -np.einsum("skiN,siN->k", change[..., ::_EVERY], slope)
         if self.within is not None:
             positions = near[0, 0][:, None] + _STEP * np.eye(n + 1)[1:, :, None]
             far = np.square(self.outside(positions.reshape(n, -1), _CLEARANCE) / self.reach).sum(axis=0)
@@ -227,7 +232,7 @@ class _Search:
         """Series of the best descent, made smaller if needed for the box or the drives' torques."""
         ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
         descents = [self.descent(x, _TRIES) for x in ranked[:_DESCENTS]]
-        x, _ = self.descent(min(descents, key=lambda found: found[1])[0], _MORE)
+        x, _ = self.descent(min(descents, key=lambda descent: descent[1])[0], _MORE)
         series = self.family.within_limits(x)
         within = None
         for size in np.linspace(1.0, 0.1, 91):
@@ -252,7 +257,7 @@ class _Search:
         """Numbers of a better series, and their loss."""
         from scipy.optimize import minimize
 
-        found = minimize(
+        minimum = minimize(
             self.loss, x, jac=True, method="L-BFGS-B", bounds=self.family.bounds, options={"maxfun": tries}
         )
-        return found.x, float(found.fun)
+        return minimum.x, float(minimum.fun)

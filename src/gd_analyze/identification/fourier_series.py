@@ -53,10 +53,10 @@ class FourierSeries:
     def _waves_at(self, time: FloatArray) -> FloatArray:
         """Cosines, sines and one, and their derivatives, (3, 2 H + 1, N)."""
         omega = 2.0 * np.pi / self.period * np.arange(1, self.harmonics + 1)[:, None]
-        cos, sin, one = np.cos(omega * time), np.sin(omega * time), np.ones((1, len(time)))
-        first = np.vstack([-omega * sin, omega * cos, 0.0 * one])
-        second = np.vstack([-(omega**2) * cos, -(omega**2) * sin, 0.0 * one])
-        return np.array([np.vstack([cos, sin, one]), first, second])
+        cos, sin, constant = np.cos(omega * time), np.sin(omega * time), np.ones((1, len(time)))
+        first = np.vstack([-omega * sin, omega * cos, 0.0 * constant])
+        second = np.vstack([-(omega**2) * cos, -(omega**2) * sin, 0.0 * constant])
+        return np.array([np.vstack([cos, sin, constant]), first, second])
 
     def within_limits(self, x: FloatArray) -> FloatArray:
         """Series from numbers, (..., count), with the size and position that these state."""
@@ -65,7 +65,7 @@ class FourierSeries:
         q, qd, qdd = (form @ wave[:-1] for wave in self._waves)
         limits, highest, lowest = self.limits, q.max(axis=-1), q.min(axis=-1)
         room, span = limits.upper - limits.lower, highest - lowest
-        speed, pull = (np.abs(each).max(axis=-1) for each in (qd, qdd))
+        speed, pull = (np.abs(values).max(axis=-1) for values in (qd, qdd))
         used = np.max([span / room, speed / limits.velocity, pull / limits.acceleration], axis=0)
         size = share * _SHOWN / used
         free = room - size * span / _SHOWN

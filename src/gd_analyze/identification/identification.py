@@ -48,8 +48,8 @@ class Residuals:
     def rms(self, model: str) -> float:
         """RMS residual of a model over the judged rows; `measured` for the torque; nan without rows."""
         values = getattr(self, model)[self.judged]
-        left = values if model == "measured" else self.measured[self.judged] - values
-        return float(np.sqrt(np.mean(left**2))) if len(left) else np.nan
+        residual = values if model == "measured" else self.measured[self.judged] - values
+        return float(np.sqrt(np.mean(residual**2))) if len(residual) else np.nan
 
     @property
     def is_better(self) -> bool:
@@ -60,9 +60,9 @@ class Residuals:
         gain = (measured - friction) ** 2 - (measured - identified) ** 2
         if len(gain) < 2:
             return False
-        apart = gain - gain.mean()
-        every = np.ones(len(gain), dtype=bool)
-        independent = len(gain) / correlation_time(apart.__getitem__, every, [slice(0, len(gain))])
+        deviations = gain - gain.mean()
+        all_rows = np.ones(len(gain), dtype=bool)
+        independent = len(gain) / correlation_time(deviations.__getitem__, all_rows, [slice(0, len(gain))])
         return bool(gain.mean() > gain.std() / np.sqrt(independent))
 
     def share(self, model: str) -> float:
@@ -125,7 +125,7 @@ class Identification:
     torque_scale: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
-        count, of = sum(one.identifiable for one in self.parameters), len(self.parameters)
+        count, of = sum(parameter.identifiable for parameter in self.parameters), len(self.parameters)
         return f"Identification({self.given.name!r}, {count} of {of} base parameters identifiable)"
 
     @property
@@ -136,4 +136,4 @@ class Identification:
     @cached_property
     def silent(self) -> tuple[int, ...]:
         """Joints, from 1, that never move enough for their torque to be informative."""
-        return tuple(i + 1 for i, each in enumerate(self.residuals) if not len(each.time))
+        return tuple(i + 1 for i, residuals in enumerate(self.residuals) if not len(residuals.time))

@@ -26,11 +26,11 @@ def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
     """
     base = base_parameters(arm, drives=True)
     of_drives = np.zeros((len(base), arm.n_joints))
-    for k, one in enumerate(base):
-        for share in one.combination:
+    for k, parameter in enumerate(base):
+        for share in parameter.combination:
             if share.kind == "J":
                 of_drives[k, share.link - 1] += share.coefficient
-    names = [(one.symbol, one.unit, one.link) for one in base]
+    names = [(parameter.symbol, parameter.unit, parameter.link) for parameter in base]
     return names, np.hstack([base.matrix.reshape(len(base), -1), of_drives])
 
 
@@ -40,20 +40,20 @@ def base_of(
     """Base parameters: of the file, by least squares, identified, with errors, and whether identifiable."""
     names, matrix = base_matrix(arm)
     inertial = slice(0, unknowns.of_drives.stop)
-    file, plain, found = (matrix @ x[inertial] for x in (estimate.start, estimate.values, values))
-    rows = estimate.deviations[:, inertial], estimate.open[:, inertial]
-    known, unknown = (np.square(some @ matrix.T).sum(axis=0) for some in rows)
+    file, plain, identified = (matrix @ x[inertial] for x in (estimate.start, estimate.values, values))
+    spreads = estimate.deviations[:, inertial], estimate.open[:, inertial]
+    variance, open_variance = (np.square(spread @ matrix.T).sum(axis=0) for spread in spreads)
     size = np.sqrt(np.square(matrix * estimate.sizes[inertial]).sum(axis=1))
-    shows = SIGMAS * np.sqrt(unknown) <= size
-    errors = np.sqrt(np.where(shows, known, known + unknown))
+    shows = SIGMAS * np.sqrt(open_variance) <= size
+    errors = np.sqrt(np.where(shows, variance, variance + open_variance))
     # Less than its error may be nothing at all.
-    identifiable = shows & (np.abs(found) >= errors)
+    identifiable = shows & (np.abs(identified) >= errors)
     return tuple(
         IdentifiedParameter(
             *name,
             float(file[k]),
             float(plain[k]),
-            float(found[k]),
+            float(identified[k]),
             float(errors[k]),
             float(size[k]),
             bool(identifiable[k]),
@@ -72,9 +72,9 @@ def spread_of(arm: RobotArm, estimate: Estimate, unknowns: Unknowns) -> FloatArr
     acting = np.linalg.svd(matrix * sizes, full_matrices=False)[2]
     rows = np.vstack([estimate.deviations, estimate.open])[:, : matrix.shape[1]] / sizes
     strength, directions = np.linalg.svd(rows @ acting.T, full_matrices=False)[1:]
-    found = strength[:, None] * (directions @ acting) * sizes
+    spread = strength[:, None] * (directions @ acting) * sizes
     n = arm.n_joints
-    return np.concatenate([found[:, : 10 * n].reshape(-1, n, 10), found[:, 10 * n :, None]], axis=2)
+    return np.concatenate([spread[:, : 10 * n].reshape(-1, n, 10), spread[:, 10 * n :, None]], axis=2)
 
 
 def identified_arm(
@@ -83,9 +83,9 @@ def identified_arm(
     """The arm with identified numbers."""
     links, drives = [], []
     bodies, inertias = values[unknowns.of_links].reshape(-1, 10), values[unknowns.of_drives]
-    for link, (mass, *rest) in zip(arm.links, bodies, strict=True):
-        com = np.array(rest[:3]) / (mass or 1.0)
-        xx, xy, yy, xz, yz, zz = rest[3:]
+    for link, (mass, *moments) in zip(arm.links, bodies, strict=True):
+        com = np.array(moments[:3]) / (mass or 1.0)
+        xx, xy, yy, xz, yz, zz = moments[3:]
         about_com = symmetric_tensor(xx, yy, zz, xy, xz, yz) - of_point_mass(mass, com)
         links.append(
             replace(
@@ -136,18 +136,24 @@ def sources_of(
     arm: RobotArm,
     fitted: Sequence[Trajectory],
     loaded: Sequence[Trajectory],
-    apart: Sequence[Trajectory],
+    held_out: Sequence[Trajectory],
     parameters: Sequence[IdentifiedParameter],
 ) -> str:
     """State day, logs with fingerprints, standard errors, and parameters that the logs do not tell."""
-    kinds = (("", fitted), (", with a payload", loaded), (", held out", apart))
-    logs = [f"{log.name}{how} (SHA-256 {log.fingerprint[:16]})" for how, kind in kinds for log in kind]
-    others = ", ".join(one.symbol for one in parameters if not one.identifiable)
-    kept = f" Not identifiable, kept near the values of the {start_of(arm)}: {others}." if others else ""
-    known = (one for one in parameters if one.identifiable)
-    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in known)
+    roles = (("", fitted), (", with a payload", loaded), (", held out", held_out))
+    logs = [
+        f"{log.name}{role} (SHA-256 {log.fingerprint[:16]})" for role, motions in roles for log in motions
+    ]
+    unidentifiable = ", ".join(parameter.symbol for parameter in parameters if not parameter.identifiable)
+    note = (
+        f" Not identifiable, kept near the values of the {start_of(arm)}: {unidentifiable}."
+        if unidentifiable
+        else ""
+    )
+    identifiable = (parameter for parameter in parameters if parameter.identifiable)
+    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in identifiable)
     day = datetime.date.today().isoformat()
-    return f"Identified by gd-analyze on {day} from {'; '.join(logs)}. Standard errors: {errors}.{kept}"
+    return f"Identified by gd-analyze on {day} from {'; '.join(logs)}. Standard errors: {errors}.{note}"
 
 
 def payload_of(arm: RobotArm, body: FloatArray, deviations: FloatArray) -> FloatArray:

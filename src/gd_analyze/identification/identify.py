@@ -107,19 +107,21 @@ def identify(
         If joints do not move or are not predicted, or what is identified is implausible beside the file.
     """
     arm = arm_of(arm)
-    fitted, carrying, apart = (
-        [] if given is None else motions_of(given, arm) for given in (logs, loaded, held_out)
+    fitted, carrying, held_out_motions = (
+        [] if recordings is None else motions_of(recordings, arm) for recordings in (logs, loaded, held_out)
     )
     if not anyway:
-        _require_no_cause(arm, [*fitted, *apart])
+        _require_no_cause(arm, [*fitted, *held_out_motions])
     if mass is None:
-        found = _identified(arm, fitted, apart, carrying, physical)
-        if found.payload is None:
-            return found
-        error = scale_error(arm, found.arm, [*fitted, *apart]) * found.payload[0, 0]
-        values, errors = found.payload
+        identification = _identified(arm, fitted, held_out_motions, carrying, physical)
+        if identification.payload is None:
+            return identification
+        error = (
+            scale_error(arm, identification.arm, [*fitted, *held_out_motions]) * identification.payload[0, 0]
+        )
+        values, errors = identification.payload
         errors = np.hypot(errors, [error, 0.0, 0.0, 0.0])  # a ratio of torques, the centre has none of it
-        return replace(found, payload=np.array([values, errors]))
+        return replace(identification, payload=np.array([values, errors]))
     if not carrying or not 0.0 < mass < np.inf:
         raise UsageError(
             "a payload's mass calibrates torques by a log that carries it",
@@ -129,7 +131,7 @@ def identify(
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told of the scaled logs
-        payload = _identified(arm, fitted, apart, carrying, physical).payload
+        payload = _identified(arm, fitted, held_out_motions, carrying, physical).payload
     assert payload is not None  # of a log with it
     weighed, error = payload[:, 0].tolist()
     if weighed <= SIGMAS * error:
@@ -140,11 +142,12 @@ def identify(
             found=f"{with_error(weighed, error, 1)} kg",
         )
     scale = mass / weighed
-    fitted, apart, carrying = (
-        [_with_torques(motion, scale) for motion in motions] for motions in (fitted, apart, carrying)
+    fitted, held_out_motions, carrying = (
+        [_with_torques(motion, scale) for motion in motions]
+        for motions in (fitted, held_out_motions, carrying)
     )
-    found = _identified(arm, fitted, apart, carrying, physical)
-    return replace(found, torque_scale=(scale, scale * error / weighed))
+    identification = _identified(arm, fitted, held_out_motions, carrying, physical)
+    return replace(identification, torque_scale=(scale, scale * error / weighed))
 
 
 def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
@@ -155,15 +158,15 @@ def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
     if not arm.mass.any() or not motions:
         return
     try:
-        found = diagnose(arm, motions, thorough=False)
+        diagnosis = diagnose(arm, motions, thorough=False)
     except UsageError:  # nothing moves, of which more is told below
         return
     # Of a cause that other masses explain, too, doubts are told.
-    if found.cause is not None and not found.cause.unsure:
+    if diagnosis.cause is not None and not diagnosis.cause.unsure:
         raise UsageError(
-            f"logs and file disagree for another reason than the links' numbers. {answer(found)}",
-            where=f"log {', '.join(found.logs)}",
-            next_step=f"{found.cause.remedy}; --anyway (anyway=True) identifies all the same",
+            f"logs and file disagree for another reason than the links' numbers. {answer(diagnosis)}",
+            where=f"log {', '.join(diagnosis.logs)}",
+            next_step=f"{diagnosis.cause.remedy}; --anyway (anyway=True) identifies all the same",
         )
 
 
@@ -180,35 +183,38 @@ def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
 def _identified(
     arm: RobotArm,
     fitted: list[Trajectory],
-    apart: list[Trajectory],
+    held_out_motions: list[Trajectory],
     carrying: list[Trajectory],
     physical: bool,
 ) -> Identification:
     n = arm.n_joints
-    every = [*fitted, *carrying, *apart]
-    for motion in every:
+    motions = [*fitted, *carrying, *held_out_motions]
+    for motion in motions:
         require_joints(motion, arm)
         require_torques(motion)
-    _require_different(every)
+    _require_different(motions)
     unknowns = Unknowns(n, payload=bool(carrying))
-    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in every], axis=0)
+    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0)
     parts: list[list[JointRows]] = [[] for _ in range(n)]
     flags: list[list[Array]] = [[] for _ in range(n)]
     loads: list[list[Array]] = [[] for _ in range(n)]
     begin = 0.0
-    for k, motion in enumerate(every):
-        is_loaded, is_apart = any(motion is one for one in carrying), k >= len(every) - len(apart)
+    for k, motion in enumerate(motions):
+        is_loaded = any(motion is loaded_motion for loaded_motion in carrying)
+        is_held_out = k >= len(motions) - len(held_out_motions)
         end = begin + float(motion.time[-1] - motion.time[0])
-        from_here = -np.inf if is_apart else np.inf if apart else end - HELD_OUT * (end - begin)
-        for i, each in enumerate(rows_of(arm, motion, unknowns, fastest, loaded=is_loaded)):
-            clock = each.time - motion.time[0] + begin
-            parts[i].append(replace(each, time=clock))
+        from_here = -np.inf if is_held_out else np.inf if held_out_motions else end - HELD_OUT * (end - begin)
+        for i, joint_rows in enumerate(rows_of(arm, motion, unknowns, fastest, loaded=is_loaded)):
+            clock = joint_rows.time - motion.time[0] + begin
+            parts[i].append(replace(joint_rows, time=clock))
             flags[i].append(clock > from_here)
             loads[i].append(np.full(len(clock), is_loaded))
         begin = end + _PAUSE * (end - begin)
-    rows = [JointRows.joined(each) for each in parts]
-    predicted, carried = ([np.concatenate(each) for each in several] for several in (flags, loads))
-    training = [each.at(~flag) for each, flag in zip(rows, predicted, strict=True)]
+    rows = [JointRows.joined(pieces) for pieces in parts]
+    predicted, carried = (
+        [np.concatenate(pieces) for pieces in pieces_by_joint] for pieces_by_joint in (flags, loads)
+    )
+    training = [joint_rows.at(~flag) for joint_rows, flag in zip(rows, predicted, strict=True)]
     _require_torque_that_tells(arm, training)
     start = np.zeros(unknowns.count)
     links = described(arm)
@@ -217,33 +223,39 @@ def _identified(
         start[unknowns.of_drives] = arm.drive_inertia
     has_masses = bool(arm.mass.any())
     if has_masses:
-        bare = [each.at(~load[~flag]) for each, flag, load in zip(training, predicted, carried, strict=True)]
+        bare = [
+            joint_rows.at(~load[~flag])
+            for joint_rows, flag, load in zip(training, predicted, carried, strict=True)
+        ]
         require_torque_of_this_size(arm, bare, start, unknowns)
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
 
     def fitted_values() -> tuple[FloatArray, tuple[Residuals, ...]]:
         values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
         return values, tuple(
-            _residuals(each, flag, load, start, values, unknowns, i)
-            for i, (each, flag, load) in enumerate(zip(rows, predicted, carried, strict=True))
+            _residuals(joint_rows, flag, load, start, values, unknowns, i)
+            for i, (joint_rows, flag, load) in enumerate(zip(rows, predicted, carried, strict=True))
         )
 
     values, residuals = fitted_values()
-    _require_signs(arm, [*fitted, *apart], estimate, unknowns, residuals)
-    kept: list[int] = []
-    while has_masses and (new := [i for i in range(n) if i not in kept and not residuals[i].is_better]):
-        kept += new
-        as_kept = start.copy()
-        as_kept[unknowns.of_payload] = values[unknowns.of_payload]
-        for i in kept:
-            as_kept[unknowns.friction_of(i)] = _friction_of(
+    _require_signs(arm, [*fitted, *held_out_motions], estimate, unknowns, residuals)
+    unimproved: list[int] = []
+    while has_masses:
+        worse = [i for i in range(n) if i not in unimproved and not residuals[i].is_better]
+        if not worse:
+            break
+        unimproved += worse
+        file_values = start.copy()
+        file_values[unknowns.of_payload] = values[unknowns.of_payload]
+        for i in unimproved:
+            file_values[unknowns.friction_of(i)] = _friction_of(
                 rows[i], predicted[i], carried[i], start, unknowns, i
             )
-            training[i] = replace(training[i], torque=training[i].columns @ as_kept)
-        estimate = solved_again(training, as_kept, estimate)
+            training[i] = replace(training[i], torque=training[i].columns @ file_values)
+        estimate = solved_again(training, file_values, estimate)
         values, residuals = fitted_values()
     parameters = base_of(arm, estimate, values, unknowns)
-    if not any(one.identifiable for one in parameters):
+    if not any(parameter.identifiable for parameter in parameters):
         raise UsageError(
             "the logs do not determine the links",
             where=f"arm {arm.name}",
@@ -254,16 +266,16 @@ def _identified(
     errors = np.sqrt(np.square(deviations).sum(axis=0))
     is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
     friction, drives = unknowns.of_friction, unknowns.of_drives
-    of_log = sources_of(arm, fitted, carrying, apart, parameters)
-    made = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
-    doubts = doubts_of(arm, made, [*fitted, *apart], physical=physical)
+    of_log = sources_of(arm, fitted, carrying, held_out_motions, parameters)
+    identified = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
+    doubts = doubts_of(arm, identified, [*fitted, *held_out_motions], physical=physical)
     for text in doubts:
         warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(
         given=arm,
-        arm=replace(made, doubts=(*made.doubts, *doubts)),
+        arm=replace(identified, doubts=(*identified.doubts, *doubts)),
         logs=tuple(motion.name for motion in fitted),
-        held_out=tuple(motion.name for motion in apart),
+        held_out=tuple(motion.name for motion in held_out_motions),
         loaded=tuple(motion.name for motion in carrying),
         physical=physical,
         parameters=parameters,
@@ -273,7 +285,7 @@ def _identified(
         drive_error=np.where(is_open, np.nan, errors)[drives],
         residuals=residuals,
         estimate=estimate,
-        kept=tuple(i + 1 for i in sorted(kept)),
+        kept=tuple(i + 1 for i in sorted(unimproved)),
         doubts=doubts,
         payload=payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
         if carrying
@@ -297,7 +309,7 @@ def _require_signs(
 
 def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None:
     """Refuse logs of an arm that stands still or of torques that are constant; warn of joints at rest."""
-    still = [i + 1 for i, each in enumerate(rows) if not len(each.time)]
+    still = [i + 1 for i, joint_rows in enumerate(rows) if not len(joint_rows.time)]
     if len(still) == arm.n_joints:
         raise UsageError(
             "no joint moves, so nothing can be identified",
@@ -307,8 +319,8 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
         )
     flat = [
         i + 1
-        for i, each in enumerate(rows)
-        if len(each.time) and np.ptp(each.torque) <= _CONSTANT * np.abs(each.torque).max()
+        for i, joint_rows in enumerate(rows)
+        if len(joint_rows.time) and np.ptp(joint_rows.torque) <= _CONSTANT * np.abs(joint_rows.torque).max()
     ]
     if flat:
         raise UsageError(
@@ -329,7 +341,7 @@ def _require_friction_that_brakes(
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
-    poor = np.array([each.share("identified") > _ROUGHLY for each in residuals])
+    poor = np.array([residual.share("identified") > _ROUGHLY for residual in residuals])
     clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
     driven = np.flatnonzero(poor & clear).tolist()
     if driven:
@@ -343,56 +355,56 @@ def _require_friction_that_brakes(
 
 def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     """Refuse logs whose held-out rows no parameters predict; warn of single joints of this kind."""
-    n, shares = arm.n_joints, [each.share("identified") for each in residuals]
-    known = [i for i, share in enumerate(shares) if np.isfinite(share)]
-    unseen = [i + 1 for i in range(n) if i not in known and len(residuals[i].time)]
-    if not known:
+    n, shares = arm.n_joints, [residual.share("identified") for residual in residuals]
+    judged = [i for i, share in enumerate(shares) if np.isfinite(share)]
+    unseen = [i + 1 for i in range(n) if i not in judged and len(residuals[i].time)]
+    if not judged:
         raise UsageError(
             "no joint moves in the held-out rows, so the result cannot be judged",
             where=f"arm {arm.name}",
             next_step="hold out a log with moving joints, or none (then the last third of each)",
         )
     if unseen:
-        what = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
-        warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
-    poor = [i for i in known if shares[i] > _ROUGHLY]
+        message = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+    poor = [i for i in judged if shares[i] > _ROUGHLY]
     nothing = [i for i in poor if shares[i] ** 2 > _NOTHING]
-    worse = [i for i in known if residuals[i].rms("identified") > _CLEARLY * residuals[i].rms("friction")]
-    if not poor and len(worse) < len(known):
+    worse = [i for i in judged if residuals[i].rms("identified") > _CLEARLY * residuals[i].rms("friction")]
+    if not poor and len(worse) < len(judged):
         return
-    left = ", ".join(percent(shares[i]) for i in poor or worse)
+    missed = ", ".join(percent(shares[i]) for i in poor or worse)
     joints = named_joints([i + 1 for i in poor or worse], n)
-    what = f"the identified model misses {left} of the RMS of held-out torque at {joints}"
-    if 2 * len(nothing) > len(known) or len(worse) == len(known):
+    message = f"the identified model misses {missed} of the RMS of held-out torque at {joints}"
+    if 2 * len(nothing) > len(judged) or len(worse) == len(judged):
         better = (
             f"; the {start_of(arm)} with friction misses less at every joint"
-            if len(worse) == len(known)
+            if len(worse) == len(judged)
             else ""
         )
         raise UsageError(
-            f"no model of this arm predicts the logs: {what}{better}",
+            f"no model of this arm predicts the logs: {message}{better}",
             where=f"arm {arm.name}",
             next_step="check the arm, and order, signs and units of its torques (`gd-analyze columns`); "
             "a log that is short, or ends differently from its beginning, cannot predict",
         )
-    what += ": check the columns, signs and units of its torque"
-    warnings.warn(what, GdAnalyzeWarning, stacklevel=3)
+    message += ": check the columns, signs and units of its torque"
+    warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 def _require_different(motions: Sequence[Trajectory]) -> None:
     """Refuse a log given twice: it would count twice, or be predicted from itself."""
-    seen: dict[str, list[Trajectory]] = {}
+    by_fingerprint: dict[str, list[Trajectory]] = {}
     for motion in motions:
         # A commanded motion may be repeated; its torques are measured anew.
-        for other in seen.setdefault(motion.fingerprint, []):
-            if np.array_equal(_torque_read(motion), _torque_read(other), equal_nan=True):
+        for earlier in by_fingerprint.setdefault(motion.fingerprint, []):
+            if np.array_equal(_torque_read(motion), _torque_read(earlier), equal_nan=True):
                 raise UsageError(
                     "a log is given twice",
-                    where=f"{other.name} and {motion.name}",
+                    where=f"{earlier.name} and {motion.name}",
                     expected="every log once: fitted, held out or loaded",
                     next_step="leave one of them out",
                 )
-        seen[motion.fingerprint].append(motion)
+        by_fingerprint[motion.fingerprint].append(motion)
 
 
 def _torque_read(motion: Trajectory) -> FloatArray:
@@ -404,18 +416,18 @@ def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Seq
     """Refuse unpredictable torques that match the file's with opposite sign, or another joint's."""
     if not arm.mass.any():
         return
-    found = compare_torque(arm, motion)
-    for i, (verdict, other) in enumerate(zip(found.verdicts, found.resembles, strict=True)):
+    comparison = compare_torque(arm, motion)
+    for i, (verdict, similar_joint) in enumerate(zip(comparison.verdicts, comparison.resembles, strict=True)):
         if not residuals[i].share("identified") > _ROUGHLY:
             continue
         if verdict == "other sign":
-            what, next_step = "has the opposite sign of the file's model", _to_turn([i], arm.n_joints)
+            fault, next_step = "has the opposite sign of the file's model", _to_turn([i], arm.n_joints)
         elif verdict == "another joint's":
-            what, next_step = f"follows the model of joint {other}", "name its column with --map"
+            fault, next_step = f"follows the model of joint {similar_joint}", "name its column with --map"
         else:
             continue
         raise UsageError(
-            f"the measured torque of joint {i + 1} {what}", where=f"log {motion.name}", next_step=next_step
+            f"the measured torque of joint {i + 1} {fault}", where=f"log {motion.name}", next_step=next_step
         )
 
 
@@ -444,6 +456,8 @@ def _friction_of(
     rows: JointRows, held_out: Array, loaded: Array, start: FloatArray, unknowns: Unknowns, joint: int
 ) -> FloatArray:
     """Friction fitted to a joint beside the file's links and drive, (3,)."""
-    some = rows.at(~held_out & ~loaded)
-    columns = some.columns[:, unknowns.friction_of(joint)]
-    return np.asarray(np.linalg.lstsq(columns, some.torque - some.columns @ start, rcond=None)[0])
+    fitted_rows = rows.at(~held_out & ~loaded)
+    columns = fitted_rows.columns[:, unknowns.friction_of(joint)]
+    return np.asarray(
+        np.linalg.lstsq(columns, fitted_rows.torque - fitted_rows.columns @ start, rcond=None)[0]
+    )

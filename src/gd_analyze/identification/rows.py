@@ -76,9 +76,9 @@ class JointRows:
         return JointRows(self.columns[chosen], self.torque[chosen], self.time[chosen])
 
     @classmethod
-    def joined(cls, several: list[JointRows]) -> JointRows:
+    def joined(cls, parts: list[JointRows]) -> JointRows:
         """Rows of several logs, one after the other."""
-        return cls(*(np.concatenate([getattr(one, name) for one in several]) for name in cls.__annotations__))
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
 
 
 def rows_of(
@@ -100,19 +100,19 @@ def rows_of(
     recording, n = motion.recording, arm.n_joints
     assert recording is not None  # checked by callers
     assert recording.torque is not None
-    ways = np.array([direction(motion, i, float(fastest[i])) for i in range(n)])
-    found: list[list[JointRows]] = [[] for _ in range(n)]
+    signs = np.array([direction(motion, i, float(fastest[i])) for i in range(n)])
+    parts: list[list[JointRows]] = [[] for _ in range(n)]
     for at, starts in _windows(motion):
         per_unit = regressor(arm, motion.q[at].T, motion.qd[at].T, motion.qdd[at].T)
         counts = np.diff(starts, append=at.stop - at.start)
         time = np.add.reduceat(motion.time[at], starts) / counts
         for i in range(n):
-            way, torque = ways[i, at], recording.torque[at, i]
-            columns = np.zeros((unknowns.count, len(way)))
-            columns[unknowns.of_links] = per_unit[i].reshape(-1, len(way))
+            sign, torque = signs[i, at], recording.torque[at, i]
+            columns = np.zeros((unknowns.count, len(sign)))
+            columns[unknowns.of_links] = per_unit[i].reshape(-1, len(sign))
             columns[unknowns.of_drives.start + i] = motion.qdd[at, i]
             of_friction = unknowns.of_friction.start + 3 * i
-            columns[of_friction] = way
+            columns[of_friction] = sign
             columns[of_friction + 1] = motion.qd[at, i]
             columns[of_friction + 2] = 1.0
             if loaded:
@@ -120,9 +120,9 @@ def rows_of(
             means = np.add.reduceat(columns, starts, axis=1) / counts
             torque = np.add.reduceat(torque, starts) / counts
             # Where the joint creeps or reverses, its friction has no definite sign.
-            moves = np.abs(np.add.reduceat(way, starts)) == counts
-            found[i].append(JointRows(means.T, torque, time).at(moves & np.isfinite(torque)))
-    return [JointRows.joined(each) for each in found]
+            moves = np.abs(np.add.reduceat(sign, starts)) == counts
+            parts[i].append(JointRows(means.T, torque, time).at(moves & np.isfinite(torque)))
+    return [JointRows.joined(joint_parts) for joint_parts in parts]
 
 
 def _windows(motion: Trajectory) -> Iterator[tuple[slice, Array]]:

@@ -124,8 +124,8 @@ class Corrections:
 def _multiplied(values: FloatArray, matrix: FloatArray) -> FloatArray:
     columns = []
     for row in matrix:
-        some = np.flatnonzero(row)
-        columns.append(values[:, some] @ row[some])
+        sources = np.flatnonzero(row)
+        columns.append(values[:, sources] @ row[sources])
     return np.column_stack(columns)
 
 
@@ -133,19 +133,19 @@ def _earlier(time: FloatArray, torque: FloatArray, lag: float) -> FloatArray:
     """Torques as logged so much later; nan where the log has ended, or not begun."""
     out = np.full_like(torque, np.nan)
     for i, column in enumerate(torque.T):
-        known = np.flatnonzero(np.isfinite(column) & np.isfinite(time))
-        known = known[np.argsort(time[known], kind="stable")]
-        if len(known):
-            out[:, i] = np.interp(time + lag, time[known], column[known], left=np.nan, right=np.nan)
+        rows = np.flatnonzero(np.isfinite(column) & np.isfinite(time))
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        if len(rows):
+            out[:, i] = np.interp(time + lag, time[rows], column[rows], left=np.nan, right=np.nan)
     return out
 
 
-def _signs(given: str | Iterable[float], option: str) -> tuple[float, ...]:
-    values: list[Any] = [number_in(word) for word in given.split(",")] if isinstance(given, str) else [*given]
+def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
+    values: list[Any] = [number_in(word) for word in signs.split(",")] if isinstance(signs, str) else [*signs]
     if any(value not in (1.0, -1.0) for value in values):
         raise UsageError(
             "these are not signs", where=option, expected="1 or -1 per joint, with commas, or one for all",
-            found=in_python(given),
+            found=in_python(signs),
         )  # fmt: skip
     return tuple(float(value) for value in values)
 
@@ -171,14 +171,14 @@ def _offset(word: str) -> tuple[str, float]:
     return joint.strip(), value
 
 
-def _lag(given: str | float) -> float:
-    found = _TIME.fullmatch(given.replace(" ", "")) if isinstance(given, str) else None
-    value = number_in(found[1]) if found else None if isinstance(given, str) else float(given)
-    value = value * _SECONDS[found[2]] if found and value is not None else value
+def _lag(lag: str | float) -> float:
+    match = _TIME.fullmatch(lag.replace(" ", "")) if isinstance(lag, str) else None
+    value = number_in(match[1]) if match else None if isinstance(lag, str) else float(lag)
+    value = value * _SECONDS[match[2]] if match and value is not None else value
     if value is None or not abs(value) <= _LONGEST:
         raise UsageError(
             "this is no lag", where="--lag", expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
-            found=in_python(given),
+            found=in_python(lag),
         )  # fmt: skip
     return value
 
@@ -199,18 +199,18 @@ def _joint(word: str, arm: RobotArm) -> int:
 
 def _coupling(word: str, arm: RobotArm) -> FloatArray:
     """Matrix of a joint's variable as a sum."""
-    n, whole = arm.n_joints, _COUPLED.fullmatch(re.sub(r"\s", "", word))
-    terms = list(_TERM.finditer(whole[2])) if whole else []
+    n, match = arm.n_joints, _COUPLED.fullmatch(re.sub(r"\s", "", word))
+    terms = list(_TERM.finditer(match[2])) if match else []
     matrix = np.eye(n)
-    readable = whole is not None and terms and "".join(term[0] for term in terms) == whole[2]
+    readable = match is not None and terms and "".join(term[0] for term in terms) == match[2]
     signed = readable and all(term[1] for term in terms[1:])
-    joints = [int(term[3]) for term in terms] + ([int(whole[1])] if whole else [])
-    if signed and whole is not None and all(1 <= joint <= n for joint in joints):
+    joints = [int(term[3]) for term in terms] + ([int(match[1])] if match else [])
+    if signed and match is not None and all(1 <= joint <= n for joint in joints):
         row = np.zeros(n)
         for term in terms:
             row[int(term[3]) - 1] += float(term[2] or 1.0) * (-1.0 if term[1] == "-" else 1.0)
-        matrix[int(whole[1]) - 1] = row
-        if row[int(whole[1]) - 1] != 0.0 and np.isfinite(row).all():
+        matrix[int(match[1]) - 1] = row
+        if row[int(match[1]) - 1] != 0.0 and np.isfinite(row).all():
             return matrix
     raise UsageError(
         "this does not couple joints", where="--couple",
