@@ -223,7 +223,7 @@ def test_the_score_knows_no_unit(robot, good, factor, joint):
     second = changed.fit(changed.correction.with_torque(matrix))
     # Logarithms of squared residuals, each of some hundred.
     assert abs(first.score - second.score) < 1e-3 * max(abs(first.score), 1.0)
-    assert np.allclose(first.left, second.left, rtol=1e-4)
+    assert np.allclose(first.residuals, second.residuals, rtol=1e-4)
 
 
 def test_reversed_torques_are_noticed_in_products_alone(robot, good):

@@ -22,34 +22,36 @@ _MANY = 0.002
 QUANTITIES = ("position", "velocity", "acceleration", "time")
 
 
-def answer(found: Diagnosis) -> str:
+def answer(diagnosis: Diagnosis) -> str:
     """What is wrong, with the residual before and after and what to do; or that nothing needs explaining."""
-    texts = [_of_cause(found, found.causes[0])] if found.causes else []
-    texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in found.rivals]
-    texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in found.causes[1:]]
-    faults = [fault for fault in found.faults if fault.share > _MANY]
+    texts = [_of_cause(diagnosis, diagnosis.causes[0])] if diagnosis.causes else []
+    texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in diagnosis.rivals]
+    texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in diagnosis.causes[1:]]
+    faults = [fault for fault in diagnosis.faults if fault.share > _MANY]
     if faults:
-        texts.append(_of_faults(faults, found.arm.n_joints))
-    if found.causes:
+        texts.append(_of_faults(faults, diagnosis.arm.n_joints))
+    if diagnosis.causes:
         return " ".join(texts)
-    if not found.problem.moving:
+    if not diagnosis.problem.moving:
         return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
-    if not found.tells:
-        what = "There is too little motion to say anything: friction alone explains the torques as well."
-        return " ".join([what, *texts])
-    n = found.arm.n_joints
-    poor = [i for i in found.problem.moving if found.before.left[i] > found.problem.settings.left]
+    if not diagnosis.tells:
+        message = "There is too little motion to say anything: friction alone explains the torques as well."
+        return " ".join([message, *texts])
+    n = diagnosis.arm.n_joints
+    poor = [
+        i for i in diagnosis.problem.moving if diagnosis.before.residuals[i] > diagnosis.problem.settings.left
+    ]
     if poor:
-        left = ", ".join(percent(float(found.before.left[i])) for i in poor)
-        follows = dict(zip(range(n), what_remains_follows(found.problem), strict=True))
+        missed = ", ".join(percent(float(diagnosis.before.residuals[i])) for i in poor)
+        follows = dict(zip(range(n), what_remains_follows(diagnosis.problem), strict=True))
         words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
         joints = named_joints([i + 1 for i in poor], n)
         return " ".join(
-            [*texts, f"No cause found: {left} of the torque's RMS remains at {joints}; it follows {words}."]
+            [*texts, f"No cause found: {missed} of the torque's RMS remains at {joints}; it follows {words}."]
         )
     beginning = "Nothing else to explain" if faults else "Nothing to explain"
-    remains = f"{percent(found.before.remains)} of the torque's RMS remains."
-    torque_error = found.before.off
+    remains = f"{percent(diagnosis.before.remains)} of the torque's RMS remains."
+    torque_error = diagnosis.before.off
     if torque_error < _RIGHT:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
     return " ".join([*texts, f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"])
@@ -62,22 +64,22 @@ def advice(cause: Candidate) -> str:
     return f"{cause.remedy[0].upper()}{cause.remedy[1:]}."
 
 
-def _of_cause(found: Diagnosis, cause: Candidate) -> str:
+def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
     assert cause.fit is not None  # judged
-    before, after = percent(found.before.remains), percent(cause.fit.remains)
+    before, after = percent(diagnosis.before.remains), percent(cause.fit.remains)
     text = f"{cause.what}: {after} of the torque's RMS remains instead of {before}. {advice(cause)}"
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
 
 
 def _of_faults(faults: Sequence[Fault], n: int) -> str:
     first = faults[0]
-    more = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
-    others = f"; {named_joints(more, n)}, too" if more else ""
-    return f"{first.what}, not compared{others}. {first.remedy[0].upper()}{first.remedy[1:]}."
+    joints = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
+    further = f"; {named_joints(joints, n)}, too" if joints else ""
+    return f"{first.what}, not compared{further}. {first.remedy[0].upper()}{first.remedy[1:]}."
 
 
-def _begun(what: str) -> str:
-    return what[0].lower() + what[1:]
+def _begun(sentence: str) -> str:
+    return sentence[0].lower() + sentence[1:]
 
 
 def what_remains_follows(problem: Problem) -> list[str]:
@@ -86,9 +88,12 @@ def what_remains_follows(problem: Problem) -> list[str]:
     measured, model = problem.torques()
     out = []
     for i in range(problem.n):
-        left = measured[:, i] - model[:, i]
-        known = np.isfinite(left)
-        shares = [_share(x[known], left[known]) for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)]
+        residual = measured[:, i] - model[:, i]
+        is_measured = np.isfinite(residual)
+        shares = [
+            _share(x[is_measured], residual[is_measured])
+            for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)
+        ]
         out.append(QUANTITIES[int(np.argmax(shares))] if max(shares) > _FOLLOWS else "")
     return out
 

@@ -60,9 +60,9 @@ class Correction:
 
     def at(self, chosen: Array) -> Correction:
         """The same for some of the samples."""
-        left = None if self.left_out is None else self.left_out[chosen]
-        added = tuple(Added(one.columns[:, chosen], one.sizes) for one in self.added)
-        return replace(self, left_out=left, added=added)
+        left_out = None if self.left_out is None else self.left_out[chosen]
+        added = tuple(Added(unknowns.columns[:, chosen], unknowns.sizes) for unknowns in self.added)
+        return replace(self, left_out=left_out, added=added)
 
     @property
     def mixes(self) -> bool:
@@ -75,15 +75,15 @@ class Correction:
         slowest = np.where(np.isfinite(samples.slowest), samples.slowest, 0.0) @ np.abs(self.position).T
         q, qd, qdd = q @ self.position.T + self.offset, qd @ self.position.T, qdd @ self.position.T
         # `slowest` is the velocity of a sample that counts; its last digits may round either way.
-        way = np.where(np.abs(qd) >= (1.0 - 1e-9) * slowest, np.sign(qd), 0.0)
-        return q, qd / self.pace, qdd / self.pace**2, way
+        direction = np.where(np.abs(qd) >= (1.0 - 1e-9) * slowest, np.sign(qd), 0.0)
+        return q, qd / self.pace, qdd / self.pace**2, direction
 
-    def counts(self, samples: Samples, way: FloatArray) -> Array:
+    def counts(self, samples: Samples, direction: FloatArray) -> Array:
         """Samples of joints that are compared, (N, n)."""
-        own = samples.counts
+        is_usable = samples.counts
         if (np.count_nonzero(self.position, axis=1) == 1).all():
-            own = own[:, np.abs(self.position).argmax(axis=1)]
-        counts = own & (way != 0.0)
+            is_usable = is_usable[:, np.abs(self.position).argmax(axis=1)]
+        counts = is_usable & (direction != 0.0)
         return counts if self.left_out is None else counts & ~self.left_out
 
     @property

@@ -74,8 +74,8 @@ class Diagnosis:
     tells: bool
 
     def __repr__(self) -> str:
-        found = ", ".join(cause.name for cause in self.causes) or "no cause"
-        return f"Diagnosis({self.arm.name!r}, {found})"
+        names = ", ".join(cause.name for cause in self.causes) or "no cause"
+        return f"Diagnosis({self.arm.name!r}, {names})"
 
     @property
     def cause(self) -> Candidate | None:
@@ -155,20 +155,26 @@ def diagnose(
     ranking = _ranked(problem) if thorough or not tells or is_left(problem.null, settings) else []
     causes: list[Candidate] = []
     rivals: list[Candidate] = []
-    at, ranked = problem, ranking
+    corrected, ranked = problem, ranking
     while ranked and is_clear(ranked[0], settings) and len(causes) < settings.causes:
         best = ranked[0]
         causes.append(best)
         if len(causes) == 1:
             rivals = [
-                one
-                for one in ranked[1:]
-                if one.fall > best.fall - settings.alike and is_clear(one, settings) and one.name != best.name
+                candidate
+                for candidate in ranked[1:]
+                if candidate.fall > best.fall - settings.alike
+                and is_clear(candidate, settings)
+                and candidate.name != best.name
             ]
-        at = Problem(problem.samples, best.correction, settings)
-        if not is_left(at.null, settings):
+        corrected = Problem(problem.samples, best.correction, settings)
+        if not is_left(corrected.null, settings):
             break
-        ranked = [one for one in _ranked(at) if one.name not in {cause.name for cause in causes}]
+        ranked = [
+            candidate
+            for candidate in _ranked(corrected)
+            if candidate.name not in {cause.name for cause in causes}
+        ]
     return Diagnosis(
         arm=arm,
         logs=tuple(motion.name for motion in motions),
@@ -177,9 +183,9 @@ def diagnose(
         ranking=tuple(ranking),
         faults=tuple(faults),
         before=problem.null,
-        after=at.null,
+        after=corrected.null,
         problem=problem,
-        corrected=at,
+        corrected=corrected,
         tells=bool(causes) or tells,
     )
 
@@ -192,19 +198,23 @@ def is_clear(cause: Candidate, settings: Settings) -> bool:
 
 def is_left(fit: Fit, settings: Settings) -> bool:
     """Whether more is to be explained than a file is usually off by."""
-    return fit.changed > settings.changed or bool(np.nanmax(fit.left, initial=0.0) > settings.left)
+    return fit.changed > settings.changed or bool(np.nanmax(fit.residuals, initial=0.0) > settings.left)
 
 
 def _ranked(problem: Problem) -> list[Candidate]:
     """Causes, the best first; of those about as good as the best, one of fewer numbers comes first."""
-    found = [one for hypothesis in HYPOTHESES for one in hypothesis.judged(problem)]
-    found.sort(key=lambda one: -one.fall)
-    if found:
-        alike = [one for one in found if one.fall > found[0].fall - problem.settings.known]
-        simplest = min(alike, key=lambda one: one.numbers)
-        found.remove(simplest)
-        found.insert(0, simplest)
-    return found
+    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
+    candidates.sort(key=lambda candidate: -candidate.fall)
+    if candidates:
+        alike = [
+            candidate
+            for candidate in candidates
+            if candidate.fall > candidates[0].fall - problem.settings.known
+        ]
+        simplest = min(alike, key=lambda candidate: candidate.numbers)
+        candidates.remove(simplest)
+        candidates.insert(0, simplest)
+    return candidates
 
 
 def _tells(problem: Problem) -> bool:

@@ -52,30 +52,30 @@ class Equations:
     shared: int  # columns that all joints share
     n_joints: int
     # Fitted equations without a joint's own numbers, by joint and which of these are free
-    kept: dict[tuple[int, tuple[bool, ...]], Eliminated] = field(default_factory=dict)
+    eliminated: dict[tuple[int, tuple[bool, ...]], Eliminated] = field(default_factory=dict)
 
     @property
-    def both(self) -> FloatArray:
+    def total(self) -> FloatArray:
         """Over all samples."""
         return self.fitted + self.scored
 
     def without_own(self, joint: int, free: tuple[bool, ...]) -> Eliminated:
         """Eliminate a joint's own numbers, of which some are held at 0."""
         key = (joint, free)
-        if key not in self.kept:
+        if key not in self.eliminated:
             sums, shared = self.fitted[joint], self.shared
             places = shared + np.flatnonzero(free)
-            own = sums[np.ix_(places, places)]
-            scale = np.sqrt(np.diag(own))
+            products = sums[np.ix_(places, places)]
+            scale = np.sqrt(np.diag(products))
             scale[scale == 0.0] = 1.0
             outer = np.outer(scale, scale)
             inverse = np.zeros((OWN, OWN))
-            some = np.ix_(np.flatnonzero(free), np.flatnonzero(free))
-            inverse[some] = np.linalg.inv(own / outer + _TINY * np.eye(len(places))) / outer
+            free_block = np.ix_(np.flatnonzero(free), np.flatnonzero(free))
+            inverse[free_block] = np.linalg.inv(products / outer + _TINY * np.eye(len(places))) / outer
             across = sums[shared : shared + OWN, :shared]
             follows = inverse @ across
-            self.kept[key] = Eliminated(sums[:shared, :shared] - across.T @ follows, inverse, follows)
-        return self.kept[key]
+            self.eliminated[key] = Eliminated(sums[:shared, :shared] - across.T @ follows, inverse, follows)
+        return self.eliminated[key]
 
 
 @lru_cache(maxsize=16)
@@ -103,19 +103,19 @@ def file_errors(arm: RobotArm, settings: Settings) -> FloatArray:
     out = np.zeros((arm.n_joints, len(PARAMETERS), len(PARAMETERS)))
     for i, link in enumerate(arm.links):
         mass, com = link.mass, link.com
-        none = np.zeros((3, 3))
+        zeros = np.zeros((3, 3))
         out[i, :, 0] = settings.mass * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
         for axis in range(3):
             moved = np.zeros(3)
             moved[axis] = settings.lever * abs(com[axis]) + settings.lever_m
             # Of (com + moved) less that of com, to first order.
-            both = np.outer(com, moved) + np.outer(moved, com)
-            steiner = mass * (np.trace(both) * np.eye(3) - both)
+            products = np.outer(com, moved) + np.outer(moved, com)
+            steiner = mass * (np.trace(products) * np.eye(3) - products)
             out[i, :, 1 + axis] = inertial_parameters(0.0, mass * moved, steiner)
         least = mass * (_NARROW * arm.reach) ** 2
         moments = np.maximum(np.diag(link.inertia_com), least)
         for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-            tensor = none.copy()
+            tensor = zeros.copy()
             tensor[a, b] = tensor[b, a] = settings.inertia * np.sqrt(moments[a] * moments[b])
             out[i, :, 4 + k] = inertial_parameters(0.0, np.zeros(3), tensor)
     return out
@@ -129,27 +129,29 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
 def columns_of(samples: Samples, correction: Correction, settings: Settings) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
-    q, qd, qdd, way = correction.states(samples)
+    q, qd, qdd, direction = correction.states(samples)
     per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
     act = errors_that_act(arm, settings)
     # The file's torque is one more column.
     numbers = np.concatenate([act, parameters_of(arm)[:, :, None]], axis=2).reshape(-1, act.shape[2] + 1)
     torques = np.swapaxes(per_unit.reshape(n, -1, len(q)), 1, 2) @ numbers
     links, file = torques[:, :, :-1], torques[:, :, -1]
-    added = [one.columns * one.sizes for one in correction.added]
-    own = np.stack([qdd.T, way.T, qd.T, np.ones((n, len(q)))], axis=2)
+    added = [unknowns.columns * unknowns.sizes for unknowns in correction.added]
+    joint_columns = np.stack([qdd.T, direction.T, qd.T, np.ones((n, len(q)))], axis=2)
     torque = np.broadcast_to(samples.torque, (n, *samples.torque.shape))
-    columns = np.concatenate([links, *added, own, file[:, :, None], torque], axis=2)
-    shared = links.shape[2] + sum(one.shape[2] for one in added)
-    return columns, correction.counts(samples, way), shared
+    columns = np.concatenate([links, *added, joint_columns, file[:, :, None], torque], axis=2)
+    shared = links.shape[2] + sum(block.shape[2] for block in added)
+    return columns, correction.counts(samples, direction), shared
 
 
 def equations_of(samples: Samples, correction: Correction, settings: Settings) -> Equations:
     """Equations of the corrected samples."""
     columns, counts, shared = columns_of(samples, correction, settings)
     sums = []
-    for which in (~samples.scored, samples.scored):
-        some = columns[:, which] * counts[which].T[:, :, None]
-        sums.append(np.swapaxes(some, 1, 2) @ some)
-    held = np.array([counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float)
-    return Equations(sums[0], sums[1], held, shared, samples.arm.n_joints)
+    for is_chosen in (~samples.scored, samples.scored):
+        weighted = columns[:, is_chosen] * counts[is_chosen].T[:, :, None]
+        sums.append(np.swapaxes(weighted, 1, 2) @ weighted)
+    counts_by_part = np.array(
+        [counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float
+    )
+    return Equations(sums[0], sums[1], counts_by_part, shared, samples.arm.n_joints)

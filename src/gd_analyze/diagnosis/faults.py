@@ -40,7 +40,7 @@ class Fault:
 
 def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], list[Array]]:
     """Faults, and the readings that remain usable, (N, n) per log."""
-    found, usable = [], []
+    faults, usable = [], []
     for log in logs:
         recording = log.recording
         assert recording is not None  # callers check this
@@ -51,21 +51,21 @@ def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], l
             if moves.sum() < _FEWEST or not np.isfinite(recording.torque[:, i]).any():
                 continue
             for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
-                found.append(fault)
+                faults.append(fault)
                 good[:, i] &= ~_blurred(rows)
         usable.append(good)
-    return found, usable
+    return faults, usable
 
 
 def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
-    known = np.isfinite(torque)
-    who, while_moving = f"The torque of joint {joint + 1}", moves & known
+    is_finite = np.isfinite(torque)
+    name, while_moving = f"The torque of joint {joint + 1}", moves & is_finite
     values = torque[while_moving]
     if not len(values) or np.ptp(values) <= 1e-9 * np.abs(values).max(initial=0.0):
-        rest = "0" if not values.any() else "constant"
+        level = "0" if not values.any() else "constant"
         yield (
             Fault(
-                "dead column", joint, f"{who} is {rest} while it moves",
+                "dead column", joint, f"{name} is {level} while it moves",
                 f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out", 1.0,
             ),
             np.ones(len(torque), dtype=bool),
@@ -80,7 +80,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         ends = ", ".join(number(float(end)) for end in (bottom, top) if (clipped & (torque == end)).any())
         yield (
             Fault(
-                "clipped torque", joint, f"{who} is clipped at {ends} in {percent(share)} of its readings",
+                "clipped torque", joint, f"{name} is clipped at {ends} in {percent(share)} of its readings",
                 "record with a wider range, or more slowly; identify with what is not clipped", share,
             ),
             at_end,
@@ -90,7 +90,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         begin, end = log.time[np.flatnonzero(frozen)[[0, -1]]].tolist()
         yield (
             Fault(
-                "frozen column", joint, f"{who} is frozen from {number(begin)} to {number(end)} s",
+                "frozen column", joint, f"{name} is frozen from {number(begin)} to {number(end)} s",
                 f"leave these rows out, {number(begin)} to {number(end)} s", float(frozen.mean()),
             ),
             frozen,
@@ -101,7 +101,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
         yield (
             Fault(
-                "spikes", joint, f"{who} jumps away and back {int(spikes.sum())} times (first at {times} s)",
+                "spikes", joint, f"{name} jumps away and back {int(spikes.sum())} times (first at {times} s)",
                 "leave these rows out, or log without lost messages", share,
             ),
             spikes,
@@ -117,14 +117,14 @@ def _runs(values: FloatArray) -> Array:
 
 def _spikes(values: FloatArray) -> Array:
     """Readings far from their neighbours on both sides."""
-    known = np.nan_to_num(values, nan=float(np.nanmedian(values)))
-    padded = np.pad(known, 2, mode="edge")
+    filled = np.nan_to_num(values, nan=float(np.nanmedian(values)))
+    padded = np.pad(filled, 2, mode="edge")
     around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
-    apart = np.abs(known - around)
+    deviation = np.abs(filled - around)
     # Readings of few values, and slow ones, are equal to their median: a typical difference is more than 0.
-    usual = max(float(np.quantile(apart, 0.9)), float(np.mean(np.abs(np.diff(known)))), 1e-12)
+    usual = max(float(np.quantile(deviation, 0.9)), float(np.mean(np.abs(np.diff(filled)))), 1e-12)
     size = float(np.sqrt(np.mean((around - around.mean()) ** 2)))
-    return apart > max(_SPIKE * usual, _HARMLESS * size)
+    return deviation > max(_SPIKE * usual, _HARMLESS * size)
 
 
 def _blurred(rows: Array) -> Array:

@@ -29,11 +29,11 @@ class Fit:
 
     score: float  # J without the cost of numbers
     unexplained: float  # J above that of residuals of 0
-    left: FloatArray  # r by joint, (n,)
+    residuals: FloatArray  # r by joint, (n,)
     changed: float  # squared changes of the links and of what was added, in standard deviations
     off: float  # torque of the links' changes over the file's torque, as RMS
     shared: FloatArray  # numbers of links and of what was added, in standard deviations
-    own: FloatArray  # drive inertia, friction and offset, (n, 4)
+    joint_numbers: FloatArray  # drive inertia, friction and offset, (n, 4)
 
     @classmethod
     def of_nothing(cls, n: int) -> Fit:
@@ -43,8 +43,8 @@ class Fit:
     @property
     def remains(self) -> float:
         """What remains of all joints, as a share of torque: quadratic mean."""
-        known = self.left[np.isfinite(self.left)]
-        return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
+        residuals = self.residuals[np.isfinite(self.residuals)]
+        return float(np.sqrt(np.mean(residuals**2))) if len(residuals) else np.nan
 
 
 def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
@@ -56,60 +56,69 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
     wanted = np.concatenate([-np.ones((n, 1)), torque], axis=1)
     target = np.einsum("icd,id->ic", equations.fitted[:, :, end:], wanted)
     square = np.einsum("id,idc,ic->i", wanted, equations.fitted[:, end:, end:], wanted)
-    every = np.einsum("id,ide,ie->i", torque, equations.both[:, end + 1 :, end + 1 :], torque)
-    size = every / np.maximum(equations.counts.sum(axis=0), 1.0)
+    torque_squares = np.einsum("id,ide,ie->i", torque, equations.total[:, end + 1 :, end + 1 :], torque)
+    size = torque_squares / np.maximum(equations.counts.sum(axis=0), 1.0)
     least = settings.floor**2 * size + np.finfo(float).tiny
     weight = np.minimum(settings.evidence, equations.counts.sum(axis=0) / settings.samples_each) * used
     free = [(True,) * OWN] * n
     noise = np.maximum(_BEGIN * size, least)
     changes: FloatArray = np.zeros(shared)
-    own: FloatArray = np.zeros((n, OWN))
+    joint_numbers: FloatArray = np.zeros((n, OWN))
     joints = np.flatnonzero(used).tolist()
     for _ in range(_ROUNDS):
         before = noise
         normal, right = np.eye(shared), np.zeros(shared)
         for i in joints:
-            kept = equations.without_own(i, free[i])
+            eliminated = equations.without_own(i, free[i])
             factor = weight[i] / (noise[i] * equations.counts[0, i])
-            normal += factor * kept.normal
-            right += factor * (target[i, :shared] - kept.follows.T @ target[i, shared:end])
+            normal += factor * eliminated.normal
+            right += factor * (target[i, :shared] - eliminated.follows.T @ target[i, shared:end])
         # Under a wrong hypothesis columns may be many times as large as the file's error.
         root = np.sqrt(np.diag(normal))
         scaled = normal / np.outer(root, root) + _ROUND_OFF * np.eye(shared)
         changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
         for i in joints:
-            kept = equations.without_own(i, free[i])
-            own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
-            if (own[i, :-1] < 0.0).any():
-                free[i] = (*(bool(held) for held in (own[i, :-1] >= 0.0) & free[i][:-1]), True)
-                kept = equations.without_own(i, free[i])
-                own[i] = kept.inverse @ target[i, shared:end] - kept.follows @ changes
-        mean = _squares(equations.fitted, square, target, changes, own) / np.maximum(equations.counts[0], 1.0)
+            eliminated = equations.without_own(i, free[i])
+            joint_numbers[i] = eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
+            if (joint_numbers[i, :-1] < 0.0).any():
+                is_free = (joint_numbers[i, :-1] >= 0.0) & free[i][:-1]
+                free[i] = (*is_free.tolist(), True)
+                eliminated = equations.without_own(i, free[i])
+                joint_numbers[i] = eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
+        squares = _squares(equations.fitted, square, target, changes, joint_numbers)
+        mean = squares / np.maximum(equations.counts[0], 1.0)
         noise = mean + least
         if (np.abs(noise - before) < _SETTLED * before)[used].all():
             break
     square = np.einsum("id,idc,ic->i", wanted, equations.scored[:, end:, end:], wanted)
     target = np.einsum("icd,id->ic", equations.scored[:, :, end:], wanted)
-    mean = _squares(equations.scored, square, target, changes, own) / np.maximum(equations.counts[1], 1.0)
+    squares = _squares(equations.scored, square, target, changes, joint_numbers)
+    mean = squares / np.maximum(equations.counts[1], 1.0)
     # Torques are measured in units of those logged, so that no unit matters.
-    logged = np.einsum("ijj->ij", equations.both[:, end + 1 :, end + 1 :])[np.arange(n), np.arange(n)]
+    logged = np.einsum("ijj->ij", equations.total[:, end + 1 :, end + 1 :])[np.arange(n), np.arange(n)]
     unit = np.where(used, logged / np.maximum(equations.counts.sum(axis=0), 1.0), 1.0) + np.finfo(float).tiny
     score = float((weight * np.log((mean + least) / unit))[used].sum())
     score -= _density(torque, weight, used) - float(changes @ changes)
     with np.errstate(divide="ignore", invalid="ignore"):
-        left = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
+        residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
     return Fit(
-        score, unexplained, left, float(changes @ changes), _off(equations, changes, used), changes, own
+        score,
+        unexplained,
+        residuals,
+        float(changes @ changes),
+        _off(equations, changes, used),
+        changes,
+        joint_numbers,
     )
 
 
 def _squares(
-    sums: FloatArray, square: FloatArray, target: FloatArray, changes: FloatArray, own: FloatArray
+    sums: FloatArray, square: FloatArray, target: FloatArray, changes: FloatArray, joint_numbers: FloatArray
 ) -> FloatArray:
     """Squared residuals of every joint, (n,)."""
-    n, end = len(own), len(changes) + OWN
-    values = np.concatenate([np.broadcast_to(changes, (n, len(changes))), own], axis=1)
+    n, end = len(joint_numbers), len(changes) + OWN
+    values = np.concatenate([np.broadcast_to(changes, (n, len(changes))), joint_numbers], axis=1)
     quadratic = np.einsum("ic,ic->i", (sums[:, :end, :end] @ values[:, :, None])[:, :, 0], values)
     linear = np.einsum("ic,ic->i", target[:, :end], values)
     return np.maximum(quadratic - 2.0 * linear + square, 0.0)
@@ -119,17 +128,17 @@ def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
     """Logarithm of the factor by which multiplication makes all torques denser, squared, weighted."""
     if not used.any():
         return 0.0
-    some = torque[np.ix_(used, used)]
-    if np.count_nonzero(some) == np.count_nonzero(np.diag(some)):
-        return float(weight[used] @ np.log(np.maximum(np.diag(some) ** 2, 1e-300)))
-    sign, log = np.linalg.slogdet(some)
+    block = torque[np.ix_(used, used)]
+    if np.count_nonzero(block) == np.count_nonzero(np.diag(block)):
+        return float(weight[used] @ np.log(np.maximum(np.diag(block) ** 2, 1e-300)))
+    sign, log = np.linalg.slogdet(block)
     return float(2.0 * weight[used].mean() * log) if sign else 0.0
 
 
 def _off(equations: Equations, changes: FloatArray, used: Array) -> float:
     shared = equations.shared
-    file = equations.both[used, shared + OWN, shared + OWN]
-    moved = (equations.both[used][:, :shared, :shared] @ changes) @ changes
+    file = equations.total[used, shared + OWN, shared + OWN]
+    moved = (equations.total[used][:, :shared, :shared] @ changes) @ changes
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.sqrt(np.sum(moved / equations.counts.sum(axis=0)[used])
                              / np.sum(file / equations.counts.sum(axis=0)[used])))  # fmt: skip

@@ -29,7 +29,7 @@ class Problem:
     samples: Samples
     correction: Correction
     settings: Settings
-    kept: OrderedDict[tuple[object, ...], Equations] = field(default_factory=OrderedDict)
+    equations: OrderedDict[tuple[object, ...], Equations] = field(default_factory=OrderedDict)
 
     @property
     def arm(self) -> RobotArm:
@@ -49,17 +49,18 @@ class Problem:
     @cached_property
     def moving(self) -> list[int]:
         """Joints, from 0, that are compared."""
-        some = bool(self.samples.counts.any())
-        return np.flatnonzero(np.isfinite(self.null.left)).tolist() if some else []
+        if not self.samples.counts.any():
+            return []
+        return np.flatnonzero(np.isfinite(self.null.residuals)).tolist()
 
     @cached_property
     def rough(self) -> Problem:
         """The same with fewer samples, for a search."""
-        every = len(self.samples)
-        step = max(every // self.settings.samples_of_search, 1)
+        count = len(self.samples)
+        step = max(count // self.settings.samples_of_search, 1)
         if step == 1:
             return self
-        chosen = np.zeros(every, dtype=bool)
+        chosen = np.zeros(count, dtype=bool)
         chosen[step // 2 :: step] = True
         fewest = max(self.settings.fewest // step, 4)
         return Problem(
@@ -69,19 +70,19 @@ class Problem:
     def fit(self, correction: Correction) -> Fit:
         """Fit file and friction to corrected logs."""
         key = correction.key
-        if key not in self.kept:
-            self.kept[key] = equations_of(self.samples, correction, self.settings)
-            while len(self.kept) > _KEPT:
-                self.kept.popitem(last=False)
-        self.kept.move_to_end(key)
-        return fitted(self.kept[key], correction.torque, self.settings)
+        if key not in self.equations:
+            self.equations[key] = equations_of(self.samples, correction, self.settings)
+            while len(self.equations) > _KEPT:
+                self.equations.popitem(last=False)
+        self.equations.move_to_end(key)
+        return fitted(self.equations[key], correction.torque, self.settings)
 
     def torques(self) -> tuple[FloatArray, FloatArray]:
         """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
         columns, counts, shared = columns_of(self.samples, self.correction, self.settings)
         fit, end = self.null, shared + OWN
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
-        model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.own)
+        model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)
         measured = self.samples.torque @ self.correction.torque.T
         return np.where(counts, measured, np.nan), np.where(counts, model.T, np.nan)
 
@@ -89,15 +90,15 @@ class Problem:
         """Score of a correction beside that of the null hypothesis at the same samples."""
         if not correction.mixes:
             return self.fit(correction).score - self.null.score
-        *_, way = correction.states(self.samples)
-        rests = ~correction.counts(self.samples, way)
+        *_, direction = correction.states(self.samples)
+        rests = ~correction.counts(self.samples, direction)
         alone = self.fit(self.correction.without(rests))
-        both = self.fit(correction.without(rests))
-        return both.score - alone.score
+        corrected = self.fit(correction.without(rests))
+        return corrected.score - alone.score
 
     def roughly(self, corrections: Iterable[Correction]) -> FloatArray:
         """Scores of corrections, judged by few samples."""
-        return np.array([self.rough.score(one.at(self._thinned)) for one in corrections])
+        return np.array([self.rough.score(correction.at(self._thinned)) for correction in corrections])
 
     def best(self, corrections: Sequence[Correction], most: int = 1) -> list[int]:
         """Places of the best corrections, judged by few samples."""
@@ -125,8 +126,8 @@ class Problem:
         def scored(x: float) -> float:
             return self.rough.score(correction(x).at(self._thinned))
 
-        found = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
-        return float(found.x)
+        minimum = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
+        return float(minimum.x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,11 +157,12 @@ class Hypothesis(ABC):
     def judged(self, problem: Problem) -> list[Candidate]:
         """Candidates with fit and fall of the score, the best first."""
         settings, out = problem.settings, []
-        for one in self.candidates(problem):
-            cost = settings.per_number * one.numbers + settings.per_alternative * np.log(one.alternatives)
-            fall = -(problem.score(one.correction) + cost)
-            out.append(replace(one, fit=problem.fit(one.correction), fall=float(fall)))
-        return sorted(out, key=lambda one: -one.fall)
+        for candidate in self.candidates(problem):
+            cost = settings.per_number * candidate.numbers
+            cost += settings.per_alternative * np.log(candidate.alternatives)
+            fall = -(problem.score(candidate.correction) + cost)
+            out.append(replace(candidate, fit=problem.fit(candidate.correction), fall=float(fall)))
+        return sorted(out, key=lambda candidate: -candidate.fall)
 
 
 def signs(n: int, joints: Iterable[int]) -> FloatArray:
@@ -175,7 +177,7 @@ def inverse(matrix: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
-def swapped(n: int, one: int, other: int) -> FloatArray:
+def swapped(n: int, i: int, j: int) -> FloatArray:
     """Matrix that exchanges two of n joints."""
     out = np.eye(n)
-    return out[[other if k == one else one if k == other else k for k in range(n)]]
+    return out[[j if k == i else i if k == j else k for k in range(n)]]

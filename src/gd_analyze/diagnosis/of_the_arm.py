@@ -36,35 +36,41 @@ class Gravity(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best of six directions and none; and any other direction if it is clearly better."""
-        own, file = problem.correction, problem.arm.gravity
+        correction, file = problem.correction, problem.arm.gravity
         size = float(np.linalg.norm(file))
         if size == 0.0:
             return
         down = file / size
         axes = [vector for axis in np.eye(3) for vector in (axis, -axis) if vector @ down < 0.9]
-        known = [(self._named(axis, down), size * axis) for axis in axes]
-        tried = [replace(own, gravity=g) for _, g in known]
-        scores = problem.roughly(tried)
+        directions = [(self._named(axis, down), size * axis) for axis in axes]
+        corrections = [replace(correction, gravity=g) for _, g in directions]
+        scores = problem.roughly(corrections)
         k = int(np.argmin(scores))
-        none = replace(own, gravity=np.zeros(3))
+        weightless = replace(correction, gravity=np.zeros(3))
         yield Candidate(
             self.name,
             "Torques do not contain gravity: the controller compensates it",
             "--gravity 0,0,0",
-            none,
-            alternatives=len(known) + 1,
+            weightless,
+            alternatives=len(directions) + 1,
         )
-        what, g = known[k]
+        sentence, g = directions[k]
         leaning, score = self._leaning(problem, [down, g / size][: 1 + problem.helps(scores[k])], size)
-        if problem.score(tried[k]) < score + problem.settings.known:
-            yield Candidate(self.name, what, f"--gravity {vector(g)}", tried[k], alternatives=len(known) + 1)
+        if problem.score(corrections[k]) < score + problem.settings.known:
+            yield Candidate(
+                self.name,
+                sentence,
+                f"--gravity {vector(g)}",
+                corrections[k],
+                alternatives=len(directions) + 1,
+            )
         else:
             tilt = np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0)))
             yield Candidate(
                 self.name,
                 f"The arm's base is tilted by {number(float(tilt))} degrees",
                 f"--gravity {vector(leaning)}",
-                replace(own, gravity=leaning),
+                replace(correction, gravity=leaning),
                 numbers=2,
             )
 
@@ -79,12 +85,16 @@ class Gravity(Hypothesis):
         for begin in begins:
             across = np.linalg.svd(begin[None])[2][1:]
 
-            def made(x: FloatArray, begin: FloatArray = begin, across: FloatArray = across) -> FloatArray:
+            def gravity_along(
+                x: FloatArray, begin: FloatArray = begin, across: FloatArray = across
+            ) -> FloatArray:
                 turned = begin + x @ across
                 return np.asarray(size * turned / np.linalg.norm(turned))
 
-            def score(x: FloatArray, made=made) -> float:  # type: ignore[no-untyped-def]
-                return problem.rough.score(replace(problem.correction, gravity=made(x)).at(problem._thinned))
+            def score(x: FloatArray, gravity_along=gravity_along) -> float:  # type: ignore[no-untyped-def]
+                return problem.rough.score(
+                    replace(problem.correction, gravity=gravity_along(x)).at(problem._thinned)
+                )
 
             x, width = np.zeros(2), 0.35
             now = score(x)
@@ -96,7 +106,7 @@ class Gravity(Hypothesis):
                 else:
                     width /= 2.5
             if now < best[0]:
-                best = now, made(x)
+                best = now, gravity_along(x)
         return best[1], problem.score(replace(problem.correction, gravity=best[1]))
 
 
@@ -134,15 +144,15 @@ class Payload(Hypothesis):
         if mass > 0.0:
             tip = problem.arm.tip_frame
             local = tip.rotation.T @ (place - tip.translation)
-            what = f"The arm carries {number(mass)} kg that its file lacks"
+            sentence = f"The arm carries {number(mass)} kg that its file lacks"
             remedy = f"--payload {mass:.3g},{vector(local)}"
         else:
-            what = f"The file carries {number(-mass)} kg at its end that the robot did not"
+            sentence = f"The file carries {number(-mass)} kg at its end that the robot did not"
             remedy = f"take {number(-mass)} kg off the file's last link, or leave out its hand"
             if problem.arm.links[-1].bare is not None:
                 remedy = "leave out --payload"
         yield Candidate(
-            self.name, what, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
+            self.name, sentence, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
         )
 
 
@@ -170,7 +180,7 @@ class ChangeInTime(Hypothesis):
             after = (order >= place).astype(float)
             return problem.correction.with_added(Added(kind.columns * after[:, None], kind.sizes))
 
-        for kind, numbers, what in (
+        for kind, numbers, sentence in (
             (load, 5, "The load changes"),
             (offsets, n + 1, "Torques change by an offset"),
         ):
@@ -187,7 +197,7 @@ class ChangeInTime(Hypothesis):
             when = f"{number(float(at))} s"
             yield Candidate(
                 self.name,
-                f"{what} at {when}",
+                f"{sentence} at {when}",
                 f"split the log at {when}, and diagnose its parts",
                 changed(place, kind),
                 numbers=numbers,

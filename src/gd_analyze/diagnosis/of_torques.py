@@ -37,30 +37,34 @@ class TorqueSign(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """All; and the best set of some, if there is one."""
-        n, own = problem.n, problem.correction
-        every = list(range(n))
+        n, correction = problem.n, problem.correction
+        joints = list(range(n))
         yield Candidate(
-            self.name, "All torques are reversed", "--torque-sign -1", own.with_torque(signs(n, every))
+            self.name,
+            "All torques are reversed",
+            "--torque-sign -1",
+            correction.with_torque(signs(n, joints)),
         )
         chosen: list[int] = []
         best = 0.0
         while len(chosen) < len(problem.moving):
-            rest = [i for i in problem.moving if i not in chosen]
-            scores = [problem.score(own.with_torque(signs(n, [*chosen, i]))) for i in rest]
+            remaining = [i for i in problem.moving if i not in chosen]
+            scores = [problem.score(correction.with_torque(signs(n, [*chosen, i]))) for i in remaining]
             if min(scores) > best - 10.0 and chosen:
                 break
             best = min(scores)
-            chosen.append(rest[int(np.argmin(scores))])
+            chosen.append(remaining[int(np.argmin(scores))])
         if not chosen or len(chosen) == len(problem.moving):
             return
         words = ",".join("-1" if i in chosen else "1" for i in range(n))
-        joints = " and ".join(str(i + 1) for i in sorted(chosen))
-        what = f"The torque{'s' * (len(chosen) > 1)} of joint{'s' * (len(chosen) > 1)} {joints}"
+        numbers = " and ".join(str(i + 1) for i in sorted(chosen))
+        plural = len(chosen) > 1
+        subject = f"The torques of joints {numbers} are" if plural else f"The torque of joint {numbers} is"
         yield Candidate(
             self.name,
-            f"{what} {'are' if len(chosen) > 1 else 'is'} reversed",
+            f"{subject} reversed",
             f"--torque-sign {words}",
-            own.with_torque(signs(n, chosen)),
+            correction.with_torque(signs(n, chosen)),
             alternatives=n ** len(chosen),
         )
 
@@ -72,31 +76,31 @@ class TorqueScale(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one where it is clearly better."""
-        n, own = problem.n, problem.correction
+        n, correction = problem.n, problem.correction
 
         def score(logarithm: float) -> float:
-            return problem.score(own.with_torque(np.exp(logarithm) * np.eye(n)))
+            return problem.score(correction.with_torque(np.exp(logarithm) * np.eye(n)))
 
-        known = {factor: score(np.log(factor)) for factor in FACTORS}
-        unit = min(known, key=lambda factor: known[factor])
+        scores = {factor: score(np.log(factor)) for factor in FACTORS}
+        unit = min(scores, key=lambda factor: scores[factor])
         free = float(np.exp(_least(score, np.log(_ratio_of(problem)))))
         cost = problem.settings.per_number
-        is_known = known[unit] < score(np.log(free)) + problem.settings.known - cost
+        is_known = scores[unit] < score(np.log(free)) + problem.settings.known - cost
         factor = unit if is_known else free
         if is_known:
-            what = (
+            sentence = (
                 f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
             )
         else:
             if 1.0 / _NOTICED < factor < _NOTICED:
                 return
             size = "small" if factor > 1 else "large"
-            what = f"All torques are too {size}: multiplied by {number(factor)} they fit"
+            sentence = f"All torques are too {size}: multiplied by {number(factor)} they fit"
         yield Candidate(
             self.name,
-            what,
+            sentence,
             f"--torque-constant {listed([factor] * n)}",
-            own.with_torque(factor * np.eye(n)),
+            correction.with_torque(factor * np.eye(n)),
             numbers=0 if is_known else 1,
             alternatives=len(FACTORS) if is_known else 1,
             unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's",
@@ -110,15 +114,15 @@ class JointScale(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """A factor of the joint for which it helps most; and factors of all."""
-        n, own = problem.n, problem.correction
+        n, correction = problem.n, problem.correction
 
-        def of(factors: FloatArray) -> float:
-            return problem.score(own.with_torque(np.diag(factors)))
+        def score_of(factors: FloatArray) -> float:
+            return problem.score(correction.with_torque(np.diag(factors)))
 
-        def apart(factors: FloatArray) -> float:
+        def deviation(factors: FloatArray) -> float:
             # Joints of which a log tells little have a factor like the others'.
-            some = np.log(factors[problem.moving])
-            return float(np.square((some - np.median(some)) / problem.settings.constants).sum())
+            logarithms = np.log(factors[problem.moving])
+            return float(np.square((logarithms - np.median(logarithms)) / problem.settings.constants).sum())
 
         ratios = np.array([_ratio_of(problem, i) for i in range(n)])
         best: dict[int, tuple[float, float]] = {}
@@ -127,7 +131,7 @@ class JointScale(Hypothesis):
             def score(logarithm: float, i: int = i) -> float:
                 factors = np.ones(n)
                 factors[i] = np.exp(logarithm)
-                return of(factors)
+                return score_of(factors)
 
             at = _least(score, float(np.log(ratios[i])))
             best[i] = score(at), float(np.exp(at))
@@ -141,7 +145,7 @@ class JointScale(Hypothesis):
                 f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
                 f"multiplied by {number(factor)} it fits",
                 f"--torque-constant {listed(factors.tolist())}",
-                own.with_torque(np.diag(factors)),
+                correction.with_torque(np.diag(factors)),
                 numbers=1,
                 alternatives=n,
                 unsure="the masses that this joint carries, if it is the first that is loaded",
@@ -155,7 +159,7 @@ class JointScale(Hypothesis):
                 def score_of_all(logarithm: float, i: int = i) -> float:
                     changed = logs.copy()
                     changed[i] = logarithm
-                    return of(np.exp(changed)) + apart(np.exp(changed))
+                    return score_of(np.exp(changed)) + deviation(np.exp(changed))
 
                 logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
         factors = np.exp(logs)
@@ -164,7 +168,7 @@ class JointScale(Hypothesis):
                 self.name,
                 f"Torques are currents, or before the gears: times {listed(factors.tolist())} they fit",
                 f"--torque-constant {listed(factors.tolist())}",
-                own.with_torque(np.diag(factors)),
+                correction.with_torque(np.diag(factors)),
                 numbers=len(problem.moving),
                 unsure="all masses are wrong by a common factor beside",
             )
@@ -172,27 +176,27 @@ class JointScale(Hypothesis):
 
 def _ratio_of(problem: Problem, joint: int | None = None) -> float:
     """File's torque over the measured one, friction in neither, as RMS: of a joint or of all."""
-    equations = problem.kept[problem.correction.key] if problem.null else None
+    equations = problem.equations[problem.correction.key] if problem.null else None
     assert equations is not None
-    shared, both = equations.shared, equations.both
+    shared, total = equations.shared, equations.total
     file = shared + 4
-    own = list(range(shared, file))
+    joint_columns = list(range(shared, file))
     squares = np.zeros(2)
     for i in problem.moving if joint is None else [joint]:
-        torque = np.zeros(both.shape[1])
+        torque = np.zeros(total.shape[1])
         torque[file + 1 :] = problem.correction.torque[i]
-        if not problem.null.left[i] >= 0.0:
+        if not problem.null.residuals[i] >= 0.0:
             return 1.0
-        sums = np.zeros((len(own) + 2, len(own) + 2))
-        basis = np.zeros((both.shape[1], len(own) + 2))
-        basis[own, range(len(own))] = 1.0
+        sums = np.zeros((len(joint_columns) + 2, len(joint_columns) + 2))
+        basis = np.zeros((total.shape[1], len(joint_columns) + 2))
+        basis[joint_columns, range(len(joint_columns))] = 1.0
         basis[file, -2], basis[:, -1] = 1.0, torque
-        sums = basis.T @ both[i] @ basis
+        sums = basis.T @ total[i] @ basis
         scale = np.sqrt(np.maximum(np.diag(sums), 1e-300))
         sums = sums / np.outer(scale, scale)
-        inner = sums[:-2, :-2] + 1e-9 * np.eye(len(own))
-        apart = sums[-2:, -2:] - sums[-2:, :-2] @ np.linalg.solve(inner, sums[:-2, -2:])
-        squares += np.maximum(np.diag(apart), 1e-12) * scale[-2:] ** 2
+        inner = sums[:-2, :-2] + 1e-9 * np.eye(len(joint_columns))
+        frictionless = sums[-2:, -2:] - sums[-2:, :-2] @ np.linalg.solve(inner, sums[:-2, -2:])
+        squares += np.maximum(np.diag(frictionless), 1e-12) * scale[-2:] ** 2
     ratio = float(np.sqrt(squares[0] / squares[1])) if squares.all() else 1.0
     return float(np.clip(ratio, 1e-7, 1e7))
 
@@ -201,10 +205,10 @@ def _least(score: Callable[[float], float], begin: float, width: float = 1.2) ->
     """Place of the least score near `begin`, of a logarithm."""
     from scipy.optimize import minimize_scalar
 
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         score, bounds=(begin - width, begin + width), method="bounded", options={"xatol": 0.02, "maxiter": 10}
     )
-    return float(found.x)
+    return float(minimum.x)
 
 
 class TorqueColumns(Hypothesis):
@@ -214,7 +218,7 @@ class TorqueColumns(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair that is swapped, the reversed order, and a shift by one."""
-        n, own = problem.n, problem.correction
+        n, correction = problem.n, problem.correction
         pairs = list(combinations(problem.moving, 2))
         orders = [
             (f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j)) for i, j in pairs
@@ -226,18 +230,18 @@ class TorqueColumns(Hypothesis):
                 ("The torques are one column late", np.roll(np.eye(n), -1, axis=0)),
                 ("The torques are one column early", np.roll(np.eye(n), 1, axis=0)),
             ]
-        for some in (orders, whole):
-            if not some:
+        for group in (orders, whole):
+            if not group:
                 continue
-            scores = [problem.score(own.with_torque(matrix)) for _, matrix in some]
-            what, matrix = some[int(np.argmin(scores))]
+            scores = [problem.score(correction.with_torque(matrix)) for _, matrix in group]
+            sentence, matrix = group[int(np.argmin(scores))]
             source = matrix.argmax(axis=1).tolist()
             yield Candidate(
                 self.name,
-                what,
+                sentence,
                 map_of_torques(problem, source),
-                own.with_torque(matrix),
-                alternatives=len(some),
+                correction.with_torque(matrix),
+                alternatives=len(group),
             )
 
 
@@ -248,24 +252,24 @@ class Lag(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best lag, unless it is below half a sample."""
-        own, step = problem.correction, problem.samples.step
-        if own.lag:
+        correction, step = problem.correction, problem.samples.step
+        if correction.lag:
             return
 
         sizes = np.array([max(0.015, step), max(0.05, 3.0 * step), max(0.15, 8.0 * step)])
         lags = np.concatenate([-sizes[::-1], [0.0], sizes])
-        scores = problem.roughly(replace(own, lag=float(lag)) for lag in lags)
+        scores = problem.roughly(replace(correction, lag=float(lag)) for lag in lags)
         place = int(np.argmin(scores))
         if not problem.helps(scores[place] - scores[len(sizes)]):
             return
         low, high = lags[max(place - 1, 0)], lags[min(place + 1, len(lags) - 1)]
-        lag = problem.along(lambda x: replace(own, lag=x), float(low), float(high), 10)
+        lag = problem.along(lambda x: replace(correction, lag=x), float(low), float(high), 10)
         if abs(lag) < 0.5 * step:
             return
         yield Candidate(
             self.name,
             f"Torques are {seconds(abs(lag))} {'late' if lag > 0 else 'early'}",
             f"--lag {seconds(lag).replace(' ', '')}",
-            replace(own, lag=lag),
+            replace(correction, lag=lag),
             numbers=1,
         )

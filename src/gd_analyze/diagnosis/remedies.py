@@ -35,11 +35,11 @@ def vector(values: FloatArray) -> str:
     return ",".join(f"{value + 0.0:.4g}" for value in np.round(values, 4))
 
 
-def couple(joint: int, other: int, factor: float) -> str:
+def couple(joint: int, neighbour: int, factor: float) -> str:
     """The option that adds another joint's variable, joints from 0."""
     sign = "+" if factor > 0 else "-"
     size = "" if abs(factor) == 1.0 else f"{abs(factor):g}*"
-    return f"--couple q{joint + 1}=q{joint + 1}{sign}{size}q{other + 1}"
+    return f"--couple q{joint + 1}=q{joint + 1}{sign}{size}q{neighbour + 1}"
 
 
 def map_of_torques(problem: Problem, source: Sequence[int]) -> str:
@@ -55,13 +55,13 @@ def map_of_joints(problem: Problem, source: Sequence[int]) -> str:
 def _mapped(problem: Problem, source: Sequence[int], roles: Sequence[str]) -> str:
     recording = problem.samples.logs[0].recording
     names = [joint.name for joint in problem.arm.joints]
-    columns = () if recording is None else recording.columns
-    held = {(str(use.role), use.joint): use.column for use in columns}
+    uses = () if recording is None else recording.columns
+    columns_by_role = {(str(use.role), use.joint): use.column for use in uses}
     options = [
-        f"--map {shlex.quote(f'{role}:{names[i]}={held[role, names[k]]}')}"
+        f"--map {shlex.quote(f'{role}:{names[i]}={columns_by_role[role, names[k]]}')}"
         for role in roles
         for i, k in enumerate(source)
-        if i != k and (role, names[k]) in held
+        if i != k and (role, names[k]) in columns_by_role
     ]
     if options:
         return " ".join(options)

@@ -43,10 +43,10 @@ class Samples:
         """States so many seconds earlier, between set points interpolated."""
         q, qd, qdd = (np.empty_like(self.q) for _ in range(3))
         for k, log in enumerate(self.logs):
-            own = self.log == k
+            is_of_log = self.log == k
             for out, values in ((q, log.q), (qd, log.qd), (qdd, log.qdd)):
                 for i in range(values.shape[1]):
-                    out[own, i] = np.interp(self.time[own] - lag, log.time, values[:, i])
+                    out[is_of_log, i] = np.interp(self.time[is_of_log] - lag, log.time, values[:, i])
         return q, qd, qdd
 
     @property
@@ -77,18 +77,18 @@ def samples_of(
     for log, good in zip(logs, usable, strict=True):
         ways = np.column_stack([direction(log, i, float(fastest[i])) for i in range(n)])
         moving.append((ways != 0.0) & good & np.isfinite(filtered_torque(log)))
-    total = sum(int(each.any(axis=1).sum()) for each in moving)
+    total = sum(int(moves.any(axis=1).sum()) for moves in moving)
     parts: dict[str, list[FloatArray]] = {name: [] for name in _BY_SAMPLE}
     slowest = np.full(n, np.inf)
     for k, (log, moves) in enumerate(zip(logs, moving, strict=True)):
-        some = np.flatnonzero(moves.any(axis=1))
-        some = some[evenly(len(some), max(round(settings.samples * len(some) / max(total, 1)), 1))]
-        place = np.arange(len(some)) * settings.stretches // max(len(some), 1)
-        torque = filtered_torque(log)[some]
+        rows = np.flatnonzero(moves.any(axis=1))
+        rows = rows[evenly(len(rows), max(round(settings.samples * len(rows) / max(total, 1)), 1))]
+        place = np.arange(len(rows)) * settings.stretches // max(len(rows), 1)
+        torque = filtered_torque(log)[rows]
         values = {
-            "log": np.full(len(some), k), "row": some, "time": log.time[some], "q": log.q[some],
-            "qd": log.qd[some], "qdd": log.qdd[some], "torque": np.nan_to_num(torque),
-            "counts": moves[some], "scored": place % 2 == 1,
+            "log": np.full(len(rows), k), "row": rows, "time": log.time[rows], "q": log.q[rows],
+            "qd": log.qd[rows], "qdd": log.qdd[rows], "torque": np.nan_to_num(torque),
+            "counts": moves[rows], "scored": place % 2 == 1,
         }  # fmt: skip
         for name, array in values.items():
             parts[name].append(array)
@@ -97,7 +97,7 @@ def samples_of(
     joined = {name: np.concatenate(arrays) for name, arrays in parts.items()}
     samples = Samples(arm, tuple(logs), slowest=slowest, **joined)
     enough = [
-        min((samples.counts[samples.scored == which]).sum(axis=0)[i] for which in (False, True))
+        min((samples.counts[samples.scored == is_scored]).sum(axis=0)[i] for is_scored in (False, True))
         >= settings.fewest
         for i in range(n)
     ]

@@ -46,8 +46,8 @@ def _joints(found: Diagnosis) -> Table:
     follows = what_remains_follows(found.corrected) if is_compared else [""] * found.arm.n_joints
     columns = (
         *joint_columns(found.arm.joints),
-        Column("before", "remains", found.before.left, shown="percent"),
-        Column("after", "with the causes", found.after.left, shown="percent"),
+        Column("before", "remains", found.before.residuals, shown="percent"),
+        Column("after", "with the causes", found.after.residuals, shown="percent"),
         Column("follows", "which follows", follows, shown="text"),
     )
     note = (
@@ -109,7 +109,7 @@ def _figures(found: Diagnosis) -> Iterator[Section]:
     joints = found.problem.moving
     if not joints:
         return
-    left = np.nan_to_num(found.before.left)
+    left = np.nan_to_num(found.before.residuals)
     worst = int(np.argmax(left))
     name = joint_label(found.arm.joints, worst, 150.0)
     drawings = [
