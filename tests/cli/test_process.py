@@ -258,7 +258,18 @@ def test_errors_are_wrapped_on_a_terminal_only(on_terminal, process):
     assert plain.split() == piped.split()
 
 
-VERBS = ["report", "arms", "columns", "identify", "plan", "figures", "simplify", "rank", "trade-off"]
+VERBS = [
+    "report",
+    "arms",
+    "columns",
+    "diagnose",
+    "identify",
+    "plan",
+    "figures",
+    "simplify",
+    "rank",
+    "trade-off",
+]
 VERBS += [
     "sweep",
     "batch",
