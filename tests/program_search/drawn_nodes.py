@@ -30,7 +30,7 @@ def _base() -> Program:
     return Program.of(trace, [qd1 * qd2 + cos_1 * qdd1 * cos_12, sin_1 * qdd2 + sin_12 + q2 * qdd1])
 
 
-LAYOUT = guarded_layout(Layout.of([_base()], PRICE))
+LAYOUT = guarded_layout(Layout.of(_base(), PRICE))
 FIRST = LAYOUT.about.degree.size
 _DEGREES = LAYOUT.about.degree.tolist()
 # Most factors of a summand that is written out: values stay within some powers of ten.
@@ -240,9 +240,9 @@ def scratch_of(
     nodes: Nodes, inputs: dict[str, FloatArray], targets: FloatArray, scale: FloatArray, few: int
 ) -> tuple[Any, Any]:
     """Memory of a search from a program, of which the first states are the few, and all states as sample."""
-    laid = Layout(LAYOUT.trace, LAYOUT.leaves, LAYOUT.about, (nodes,))
+    laid = Layout(LAYOUT.trace, LAYOUT.leaves, LAYOUT.about, nodes)
     pool = search.Pool(laid, inputs, targets, scale)
     count = len(pool)
     sizes = search.SearchSizes(active=count, few=few, watched=count)
-    found = search.ProgramSearch(laid, pool, kernels.Settings(), sizes)
+    found = search.ProgramSearch(laid, pool, kernels.SearchSettings(), sizes)
     return guarded(found._memory), guarded(pool.sample(np.arange(count), nodes.kind.size))

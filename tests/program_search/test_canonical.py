@@ -124,8 +124,8 @@ def test_the_canonical_form_of_it_is_the_same_formula(program):
 def test_what_is_no_torque_is_refused(program, seed):
     traced_one = traced(program)
     fault = structure_fault(traced_one)
-    layout = guarded_layout(Layout.of([traced_one], PRICE))
-    found = canonical(layout.programs[0], layout.about)
+    layout = guarded_layout(Layout.of(traced_one, PRICE))
+    found = canonical(layout.exact, layout.about)
     if not fault:
         assert found is not None
     if found is None:

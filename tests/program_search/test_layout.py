@@ -33,27 +33,26 @@ def outputs_at(layout: Layout, nodes: Nodes, inputs: dict[str, FloatArray]) -> F
 
 
 @examples(80)
-@given(st.lists(drawn(), min_size=1, max_size=3), seeds)
-def test_there_and_back_is_the_same_program(several, seed):
-    programs = [traced(program) for program in several]
-    layout = guarded_layout(Layout.of(programs, PRICE))
-    inputs = states(seed)
-    for program, nodes in zip(programs, layout.programs, strict=True):
-        again = layout.program(nodes)
-        # The same operations on the same operands round equally, in whatever order they are.
-        np.testing.assert_array_equal(again.run(inputs), program.run(inputs))
-        np.testing.assert_array_equal(outputs_at(layout, nodes, inputs), program.run(inputs))
-        assert again.count.total <= program.count.total
-        assert priced(again) <= cost(nodes, layout.about)
-        assert priced(program) <= cost(nodes, layout.about)
+@given(drawn(), seeds)
+def test_there_and_back_is_the_same_program(steps, seed):
+    program = traced(steps)
+    layout = guarded_layout(Layout.of(program, PRICE))
+    inputs, nodes = states(seed), layout.exact
+    again = layout.program(nodes)
+    # The same operations on the same operands round equally, in whatever order they are.
+    np.testing.assert_array_equal(again.run(inputs), program.run(inputs))
+    np.testing.assert_array_equal(outputs_at(layout, nodes, inputs), program.run(inputs))
+    assert again.count.total <= program.count.total
+    assert priced(again) <= cost(nodes, layout.about)
+    assert priced(program) <= cost(nodes, layout.about)
     assert len(layout.leaves) == len(set(map(repr, layout.leaves)))
 
 
 @examples(80)
 @given(drawn(), seeds)
 def test_of_the_canonical_form_cost_is_what_the_program_counts(program, seed):
-    layout = guarded_layout(Layout.of([traced(program)], PRICE))
-    new, _ = canonical(layout.programs[0], layout.about)
+    layout = guarded_layout(Layout.of(traced(program), PRICE))
+    new, _ = canonical(layout.exact, layout.about)
     written = layout.program(new)
     inputs = states(seed)
     np.testing.assert_array_equal(written.run(inputs), outputs_at(layout, new, inputs))
@@ -67,8 +66,8 @@ def test_of_the_canonical_form_cost_is_what_the_program_counts(program, seed):
 @given(arms(max_joints=4), seeds)
 def test_so_are_exact_torques_of_any_arm(arm, seed):
     program = ExactForm(arm).recursion
-    layout = guarded_layout(Layout.of([program], PRICE))
-    (nodes,) = layout.programs
+    layout = guarded_layout(Layout.of(program, PRICE))
+    nodes = layout.exact
     inputs = inputs_of(random_states(arm.n_joints, 5, seed))
     expected = program.run(inputs)
     again = layout.program(nodes)
@@ -98,18 +97,14 @@ def test_a_sine_has_its_cosine_for_a_partner():
             assert about.partner[about.partner[place]] == place
 
 
-def test_equal_parts_of_several_programs_are_one_leaf():
-    programs = []
-    for kind in ("cos", "sin"):
-        trace = Trace()
-        q1, q2 = trace.inputs("q", 2)[:, 0]
-        programs.append(
-            Program.of(trace, [trace.apply(kind, q2 + q1) * q1, 2.0 * trace.apply("cos", q1 + q2)])
-        )
-    layout = guarded_layout(Layout.of(programs, PRICE))
+def test_a_sum_in_a_cosine_and_a_sine_is_one_operation():
+    trace = Trace()
+    q1, q2 = trace.inputs("q", 2)[:, 0]
+    outputs = [trace.apply("sin", q2 + q1) * q1, 2.0 * trace.apply("cos", q1 + q2)]
+    layout = guarded_layout(Layout.of(Program.of(trace, outputs), PRICE))
     # q1, and cosine and sine of q1 + q2, whose sum is one operation of both
     assert sorted(leaf.operation for leaf in layout.leaves) == ["cos", "input", "sin"]
-    assert [cost(nodes, layout.about) for nodes in layout.programs] == [3.0 + PRICE, 3.0 + 2 * PRICE]
+    assert cost(layout.exact, layout.about) == 3.0 + 2 * PRICE
 
 
 def test_outputs_that_are_numbers_or_leaves():
@@ -117,9 +112,9 @@ def test_outputs_that_are_numbers_or_leaves():
     (qdd,) = trace.inputs("qdd", 1)[:, 0]
     outputs = [0.0, -2.5, 1.0, qdd, -qdd, qdd - 1.0, 1.0 - qdd, -(qdd + 3.0)]
     program = Program.of(trace, outputs)
-    layout = guarded_layout(Layout.of([program], PRICE))
+    layout = guarded_layout(Layout.of(program, PRICE))
     inputs = {"qdd1": np.array([0.3, -2.0])}
-    for nodes in (layout.programs[0], canonical(layout.programs[0], layout.about)[0]):
+    for nodes in (layout.exact, canonical(layout.exact, layout.about)[0]):
         again = layout.program(nodes)
         np.testing.assert_array_equal(again.run(inputs), program.run(inputs))
         assert again.count.total == cost(nodes, layout.about)

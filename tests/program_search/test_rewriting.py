@@ -108,7 +108,7 @@ def test_edits_make_torques_of_nodes_within_memory(program, seed, edits):
     _, degree = canonical(current, LEAVES)
     kernels.evaluate(current, active.values, FIRST, 0, 8)
     kernels._keep_values(current, active, memory, FIRST)
-    settings = kernels.Settings()
+    settings = kernels.SearchSettings()
     edited = guarded(copied(current))
     for _ in range(edits):
         choice = rng.integers(4)

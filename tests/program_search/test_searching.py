@@ -35,7 +35,7 @@ class Case:
     def __init__(self, count: int, budget: float = 0.3) -> None:
         arm = gd.load_arm("two_link")
         self.exact = ExactForm(arm).program
-        self.layout = Layout.of([self.exact], PRICE)
+        self.layout = Layout.of(self.exact, PRICE)
         self.states = gd.states_in_box(arm, count)
         self.inputs = inputs_of(self.states)
         self.targets = self.exact.run(self.inputs)
@@ -65,14 +65,14 @@ SETTINGS = {
 @cache
 def plain_search(name: str, seed: int, tries: int) -> tuple[Case, Any, Nodes]:
     """Kernels uncompiled, on guarded arrays: all 300 states are watched, 60 of them active."""
-    settings = uncompiled.kernels.Settings(limit=LIMIT, **SETTINGS[name])
+    settings = uncompiled.kernels.SearchSettings(limit=LIMIT, **SETTINGS[name])
     case = Case(300)
     case.layout = uncompiled.guarded_layout(case.layout)
     pool = uncompiled.search.Pool(case.layout, *case.some(0, 300))
     sizes = uncompiled.search.SearchSizes(active=60, few=12, watched=300)
     search = uncompiled.search.ProgramSearch(case.layout, pool, settings, sizes)
     memory = uncompiled.guarded(search._memory)
-    (start,) = case.layout.programs
+    start = case.layout.exact
     active = uncompiled.guarded(pool.sample(np.arange(0, 300, 5), start.kind.size))
     watched = uncompiled.guarded(pool.sample(np.arange(300)))
     current, statistics = uncompiled.guarded(copied(start)), np.zeros(6, dtype=np.int64)
@@ -135,14 +135,14 @@ def assert_holds(case: Case, found: Nodes, share: Any = 1.0) -> None:
 
 
 def compiled_search(case: Case, pool: int, **sizes: int) -> Any:
-    from gd_analyze.program_search.kernels import Settings
+    from gd_analyze.program_search.kernels import SearchSettings
     from gd_analyze.program_search.search import Pool, ProgramSearch, SearchSizes
 
     usual = {"active": 200, "few": 32, "watched": 400, "remembered": 100, "batch": 500, "unchecked": 2000}
     return ProgramSearch(
         case.layout,
         Pool(case.layout, *case.some(0, pool)),
-        Settings(limit=LIMIT),
+        SearchSettings(limit=LIMIT),
         SearchSizes(**(usual | sizes)),
     )
 
@@ -153,7 +153,7 @@ def test_what_is_found_holds_at_the_whole_pool(seed):
     """Which is twenty times what is watched."""
     case = Case(8000)
     search = compiled_search(case, 8000)
-    (start,) = case.layout.programs
+    start = case.layout.exact
     costs = []
 
     def progress(least: float, best: Nodes) -> bool:
@@ -180,7 +180,7 @@ def test_what_is_found_holds_at_the_whole_pool(seed):
 def test_a_search_ends_when_it_is_told_to():
     case = Case(500)
     search = compiled_search(case, 500)
-    (start,) = case.layout.programs
+    start = case.layout.exact
     before = [array.copy() for array in start]
     found = search.run(start, 100_000, 0, lambda _, __: False)
     assert search.statistics[0] == 500
@@ -195,7 +195,7 @@ def test_after_states_are_added_and_less_is_allowed_it_holds_again():
     case = Case(3000)
     # Few of the states at first, so that what is found fails at others.
     search = compiled_search(case, 300)
-    (start,) = case.layout.programs
+    start = case.layout.exact
     found = search.run(start, 4000, 5)
     assert case.errors(found)[:, :300].max() <= LIMIT * ROUNDED
     assert case.errors(found).max() > 1.01 * LIMIT
@@ -225,7 +225,7 @@ from test_searching import Case, compiled_search, written
 assert config.BOUNDSCHECK
 case = Case(1000)
 search = compiled_search(case, 600)
-found = search.run(case.layout.programs[0], 3000, 0)
+found = search.run(case.layout.exact, 3000, 0)
 search.add(*case.some(600, 1000))
 further = search.run(found, 1000, 1)
 print(json.dumps([written(case.layout.program(nodes)) for nodes in (found, further)]))
@@ -248,7 +248,7 @@ def test_with_bounds_checked_it_finds_the_same(tmp_path):
     assert ran.returncode == 0, ran.stderr
     case = Case(1000)
     search = compiled_search(case, 600)
-    found = search.run(case.layout.programs[0], 3000, 0)
+    found = search.run(case.layout.exact, 3000, 0)
     search.add(*case.some(600, 1000))
     expected = [written(case.layout.program(nodes)) for nodes in (found, search.run(found, 1000, 1))]
     assert json.loads(ran.stdout) == json.loads(json.dumps(expected))

@@ -65,8 +65,7 @@ def guarded(value: Any) -> Any:
 
 
 def guarded_layout(made: Layout) -> Layout:
-    programs = tuple(map(guarded, made.programs))
-    return Layout(made.trace, made.leaves, guarded(made.about), programs)
+    return Layout(made.trace, made.leaves, guarded(made.about), guarded(made.exact))
 
 
 kernels: Any = _loaded("kernels")

@@ -10,13 +10,13 @@ import numpy as np
 from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import Fault, faults_of
-from gd_analyze.diagnosis.fit import Fit
+from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.of_positions import Coupling, Direction, JointOrder, TimeUnit, Zero
 from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, Payload
 from gd_analyze.diagnosis.of_torques import JointScale, Lag, TorqueColumns, TorqueScale, TorqueSign
 from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.diagnosis.settings import SETTINGS, Settings
+from gd_analyze.diagnosis.settings import SETTINGS, DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_joints
@@ -27,9 +27,20 @@ from gd_analyze.robots.catalogue import arm_of
 
 # Every kind of cause; a new one is one more entry.
 HYPOTHESES: tuple[Hypothesis, ...] = (
-    TorqueSign(), TorqueScale(), JointScale(), TorqueColumns(), Lag(), Direction(), Zero(), JointOrder(),
-    Coupling(), TimeUnit(), Gravity(), Payload(), ChangeInTime(),
-)  # fmt: skip
+    TorqueSign(),
+    TorqueScale(),
+    JointScale(),
+    TorqueColumns(),
+    Lag(),
+    Direction(),
+    Zero(),
+    JointOrder(),
+    Coupling(),
+    TimeUnit(),
+    Gravity(),
+    Payload(),
+    ChangeInTime(),
+)
 
 
 # Factor on torques beside which those of links vanish.
@@ -67,8 +78,8 @@ class Diagnosis:
     rivals: tuple[Candidate, ...]
     ranking: tuple[Candidate, ...]
     faults: tuple[Fault, ...]
-    before: Fit
-    after: Fit
+    before: FileFit
+    after: FileFit
     problem: Problem
     corrected: Problem
     tells: bool
@@ -88,7 +99,7 @@ def diagnose(
     logs: GivenMotions,
     *,
     thorough: bool = True,
-    settings: Settings = SETTINGS,
+    settings: DiagnosisSettings = SETTINGS,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
 
@@ -148,7 +159,7 @@ def diagnose(
                 expected="joints that move to and fro, faster than creeping, for some seconds",
                 next_step="record more motion: `gd-analyze plan ROBOT --exciting` plans one",
             )
-        nothing = Fit.of_nothing(arm.n_joints)
+        nothing = FileFit.of_nothing(arm.n_joints)
         names = tuple(motion.name for motion in motions)
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     tells = _tells(problem)
@@ -190,13 +201,13 @@ def diagnose(
     )
 
 
-def is_clear(cause: Candidate, settings: Settings) -> bool:
+def is_clear(cause: Candidate, settings: DiagnosisSettings) -> bool:
     """Whether the score falls by enough to claim a cause."""
     assert cause.fit is not None  # judged
     return cause.fall > settings.margin + settings.misfit * cause.fit.unexplained
 
 
-def is_left(fit: Fit, settings: Settings) -> bool:
+def is_left(fit: FileFit, settings: DiagnosisSettings) -> bool:
     """Whether more is to be explained than a file is usually off by."""
     return fit.changed > settings.changed or bool(np.nanmax(fit.residuals, initial=0.0) > settings.left)
 

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.samples import Samples
-from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import of_point_mass
@@ -43,7 +43,7 @@ class Eliminated:
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class TorqueSums:
     """Sums of products of the columns, over samples fitted and scored, (n, c, c) each."""
 
     fitted: FloatArray
@@ -79,7 +79,7 @@ class Equations:
 
 
 @lru_cache(maxsize=16)
-def errors_that_act(arm: RobotArm, settings: Settings) -> FloatArray:
+def errors_that_act(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
     n, rng = arm.n_joints, np.random.default_rng(0)
     errors, parts = file_errors(arm, settings), []
@@ -95,7 +95,7 @@ def errors_that_act(arm: RobotArm, settings: Settings) -> FloatArray:
     return np.einsum("spk,ask->spa", errors, act.reshape(-1, n, errors.shape[2]))
 
 
-def file_errors(arm: RobotArm, settings: Settings) -> FloatArray:
+def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     """Errors of a link's numbers by the standard deviation of each independent cause, (n, 10, 10).
 
     The causes are its mass, three coordinates of its centre of mass and six inertias about it.
@@ -126,7 +126,9 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def columns_of(samples: Samples, correction: Correction, settings: Settings) -> tuple[FloatArray, Array, int]:
+def columns_of(
+    samples: Samples, correction: Correction, settings: DiagnosisSettings
+) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, direction = correction.states(samples)
@@ -144,7 +146,7 @@ def columns_of(samples: Samples, correction: Correction, settings: Settings) -> 
     return columns, correction.counts(samples, direction), shared
 
 
-def equations_of(samples: Samples, correction: Correction, settings: Settings) -> Equations:
+def equations_of(samples: Samples, correction: Correction, settings: DiagnosisSettings) -> TorqueSums:
     """Equations of the corrected samples."""
     columns, counts, shared = columns_of(samples, correction, settings)
     sums = []
@@ -154,4 +156,4 @@ def equations_of(samples: Samples, correction: Correction, settings: Settings) -
     counts_by_part = np.array(
         [counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float
     )
-    return Equations(sums[0], sums[1], counts_by_part, shared, samples.arm.n_joints)
+    return TorqueSums(sums[0], sums[1], counts_by_part, shared, samples.arm.n_joints)

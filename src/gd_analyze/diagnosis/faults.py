@@ -65,11 +65,14 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         level = "0" if not values.any() else "constant"
         yield (
             Fault(
-                "dead column", joint, f"{name} is {level} while it moves",
-                f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out", 1.0,
+                "dead column",
+                joint,
+                f"{name} is {level} while it moves",
+                f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out",
+                1.0,
             ),
             np.ones(len(torque), dtype=bool),
-        )  # fmt: skip
+        )
         return
     runs = _runs(torque)
     top, bottom = np.nanmax(torque), np.nanmin(torque)
@@ -80,32 +83,41 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         ends = ", ".join(number(float(end)) for end in (bottom, top) if (clipped & (torque == end)).any())
         yield (
             Fault(
-                "clipped torque", joint, f"{name} is clipped at {ends} in {percent(share)} of its readings",
-                "record with a wider range, or more slowly; identify with what is not clipped", share,
+                "clipped torque",
+                joint,
+                f"{name} is clipped at {ends} in {percent(share)} of its readings",
+                "record with a wider range, or more slowly; identify with what is not clipped",
+                share,
             ),
             at_end,
-        )  # fmt: skip
+        )
     frozen = (runs >= max(_FROZEN * len(torque), _SHORTEST)) & moves & ~at_end
     if frozen.sum() >= max(_FROZEN * len(torque), _SHORTEST):
         begin, end = log.time[np.flatnonzero(frozen)[[0, -1]]].tolist()
         yield (
             Fault(
-                "frozen column", joint, f"{name} is frozen from {number(begin)} to {number(end)} s",
-                f"leave these rows out, {number(begin)} to {number(end)} s", float(frozen.mean()),
+                "frozen column",
+                joint,
+                f"{name} is frozen from {number(begin)} to {number(end)} s",
+                f"leave these rows out, {number(begin)} to {number(end)} s",
+                float(frozen.mean()),
             ),
             frozen,
-        )  # fmt: skip
+        )
     spikes = _spikes(torque)
     if 0 < spikes.sum() <= _MOST_SPIKES * len(torque):
         share = float(spikes.mean())
         times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
         yield (
             Fault(
-                "spikes", joint, f"{name} jumps away and back {int(spikes.sum())} times (first at {times} s)",
-                "leave these rows out, or log without lost messages", share,
+                "spikes",
+                joint,
+                f"{name} jumps away and back {int(spikes.sum())} times (first at {times} s)",
+                "leave these rows out, or log without lost messages",
+                share,
             ),
             spikes,
-        )  # fmt: skip
+        )
 
 
 def _runs(values: FloatArray) -> Array:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.equations import OWN, Equations
-from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.diagnosis.equations import OWN, TorqueSums
+from gd_analyze.diagnosis.settings import DiagnosisSettings
 
 # Most rounds of weighting joints by the previous residuals, and the change below which they end; the squared
 # residual, as a share of the torque's, to begin with.
@@ -24,7 +24,7 @@ _ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class FileFit:
     """A fit by joint, nan where a joint says nothing."""
 
     score: float  # J without the cost of numbers
@@ -36,7 +36,7 @@ class Fit:
     joint_numbers: FloatArray  # drive inertia, friction and offset, (n, 4)
 
     @classmethod
-    def of_nothing(cls, n: int) -> Fit:
+    def of_nothing(cls, n: int) -> FileFit:
         """What is known of n joints that are not compared."""
         return cls(0.0, 0.0, np.full(n, np.nan), 0.0, np.nan, np.zeros(0), np.full((n, OWN), np.nan))
 
@@ -47,7 +47,7 @@ class Fit:
         return float(np.sqrt(np.mean(residuals**2))) if len(residuals) else np.nan
 
 
-def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
+def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSettings) -> FileFit:
     """Fit to torques that a matrix makes of those logged, (n, n)."""
     n, shared = equations.n_joints, equations.shared
     end = shared + OWN
@@ -102,7 +102,7 @@ def fitted(equations: Equations, torque: FloatArray, settings: Settings) -> Fit:
     with np.errstate(divide="ignore", invalid="ignore"):
         residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
-    return Fit(
+    return FileFit(
         score,
         unexplained,
         residuals,
@@ -135,10 +135,14 @@ def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
     return float(2.0 * weight[used].mean() * log) if sign else 0.0
 
 
-def _off(equations: Equations, changes: FloatArray, used: Array) -> float:
+def _off(equations: TorqueSums, changes: FloatArray, used: Array) -> float:
     shared = equations.shared
     file = equations.total[used, shared + OWN, shared + OWN]
     moved = (equations.total[used][:, :shared, :shared] @ changes) @ changes
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.sqrt(np.sum(moved / equations.counts.sum(axis=0)[used])
-                             / np.sum(file / equations.counts.sum(axis=0)[used])))  # fmt: skip
+        return float(
+            np.sqrt(
+                np.sum(moved / equations.counts.sum(axis=0)[used])
+                / np.sum(file / equations.counts.sum(axis=0)[used])
+            )
+        )

@@ -12,10 +12,10 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import OWN, Equations, columns_of, equations_of
-from gd_analyze.diagnosis.fit import Fit, fitted
+from gd_analyze.diagnosis.equations import OWN, TorqueSums, columns_of, equations_of
+from gd_analyze.diagnosis.fit import FileFit, fitted
 from gd_analyze.diagnosis.samples import Samples
-from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.robots.arm import RobotArm
 
 # Equations kept at a time.
@@ -28,8 +28,8 @@ class Problem:
 
     samples: Samples
     correction: Correction
-    settings: Settings
-    equations: OrderedDict[tuple[object, ...], Equations] = field(default_factory=OrderedDict)
+    settings: DiagnosisSettings
+    equations: OrderedDict[tuple[object, ...], TorqueSums] = field(default_factory=OrderedDict)
 
     @property
     def arm(self) -> RobotArm:
@@ -42,7 +42,7 @@ class Problem:
         return self.arm.n_joints
 
     @cached_property
-    def null(self) -> Fit:
+    def null(self) -> FileFit:
         """The fit of the file's own error and friction alone."""
         return self.fit(self.correction)
 
@@ -67,7 +67,7 @@ class Problem:
             self.samples.at(chosen), self.correction.at(chosen), replace(self.settings, fewest=fewest)
         )
 
-    def fit(self, correction: Correction) -> Fit:
+    def fit(self, correction: Correction) -> FileFit:
         """Fit file and friction to corrected logs."""
         key = correction.key
         if key not in self.equations:
@@ -96,9 +96,13 @@ class Problem:
         corrected = self.fit(correction.without(rests))
         return corrected.score - alone.score
 
+    def rough_score(self, correction: Correction) -> float:
+        """Score of a correction, judged by few samples."""
+        return self.rough.score(correction.at(self._thinned))
+
     def roughly(self, corrections: Iterable[Correction]) -> FloatArray:
         """Scores of corrections, judged by few samples."""
-        return np.array([self.rough.score(correction.at(self._thinned)) for correction in corrections])
+        return np.array([self.rough_score(correction) for correction in corrections])
 
     def best(self, corrections: Sequence[Correction], most: int = 1) -> list[int]:
         """Places of the best corrections, judged by few samples."""
@@ -124,7 +128,7 @@ class Problem:
         from scipy.optimize import minimize_scalar
 
         def scored(x: float) -> float:
-            return self.rough.score(correction(x).at(self._thinned))
+            return self.rough_score(correction(x))
 
         minimum = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
         return float(minimum.x)
@@ -142,7 +146,7 @@ class Candidate:
     alternatives: int = 1  # of the kind
     unsure: str = ""  # what cannot be told apart from it: "all masses are wrong by that factor"
     fall: float = 0.0  # of the score, costs included
-    fit: Fit | None = None
+    fit: FileFit | None = None
 
 
 class Hypothesis(ABC):

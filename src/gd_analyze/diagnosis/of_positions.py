@@ -13,7 +13,7 @@ from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inve
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import number
+from gd_analyze.text import TIME_UNITS, number
 
 # Cosine between parallel axes.
 _PARALLEL = 0.999
@@ -210,8 +210,6 @@ class TimeUnit(Hypothesis):
         )
 
     def _remedy(self, problem: Problem, pace: float, step: float) -> str:
-        from gd_analyze.motions.reading import TIME_UNITS
-
         recording = problem.samples.logs[0].recording
         columns = () if recording is None else recording.columns
         unit = next((use.unit for use in columns if use.role == "time"), "s")

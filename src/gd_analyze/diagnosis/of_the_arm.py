@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.correction import Added, Correction
 from gd_analyze.diagnosis.equations import with_gravity
-from gd_analyze.diagnosis.fit import Fit
+from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.remedies import vector
 from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
@@ -25,6 +25,8 @@ _COMPACT = 0.5
 _JUMP = 0.3
 # Fall of the score worth a step of a search, and the tangent of the largest tilt from where it began.
 _WORTH, _FAR = 0.5, 3.0
+# First and last size of these steps.
+_FIRST_STEP, _LAST_STEP = 0.35, 0.02
 # Least share of an arm's mass that is told of a payload.
 _HEAVY = 0.01
 
@@ -81,33 +83,32 @@ class Gravity(Hypothesis):
 
     def _leaning(self, problem: Problem, begins: list[FloatArray], size: float) -> tuple[FloatArray, float]:
         """Direction of gravity by steps from some beginnings, judged by few samples."""
-        best: tuple[float, FloatArray] = (np.inf, begins[0] * size)
-        for begin in begins:
-            across = np.linalg.svd(begin[None])[2][1:]
+        ends = [_descended(problem, begin, size) for begin in begins]
+        gravity = min(ends, key=lambda end: end[1])[0]
+        return gravity, problem.score(replace(problem.correction, gravity=gravity))
 
-            def gravity_along(
-                x: FloatArray, begin: FloatArray = begin, across: FloatArray = across
-            ) -> FloatArray:
-                turned = begin + x @ across
-                return np.asarray(size * turned / np.linalg.norm(turned))
 
-            def score(x: FloatArray, gravity_along=gravity_along) -> float:  # type: ignore[no-untyped-def]
-                return problem.rough.score(
-                    replace(problem.correction, gravity=gravity_along(x)).at(problem._thinned)
-                )
+def _descended(problem: Problem, begin: FloatArray, size: float) -> tuple[FloatArray, float]:
+    """Gravity of that size near a unit vector whose rough score no step improves, and that score."""
+    across = np.linalg.svd(begin[None])[2][1:]
 
-            x, width = np.zeros(2), 0.35
-            now = score(x)
-            while width > 0.02:
-                moves = [x + width * step for step in (*np.eye(2), *-np.eye(2))]
-                scores = [score(move) for move in moves]
-                if min(scores) < now - _WORTH and np.linalg.norm(x) < _FAR:
-                    x, now = moves[int(np.argmin(scores))], min(scores)
-                else:
-                    width /= 2.5
-            if now < best[0]:
-                best = now, gravity_along(x)
-        return best[1], problem.score(replace(problem.correction, gravity=best[1]))
+    def gravity_along(x: FloatArray) -> FloatArray:
+        turned = begin + x @ across
+        return np.asarray(size * turned / np.linalg.norm(turned))
+
+    def score(x: FloatArray) -> float:
+        return problem.rough_score(replace(problem.correction, gravity=gravity_along(x)))
+
+    x, width = np.zeros(2), _FIRST_STEP
+    now = score(x)
+    while width > _LAST_STEP:
+        moves = [x + width * step for step in (*np.eye(2), *-np.eye(2))]
+        scores = [score(move) for move in moves]
+        if min(scores) < now - _WORTH and np.linalg.norm(x) < _FAR:
+            x, now = moves[int(np.argmin(scores))], min(scores)
+        else:
+            width /= 2.5
+    return gravity_along(x), now
 
 
 def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
@@ -124,7 +125,7 @@ def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
     return Added(np.ascontiguousarray(columns), mass * away**_POWERS * np.where(_POWERS == 2, _COMPACT, 1.0))
 
 
-def _of_added(fit: Fit, added: Added) -> FloatArray:
+def _of_added(fit: FileFit, added: Added) -> FloatArray:
     return np.asarray(fit.shared[-len(added.sizes) :] * added.sizes)
 
 

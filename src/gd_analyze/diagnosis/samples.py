@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.diagnosis.settings import Settings
+from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import direction
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -68,7 +68,7 @@ def filtered_torque(log: Trajectory) -> FloatArray:
 
 
 def samples_of(
-    arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array], settings: Settings
+    arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array], settings: DiagnosisSettings
 ) -> Samples:
     """Take samples where joints move; `usable` tells, by log, which readings of torque are, (N, n)."""
     n = arm.n_joints
@@ -86,10 +86,16 @@ def samples_of(
         place = np.arange(len(rows)) * settings.stretches // max(len(rows), 1)
         torque = filtered_torque(log)[rows]
         values = {
-            "log": np.full(len(rows), k), "row": rows, "time": log.time[rows], "q": log.q[rows],
-            "qd": log.qd[rows], "qdd": log.qdd[rows], "torque": np.nan_to_num(torque),
-            "counts": moves[rows], "scored": place % 2 == 1,
-        }  # fmt: skip
+            "log": np.full(len(rows), k),
+            "row": rows,
+            "time": log.time[rows],
+            "q": log.q[rows],
+            "qd": log.qd[rows],
+            "qdd": log.qdd[rows],
+            "torque": np.nan_to_num(torque),
+            "counts": moves[rows],
+            "scored": place % 2 == 1,
+        }
         for name, array in values.items():
             parts[name].append(array)
         speed = np.where(moves, np.abs(log.qd), np.inf)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class DiagnosisSettings:
     """Weights and thresholds of a diagnosis, chosen in trials with synthetic and real logs.
 
     analysis/diagnosis_trial.md states what they give.
@@ -58,4 +58,4 @@ class Settings:
     causes: int = 2
 
 
-SETTINGS = Settings()
+SETTINGS = DiagnosisSettings()

@@ -13,12 +13,11 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import value_in
-from gd_analyze.text import in_python, number_in
+from gd_analyze.text import TIME_UNITS, in_python, number_in
 
 _COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
-_TIME = re.compile(r"(.*?)(s|ms|us)")
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_TIME = re.compile(rf"(.*?)({'|'.join(TIME_UNITS)})")
 # Longest lag, s: a later torque is another motion's.
 _LONGEST = 10.0
 
@@ -144,18 +143,22 @@ def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
     values: list[Any] = [number_in(word) for word in signs.split(",")] if isinstance(signs, str) else [*signs]
     if any(value not in (1.0, -1.0) for value in values):
         raise UsageError(
-            "these are not signs", where=option, expected="1 or -1 per joint, with commas, or one for all",
+            "these are not signs",
+            where=option,
+            expected="1 or -1 per joint, with commas, or one for all",
             found=in_python(signs),
-        )  # fmt: skip
+        )
     return tuple(float(value) for value in values)
 
 
 def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
     if len(values) not in (0, 1, n):
         raise UsageError(
-            "the signs do not fit the arm", where=option, expected=f"{n} signs, or one for all",
+            "the signs do not fit the arm",
+            where=option,
+            expected=f"{n} signs, or one for all",
             found=str(len(values)),
-        )  # fmt: skip
+        )
     return np.ones(n) if not values else np.array(values if len(values) == n else values * n)
 
 
@@ -164,37 +167,40 @@ def _offset(word: str) -> tuple[str, float]:
     value = value_in(text)
     if not joint.strip() or value is None:
         raise UsageError(
-            "no joint with an offset", where="--offset",
+            "no joint with an offset",
+            where="--offset",
             expected="a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm",
             found=in_python(word),
-        )  # fmt: skip
+        )
     return joint.strip(), value
 
 
 def _lag(lag: str | float) -> float:
     match = _TIME.fullmatch(lag.replace(" ", "")) if isinstance(lag, str) else None
     value = number_in(match[1]) if match else None if isinstance(lag, str) else float(lag)
-    value = value * _SECONDS[match[2]] if match and value is not None else value
+    value = value * TIME_UNITS[match[2]] if match and value is not None else value
     if value is None or not abs(value) <= _LONGEST:
         raise UsageError(
-            "this is no lag", where="--lag", expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
+            "this is no lag",
+            where="--lag",
+            expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
             found=in_python(lag),
-        )  # fmt: skip
+        )
     return value
 
 
 def _joint(word: str, arm: RobotArm) -> int:
     """Place of a joint, from 0, by its name or number from 1."""
-    names = [joint.name for joint in arm.joints]
-    if word in names:
-        return names.index(word)
-    number = number_in(word)
-    if number is None or number not in range(1, len(names) + 1):
+    number = arm.joint_number(word)
+    if number is None:
+        names = [joint.name for joint in arm.joints]
         raise UsageError(
-            f"there is no joint {word!r}", where="--offset",
-            expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}", found=in_python(word),
-        )  # fmt: skip
-    return int(number) - 1
+            f"there is no joint {word!r}",
+            where="--offset",
+            expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}",
+            found=in_python(word),
+        )
+    return number
 
 
 def _coupling(word: str, arm: RobotArm) -> FloatArray:
@@ -213,7 +219,8 @@ def _coupling(word: str, arm: RobotArm) -> FloatArray:
         if row[int(match[1]) - 1] != 0.0 and np.isfinite(row).all():
             return matrix
     raise UsageError(
-        "this does not couple joints", where="--couple",
+        "this does not couple joints",
+        where="--couple",
         expected=f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2",
         found=in_python(word),
-    )  # fmt: skip
+    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
 from gd_analyze.motions.logged import ColumnUse
-from gd_analyze.motions.reading import ROLES, TIME_UNITS, Quantity, Reading, refusal
+from gd_analyze.motions.reading import ROLES, Quantity, Reading, refusal
 from gd_analyze.motions.roles import (
     Meaning,
     as_written,
@@ -24,7 +24,7 @@ from gd_analyze.motions.roles import (
 from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.text import TextTable
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import in_python
+from gd_analyze.text import TIME_UNITS, in_python
 
 _NONE = "none"
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
@@ -179,11 +179,10 @@ def _mapped(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str,
 
 def _joint_named(name: str, arm: RobotArm) -> int:
     """Number, from 0, of the arm's joint given by name or by number from 1."""
+    number = arm.joint_number(name)
+    if number is not None:
+        return number
     names = [joint.name for joint in arm.joints]
-    if name in names:
-        return names.index(name)
-    if name.isascii() and name.isdigit() and 1 <= int(name[:9]) <= arm.n_joints:
-        return int(name) - 1
     near = difflib.get_close_matches(name, names, n=1)
     expected = f"{', '.join(names)}, or a number from 1 to {arm.n_joints}"
     step = f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints"

@@ -14,12 +14,12 @@ from gd_analyze.files import read_at_most, write_text
 from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.mapping import Choice, column_named
-from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, refusal
+from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import TableLines
-from gd_analyze.text import LARGEST, field_fault
+from gd_analyze.text import LARGEST, TIME_UNITS, field_fault
 
 _FORMAT: Literal["gd-analyze log mapping 1"] = "gd-analyze log mapping 1"
 _LARGEST_FILE = 1_000_000

@@ -32,7 +32,7 @@ from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.logged import ColumnUse, Logged
 from gd_analyze.motions.mapping import AmbiguityError, Choice, choose
 from gd_analyze.motions.mapping_file import choice_by, read_mapping, write_mapping
-from gd_analyze.motions.reading import ROLES, TIME_UNITS, Reading, Treatment, refusal
+from gd_analyze.motions.reading import ROLES, Reading, Treatment, refusal
 from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
 from gd_analyze.motions.spool import Spool, blocks, is_mapped
@@ -41,7 +41,7 @@ from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
-from gd_analyze.text import in_python, visible
+from gd_analyze.text import TIME_UNITS, in_python, visible
 
 _LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {

@@ -10,11 +10,10 @@ from typing import Any, Literal
 
 from gd_analyze.errors import Location, TrajectoryError, UsageError
 from gd_analyze.motions.corrections import Corrections
-from gd_analyze.text import LARGEST, number_in
+from gd_analyze.text import LARGEST, TIME_UNITS, number_in
 
 Quantity = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
 _MOST_COLUMNS = 10_000

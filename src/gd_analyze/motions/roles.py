@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from gd_analyze.motions.reading import TIME_UNITS
+from gd_analyze.text import TIME_UNITS
 
 
 def word_set(words: str) -> frozenset[str]:

@@ -19,6 +19,7 @@ _inner = njit(cache=True, error_model="numpy", **_WITHOUT_WRAPPERS)
 _entry = njit(cache=True, error_model="numpy")
 
 
+# Numba's cache names these tuples: after one is renamed, a cache of before (*.nbi) must be removed.
 class Canon(NamedTuple):
     """Memory for the canonical form, of one entry per node but for the table."""
 
@@ -283,7 +284,7 @@ def largest_errors(
         out[:, begin:end] = block[:, : end - begin]
 
 
-class Fit(NamedTuple):
+class NumberFit(NamedTuple):
     """Derivatives of errors by relative changes of a program's numbers, at some states."""
 
     numbers: Any  # int32 (nodes,): index of a scaled node's number, or -1
@@ -308,7 +309,7 @@ DAMPING = 1e-7
 
 
 @_inner
-def slopes_at(nodes: Nodes, values: Any, scale: Any, first_node: int, fit: Fit) -> None:
+def slopes_at(nodes: Nodes, values: Any, scale: Any, first_node: int, fit: NumberFit) -> None:
     """Derivatives at the states of `fit.slopes`, by reverse accumulation, an output at a time."""
     states, count = fit.slopes.shape[1], nodes.length[0]
     total = 0
@@ -365,7 +366,7 @@ def slopes_at(nodes: Nodes, values: Any, scale: Any, first_node: int, fit: Fit) 
 
 
 @_inner
-def _add_scaled(fit: Fit, place: int, adjoint: Any, number: float, states: int) -> None:
+def _add_scaled(fit: NumberFit, place: int, adjoint: Any, number: float, states: int) -> None:
     out = fit.adjoint[place, :states]
     if fit.touched[place]:
         for s in range(states):
@@ -377,7 +378,7 @@ def _add_scaled(fit: Fit, place: int, adjoint: Any, number: float, states: int) 
 
 
 @_inner
-def _add_product(fit: Fit, place: int, adjoint: Any, factors: Any, states: int) -> None:
+def _add_product(fit: NumberFit, place: int, adjoint: Any, factors: Any, states: int) -> None:
     out = fit.adjoint[place, :states]
     if fit.touched[place]:
         for s in range(states):
@@ -389,7 +390,7 @@ def _add_product(fit: Fit, place: int, adjoint: Any, factors: Any, states: int) 
 
 
 @_inner
-def factor(fit: Fit, weights: Any, dense: Any) -> None:
+def factor(fit: NumberFit, weights: Any, dense: Any) -> None:
     """Factor the normal equations of weighted least squares; weights (outputs, states)."""
     total, states = fit.total[0], fit.slopes.shape[1]
     normal = fit.normal
@@ -432,7 +433,7 @@ def factor(fit: Fit, weights: Any, dense: Any) -> None:
 
 
 @_inner
-def step(fit: Fit, sample_errors: Any, weights: Any) -> None:
+def step(fit: NumberFit, sample_errors: Any, weights: Any) -> None:
     """Relative changes of the numbers that reduce weighted squares of errors, into `fit.gradient`."""
     total, states = fit.total[0], fit.slopes.shape[1]
     gradient = fit.gradient
@@ -478,8 +479,8 @@ class Memory(NamedTuple):
     canon: Canon
     used: Any  # int8 (nodes,)
     values: Any  # (nodes, few): of the current program
-    chord: Fit  # of the current program at the few states
-    fit: Fit  # of a trial at the states of its largest errors
+    chord: NumberFit  # of the current program at the few states
+    fit: NumberFit  # of a trial at the states of its largest errors
     ones: Any  # (outputs, few)
     weights: Any  # (outputs, few)
     numbers: Any  # (nodes,)
@@ -492,7 +493,9 @@ class Memory(NamedTuple):
 
 
 @_inner
-def _moved(nodes: Nodes, numbers: Any, fit: Fit, share: float, by_source: bool, first_node: int) -> None:
+def _moved(
+    nodes: Nodes, numbers: Any, fit: NumberFit, share: float, by_source: bool, first_node: int
+) -> None:
     """Change a program's numbers from `numbers` by a share of the step in `fit.gradient`."""
     for place in range(first_node, nodes.length[0]):
         if nodes.kind[place] != SCALED:
@@ -921,7 +924,7 @@ def _rewrite(rng: Any, nodes: Nodes, current: Nodes, leaves: Leaves, first: int)
     return True
 
 
-class Settings(NamedTuple):
+class SearchSettings(NamedTuple):
     """Settings of a search."""
 
     temperature: float = 0.12  # of acceptance, in operations
@@ -986,7 +989,7 @@ def _holds(nodes: Nodes, watched: Sample, memory: Memory, limit: float) -> bool:
 @_entry
 def search(
     rng: Any,
-    settings: Settings,
+    settings: SearchSettings,
     current: Nodes,
     tries: int,
     leaves: Leaves,

@@ -72,19 +72,18 @@ def copied(nodes: Nodes) -> Nodes:
 
 @dataclass(frozen=True)
 class Layout:
-    """Programs of the same outputs in arrays: common leaves, and the way back."""
+    """A program in arrays, its leaves, and the way back from programs over the same leaves."""
 
     trace: Trace
     leaves: tuple[Expression, ...]  # behind the number 1
     about: Leaves
-    programs: tuple[Nodes, ...]
+    exact: Nodes
 
     @classmethod
-    def of(cls, programs: Sequence[Program], sine_price: float) -> Layout:
-        """Lay programs out; equal inputs, sines and cosines of several are one leaf."""
+    def of(cls, program: Program, sine_price: float) -> Layout:
+        """Lay a program out."""
         trace = Trace()
-        outputs = [[*map(program.folded(trace, {}), program.outputs)] for program in programs]
-        whole = Program.of(trace, [output for row in outputs for output in row])
+        whole = Program.of(trace, [*map(program.folded(trace, {}), program.outputs)])
         leaves = tuple(
             step
             for step in whole.steps
@@ -92,8 +91,7 @@ class Layout:
             or (step.operation == "input" and (step.arguments[0].startswith("qd") or _is_factor(whole, step)))
         )
         room = _ROOM * len(whole.steps) + len(leaves) + _MORE
-        nodes = tuple(_nodes_of(Program.of(trace, row), leaves, room) for row in outputs)
-        return cls(trace, leaves, _about(leaves, sine_price), nodes)
+        return cls(trace, leaves, _about(leaves, sine_price), _nodes_of(whole, leaves, room))
 
     def values(self, inputs: Any) -> FloatArray:
         """Values of the leaves, shape (leaves, N), from an array (N,) per input."""

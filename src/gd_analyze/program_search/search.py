@@ -81,13 +81,13 @@ class ProgramSearch:
         self,
         layout: Layout,
         pool: Pool,
-        settings: kernels.Settings,
+        settings: kernels.SearchSettings,
         sizes: SearchSizes = USUAL_SIZES,
     ) -> None:
         self.layout, self.pool, self.settings, self.sizes = layout, pool, settings, sizes
         self.random = np.random.default_rng(0)
         self.statistics = np.zeros(6, dtype=np.int64)
-        self._room = max(nodes.kind.size for nodes in layout.programs)
+        self._room = layout.exact.kind.size
         self._outputs = len(pool.targets)
         self._memory = self._memory_of(min(sizes.few, len(pool)))
         self._remembered = np.empty(0, dtype=np.int64)
@@ -97,8 +97,8 @@ class ProgramSearch:
         room, outputs, sizes = self._room, self._outputs, self.sizes
         numbers = room // 2
 
-        def fit() -> kernels.Fit:
-            return kernels.Fit(
+        def fit() -> kernels.NumberFit:
+            return kernels.NumberFit(
                 np.zeros(room, dtype=np.int32),
                 np.zeros((outputs, numbers), dtype=np.int32),
                 np.zeros(outputs, dtype=np.int64),
@@ -231,7 +231,7 @@ class ProgramSearch:
         random = np.random.default_rng(seed)
         current = copied(start)
         if not self._settled(current):
-            current = copied(self.layout.programs[0])
+            current = copied(self.layout.exact)
             self.errors(current)
         best, least = copied(current), self.cost(current)
         self._choose(best)

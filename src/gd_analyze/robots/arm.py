@@ -161,6 +161,14 @@ class RobotArm:
         """Whether every joint states its range and its velocity and acceleration limits."""
         return all(np.isfinite(self.limits(limit)).all() for limit in get_args(Limit))
 
+    def joint_number(self, word: str) -> int | None:
+        """Number, from 0, of the joint given by its name or by its number from 1; None if there is none."""
+        names = [joint.name for joint in self.joints]
+        if word in names:
+            return names.index(word)
+        is_number = word.isascii() and word.isdigit() and 1 <= int(word[:9]) <= self.n_joints
+        return int(word) - 1 if is_number else None
+
     def counts_drives(self, asked: bool | None = None) -> bool:
         """Whether to include the drives' inertia: as asked, or else if the arm describes any."""
         return any(drive.inertia > 0.0 for drive in self.drives) if asked is None else asked

@@ -50,24 +50,23 @@ class FastSearch:
         how: SearchOptions,
         settings: FastSettings = USUAL,
         *,
-        starts: tuple[Program, ...] = (),
         progress: Callable[[int], None] | None = None,
         stage: Callable[[str], object] = lambda _: None,
     ) -> None:
         require_numba()
         stage("loading the search: its first run compiles it, which takes about a minute")
         from gd_analyze.program_search import search
-        from gd_analyze.program_search.kernels import Settings
+        from gd_analyze.program_search.kernels import SearchSettings
         from gd_analyze.program_search.layout import Layout
 
         self.exact, self.allowed, self.how, self.settings = exact, allowed, how, settings
         self.stopped = ""  # why the searches ended early: "after 20 s", "on request"
         self._progress = progress
-        self._layout = Layout.of([exact.form.program], how.sine_price)
+        self._layout = Layout.of(exact.form.program, how.sine_price)
         pool = search.Pool(self._layout, *self._known(exact))
-        self._search = search.ProgramSearch(self._layout, pool, Settings(limit=settings.limit))
+        self._search = search.ProgramSearch(self._layout, pool, SearchSettings(limit=settings.limit))
         self._share = np.ones(len(allowed))
-        self._best = self._layout.programs[0]
+        self._best = self._layout.exact
         self._least = self._search.cost(self._best)
         self._search.run(self._best, 1, 0)  # compiles
         self._begin = time.monotonic()
@@ -84,7 +83,7 @@ class FastSearch:
     def program(self, turn: int) -> Program:
         """The shortest program of one search that holds at all states so far."""
         begins = turn < self.settings.fresh
-        start = self._layout.programs[0] if begins else self._best
+        start = self._layout.exact if begins else self._best
         is_short = bool(self.stopped) or turn < self.settings.scouts
         usual = self.settings.few if is_short else self.settings.tries
         tries = max(round(usual * self.how.effort), 1)

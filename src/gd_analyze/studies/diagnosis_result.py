@@ -29,7 +29,7 @@ def diagnosis_result(found: Diagnosis, provenance: Mapping[str, str]) -> Result:
         Fact("masses_off", "File's torque off by", found.after.off, "", "percent"),
         Fact("tells", "Log tells more than friction", found.tells, shown="flag"),
         Fact("logs", "", list(found.logs)),
-    ]  # fmt: skip
+    ]
     parts: list[Part] = [_joints(found), *_causes(found), *_ranking(found), *_faults(found), *_figures(found)]
     return Result(
         title=found.arm.title or found.arm.name,
@@ -113,14 +113,14 @@ def _figures(found: Diagnosis) -> Iterator[Section]:
     worst = int(np.argmax(left))
     name = joint_label(found.arm.joints, worst, 150.0)
     drawings = [
+        Drawing("torque", "Torque measured, and fitted as logged.", torque_figure(found.problem), ""),
         Drawing(
-            "torque", "Torque measured, and fitted as logged.", torque_figure(found.problem), ""
+            "where",
+            f"What remains at joint {name}, as logged and with the causes.",
+            where_figure(found, worst),
+            "A cause shows where what remains follows one of the four.",
         ),
-        Drawing(
-            "where", f"What remains at joint {name}, as logged and with the causes.",
-            where_figure(found, worst), "A cause shows where what remains follows one of the four.",
-        ),
-    ]  # fmt: skip
+    ]
     if found.causes:
         title = "The same with the causes."
         drawings.insert(1, Drawing("torque_after", title, torque_figure(found.corrected), ""))
@@ -163,13 +163,16 @@ def where_figure(found: Diagnosis, joint: int) -> Figure:
     units = _UNIT if found.arm.is_revolute[joint] else ("m", "m/s", "m/s^2", "s")
     panels = [
         Panel(
-            what, what, value_axis(unit, x, most=3, zero=False), y,
+            what,
+            what,
+            value_axis(unit, x, most=3, zero=False),
+            y,
             tuple(
                 Curve(x, residuals[label], colour, 0.0, label=label, marker="circle", size=1.6)
                 for label, (colour, _) in looks.items()
             ),
         )
         for what, unit, x in zip(QUANTITIES, units, across, strict=True)
-    ]  # fmt: skip
+    ]
     legend = tuple(Key(label, colour) for label, (colour, _) in looks.items())
     return in_columns(f"What remains at joint {joint + 1}", panels, 2, 90.0, legend)
