@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from diagnosis_trial import Robot
 from gd_analyze.cli.app import app
+from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import columns_of, equations_of, file_errors
 from gd_analyze.diagnosis.faults import faults_of
@@ -106,6 +108,18 @@ def test_nothing_is_wrong(robot, good, two_link):
     assert 0.0 < found.before.off < 0.4
     assert found.ranking
     assert all(one.fall <= SETTINGS.margin for one in found.ranking)
+
+
+def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
+    """Whatever explains its torques best, the links would have to be far off."""
+    rod, load = two_link.links
+    other = replace(two_link, links=(replace(rod, mass=8.0 * rod.mass), replace(load, com=0.2 * load.com)))
+    diagnosis = gd.diagnose(other, log_of(*good))
+    assert diagnosis.is_far_off
+    assert "the file of this arm" in answer(diagnosis)
+    own = gd.diagnose(two_link, log_of(*good))
+    assert not own.is_far_off
+    assert "the file of this arm" not in answer(own)
 
 
 def test_another_mounting(robot, two_link):

@@ -17,6 +17,7 @@ from gd_analyze.text import named_joints, percent
 _BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT = 0.05
+_FAR_OFF = "The links must then be off by more than those of a file usually are: check that it is the file of this arm."
 # Share of faulty readings that the answer tells; fewer are in the table alone.
 _MANY = 0.002
 QUANTITIES = ("position", "velocity", "acceleration", "time")
@@ -31,7 +32,7 @@ def answer(diagnosis: Diagnosis) -> str:
     if faults:
         texts.append(_of_faults(faults, diagnosis.arm.n_joints))
     if diagnosis.causes:
-        return " ".join(texts)
+        return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
     if not diagnosis.problem.moving:
         return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
     if not diagnosis.tells:
@@ -52,6 +53,8 @@ def answer(diagnosis: Diagnosis) -> str:
     beginning = "Nothing else to explain" if faults else "Nothing to explain"
     remains = f"{percent(diagnosis.before.remains)} of the torque's RMS remains."
     torque_error = diagnosis.before.off
+    if diagnosis.is_far_off:
+        return " ".join([*texts, f"No cause found: {remains} {_FAR_OFF}"])
     if torque_error < _RIGHT:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
     return " ".join([*texts, f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"])

@@ -93,6 +93,11 @@ class Diagnosis:
         """The first cause; None if there is none."""
         return self.causes[0] if self.causes else None
 
+    @property
+    def is_far_off(self) -> bool:
+        """Whether links must be off by more than a file's usually are, with the causes, too."""
+        return self.after.changed > self.problem.settings.changed
+
 
 def diagnose(
     arm: RobotArm | str | Path,
