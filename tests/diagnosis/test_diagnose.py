@@ -116,10 +116,10 @@ def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
     other = replace(two_link, links=(replace(rod, mass=8.0 * rod.mass), replace(load, com=0.2 * load.com)))
     diagnosis = gd.diagnose(other, log_of(*good))
     assert diagnosis.is_far_off
-    assert "the file of this arm" in answer(diagnosis)
+    assert "the file is of this arm" in answer(diagnosis)
     own = gd.diagnose(two_link, log_of(*good))
     assert not own.is_far_off
-    assert "the file of this arm" not in answer(own)
+    assert "the file is of this arm" not in answer(own)
 
 
 def test_another_mounting(robot, two_link):

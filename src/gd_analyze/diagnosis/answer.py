@@ -17,7 +17,7 @@ from gd_analyze.text import named_joints, percent
 _BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT = 0.05
-_FAR_OFF = "The links must then be off by more than a file's usually are: check that it is the file of this arm."
+_FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
 # Share of faulty readings that the answer tells; fewer are in the table alone.
 _MANY = 0.002
 QUANTITIES = ("position", "velocity", "acceleration", "time")
