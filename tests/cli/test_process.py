@@ -175,6 +175,24 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number):
         assert "Traceback" not in errors or "gd_analyze/" not in errors  # no frame, but Python's .pth of us
 
 
+@pytest.mark.parametrize(("stop", "code"), [("KeyboardInterrupt", 130), ("SystemExit(143)", 143)])
+@pytest.mark.parametrize(
+    "wrapped", ["raise RuntimeError('in a class')", "raise ImportError('no array') from None"]
+)
+def test_a_signal_that_a_library_wraps_ends_as_the_signal(process, stop, code, wrapped):
+    begin = f"""
+def stopped(*_):
+    try:
+        raise {stop}
+    except BaseException:
+        {wrapped}
+from gd_analyze.cli.given import GivenRobot
+GivenRobot.load = stopped"""
+    done = process("rank two_link two-link-swing", before=begin)
+    assert (done.code, done.out) == (code, "")
+    assert "bug" not in done.err
+
+
 def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
     monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
     result = process("two_link gentle.csv --format csv")
@@ -238,6 +256,26 @@ def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion
     assert told[-1:] == ([] if quiet else ["writing json"])
     assert "\x1b" not in done.err
     assert process("two_link gentle.csv --format json --overwrite").err == ""
+
+
+@POSIX
+@pytest.mark.parametrize("terminal", [False, True])
+def test_long_work_tells_its_warnings_while_it_lasts(on_terminal, process, here, terminal):
+    """A wrong unit is known in a second, a search may take minutes: one need not wait for its end."""
+    rows = "".join(f"{0.1 * k},{0.3 * k * k},{0.02 * k}\n" for k in range(31))
+    (here / "far.csv").write_text(f"time,q1,q2\n{rows}")
+    words = "two_link far.csv --format json"
+    if terminal:
+        done, shown = on_terminal(words)
+        assert shown.index("warning: ") < shown.index("Verdicts at")
+    else:
+        done = process(words, silent=0)
+        stages = done.err.splitlines()
+        warned = [k for k, line in enumerate(stages) if line.startswith("warning: ")]
+        assert warned
+        assert max(warned) < stages.index(next(line for line in stages if line.startswith("writing json")))
+        assert len(set(stages)) == len(stages)
+    assert done.code == 0
 
 
 def test_a_stage_that_goes_on_is_told_without_a_new_one(process):

@@ -39,14 +39,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (click.Abort, KeyboardInterrupt):
         code = INTERRUPTED
     except Exception as error:
-        # Python wraps what is raised while a class is made.
-        code = INTERRUPTED if isinstance(error.__cause__, KeyboardInterrupt) else _explain(error, words)
+        code = _code_of_signal(error) or _explain(error, words)
     if code == INTERRUPTED:
         click.echo("interrupted", err=True)
     if arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is left to clean up
     if code != DONE:
         sys.exit(code)
+
+
+def _code_of_signal(error: BaseException | None) -> int | None:
+    """Exit code of the signal behind an error: imports and the making of classes wrap what it raises."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return INTERRUPTED
+        if isinstance(error, SystemExit) and error.code == TERMINATED:
+            return TERMINATED
+        error = error.__cause__ or error.__context__
+    return None
 
 
 def _run(words: list[str]) -> int:

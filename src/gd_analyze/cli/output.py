@@ -36,7 +36,8 @@ class Output:
     @contextmanager
     def working(self) -> Iterator[Stages]:
         """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
-        with warnings_collected(self.quiet, self.warnings), stages(self.quiet) as stage:
+        collected = warnings_collected(self.quiet, self.warnings)
+        with collected as warned, stages(self.quiet, warned) as stage:
             click.get_current_context().meta[STAGE] = stage
             stage("reading")
             yield stage

@@ -47,34 +47,53 @@ def tell(kind: str, text: str) -> None:
     click.echo(styled + "\n".join(texts).removeprefix(kind), err=True, color=colour())
 
 
+class Warned:
+    """The library's warnings, once each, as a verb's work goes on; long work tells them before its end."""
+
+    def __init__(self, quiet: bool, texts: list[str]) -> None:
+        self.texts = texts
+        self._quiet = quiet
+        self._printed: set[str] = set()
+
+    def note(self, text: str, category: type[Warning]) -> None:
+        """Note a warning, of torques above the limits before all others."""
+        if text not in self.texts:
+            self.texts.insert(0 if issubclass(category, TorqueLimitWarning) else len(self.texts), text)
+
+    def tell(self) -> None:
+        """Print the warnings that were not printed yet to standard error."""
+        for text in list(self.texts):  # another thread may note one
+            if text not in self._printed and not self._quiet:
+                tell("warning", text)
+            self._printed.add(text)
+
+
 @contextmanager
-def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[None]:
+def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[Warned]:
     """Collect the library's warnings in a list, once each, and print them to standard error in the end."""
     shown_by_python = warnings.showwarning
+    warned = Warned(quiet, texts)
 
     def note(message: Warning | str, category: type[Warning], *arguments: Any, **keywords: Any) -> None:
-        if not issubclass(category, GdAnalyzeWarning):
+        if issubclass(category, GdAnalyzeWarning):
+            warned.note(visible(str(message)), category)
+        else:
             shown_by_python(message, category, *arguments, **keywords)
-            return
-        text = visible(str(message))
-        if text not in texts:
-            texts.insert(0 if issubclass(category, TorqueLimitWarning) else len(texts), text)
 
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", GdAnalyzeWarning)
             warnings.showwarning = note
-            yield
+            yield warned
     finally:
-        if not quiet:
-            for text in texts:
-                tell("warning", text)
+        warned.tell()
 
 
 class StageLines:
     """Tells the stages of long work in plain lines on standard error; short work stays silent."""
 
-    def __init__(self) -> None:
+    def __init__(self, warned: Warned) -> None:
+        self._warned = warned
         self._begin = time.monotonic()
         self._label, self._printed, self._printed_at = "", "", 0.0
         self._lock = threading.Lock()
@@ -91,6 +110,7 @@ class StageLines:
             is_new = self._label != self._printed or seconds - self._printed_at >= AGAIN
             if seconds >= SHORT and is_new:
                 self._printed, self._printed_at = self._label, seconds
+                self._warned.tell()
                 click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
 
     def end(self) -> None:
@@ -101,9 +121,12 @@ class StageLines:
 class Stages:
     """Says on standard error what is going on: on a progress display, in lines, or not at all."""
 
-    def __init__(self, display: Any = None, lines: StageLines | None = None) -> None:
+    def __init__(
+        self, display: Any = None, lines: StageLines | None = None, warned: Warned | None = None
+    ) -> None:
         self._shown = None if display is None else (display, display.add_task(""))
         self._lines = lines
+        self._warned = warned
 
     def __call__(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number."""
@@ -111,6 +134,7 @@ class Stages:
             self._lines.tell(label)
         if self._shown:
             display, task = self._shown
+            display.warnings_above = "".join(f"warning: {text}\n" for text in self._texts())
             display.reset(task, description=visible(label), total=total)
 
     def advance(self, steps: int) -> None:
@@ -118,6 +142,9 @@ class Stages:
         if self._shown:
             display, task = self._shown
             display.advance(task, steps)
+
+    def _texts(self) -> list[str]:
+        return [] if self._warned is None else self._warned.texts
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Show the verdict lists above the progress; the result repeats them for the model's own budget."""
@@ -132,13 +159,16 @@ class Stages:
 
 
 @contextmanager
-def stages(quiet: bool) -> Iterator[Stages]:
-    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines."""
+def stages(quiet: bool, warned: Warned) -> Iterator[Stages]:
+    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines.
+
+    The warnings so far stand above a moving stage, and before the first line that is told.
+    """
     if quiet:
         yield Stages()
         return
     if not sys.stderr.isatty():
-        stage_lines = StageLines()
+        stage_lines = StageLines(warned)
         try:
             yield Stages(lines=stage_lines)
         finally:
@@ -154,15 +184,16 @@ def stages(quiet: bool) -> Iterator[Stages]:
     console = Console(stderr=True)
 
     class Display(progress.Progress):
+        warnings_above = ""  # lines above all else
         text_above = ""  # lines above the progress
 
         def get_renderables(self) -> Iterator[RenderableType]:
-            if self.text_above:
-                yield Text(self.text_above)
+            if self.warnings_above or self.text_above:
+                yield Text(self.warnings_above + self.text_above)
             yield from super().get_renderables()
 
     with Display(*columns, console=console, transient=True, redirect_stdout=False) as display:
-        yield Stages(display)
+        yield Stages(display, warned=warned)
 
 
 def colour() -> bool | None:

@@ -39,13 +39,26 @@ _LEAST_FAR = 0.1
 _MEASUREMENT_TOLERANCE = 0.1
 # Numbers rounded to 3 digits are good to 0.1 %.
 _ROUNDING_TOLERANCE = 1e-3
+# Findings of one check up to which each is told.
+_MOST_OF_A_KIND = 3
 _CHECK = "check the signs of its products, units (cm or m) and reference point (com or origin)"
 
 
 def implausible(arm: RobotArm) -> tuple[str, ...]:
-    """Suspicious numbers of an arm, a sentence each: doubts from its file, then findings of the checks."""
-    findings = (f"{place}: {message}" for check in CHECKS for place, message in check(arm))
-    return tuple(dict.fromkeys([*arm.doubts, *findings]))
+    """Suspicious numbers of an arm, a sentence each: doubts from its file, then findings of the checks.
+
+    A check that faults many links or joints, as a unit of all inertias does, tells the first two and
+    counts the rest.
+    """
+    sentences = list(arm.doubts)
+    for check in CHECKS:
+        findings = [f"{place}: {message}" for place, message in check(arm)]
+        if len(findings) > _MOST_OF_A_KIND:
+            findings[2:] = [
+                f"arm {arm.name}: {len(findings) - 2} more links or joints have numbers like these"
+            ]
+        sentences += findings
+    return tuple(dict.fromkeys(sentences))
 
 
 def warn_of_implausible(arm: RobotArm, stacklevel: int) -> None:

@@ -1,6 +1,7 @@
 """Read a robot from URDF: what Pinocchio ignores silently is checked, and right angles are made exact.
 
-Pinocchio gets only links with inertia, and joints: meshes, materials and simulators' tags are not read.
+Pinocchio gets only links with inertia, and joints. Shapes are read for their outlines alone, materials and
+simulators' tags not at all.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from gd_analyze.errors import ArmError
+from gd_analyze.robots.outlines import outline
 from gd_analyze.robots.text_file import Node, pinocchio_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree
 from gd_analyze.text import number, number_in
@@ -121,7 +123,14 @@ def _link(node: Node, notes: Notes) -> Node:
     if value == 1.0 and [moments[key] for key in ("ixx", "iyy", "izz")] == [[1.0]] * 3:
         doubt = f"{inertia.where}: link {name} has exporters' defaults, 1 kg and 1 kg m^2; state real values"
         notes.doubts.append((name, doubt))
-    within = (_origin(inertial, name, notes), mass.kept((), {"value": value}), inertia.kept((), moments))
+    origin = _origin(inertial, name, notes)
+    box = outline(node, Path(notes.path))
+    if box is not None:
+        com = np.array(origin.numbers("xyz", 3))
+        trace = sum(moments[key][0] for key in ("ixx", "iyy", "izz"))
+        for contradiction in box.contradictions(value, com, trace):
+            notes.doubts.append((name, f"{inertial.where}: link {name}: {contradiction}"))
+    within = (origin, mass.kept((), {"value": value}), inertia.kept((), moments))
     return node.kept(("name",), {}, inertial.kept((), {}, *within))
 
 
