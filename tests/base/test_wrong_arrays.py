@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy
-from gd_analyze.dynamics.simulation import joint_accelerations
 from gd_analyze.errors import ArmError, GdAnalyzeError, ModelError, TrajectoryError, UsageError
 from gd_analyze.robots.payload import with_payload
 

@@ -14,9 +14,9 @@ from gd_analyze.dynamics.drivetrain import (
     least_friction,
     viscous_coefficients,
 )
+from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.dynamics.simulation import joint_accelerations
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import Drive
 from strategies import random_states

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.dynamics.drivetrain import Drivetrain
+from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, pinocchio_model, round_off_bounds
-from gd_analyze.dynamics.simulation import joint_accelerations
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm

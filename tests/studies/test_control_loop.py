@@ -10,7 +10,8 @@ from scipy.integrate import trapezoid
 
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.dynamics.simulation import Integration, joint_accelerations, simulate
+from gd_analyze.dynamics.forward_dynamics import joint_accelerations
+from gd_analyze.dynamics.simulation import Integration, simulate
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace

@@ -1,8 +1,4 @@
-"""Joint accelerations from torque, and motions integrated over time with their energy balance.
-
-M. W. Walker and D. E. Orin (1982), methods 1 to 3, which differ only in how they compute D: given D, h and c,
-D qdd = tau - h - c is a linear system (forward dynamics). [FGL87] problem 3.11.
-"""
+"""Motions that torques cause, integrated over time with their energy balance. [FGL87] problem 3.11."""
 
 from __future__ import annotations
 
@@ -15,18 +11,15 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from gd_analyze.arrays import FloatArray, set_points_last
+from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
+from gd_analyze.dynamics.forward_dynamics import DEFAULT_METHOD, solve_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy
-from gd_analyze.dynamics.mass_matrix import refusal
-from gd_analyze.dynamics.methods import Method, known_method
-from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics.methods import known_method
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.motions.states import checked_states
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-
-DEFAULT_METHOD = "composite_moments"
 
 Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 # A function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and (N, n).
@@ -106,50 +99,6 @@ class Simulation:
     def as_trajectory(self, name: str = "simulation") -> Trajectory:
         """Convert the motion to a Trajectory."""
         return Trajectory(self.time, self.q, self.qd, self.qdd, name, f"simulated: {self.integration}")
-
-
-def joint_accelerations(
-    arm: RobotArm,
-    q: FloatArray,
-    qd: FloatArray,
-    torque: FloatArray,
-    method: str = DEFAULT_METHOD,
-    drivetrain: Drivetrain = NO_DRIVES,
-) -> FloatArray:
-    """Accelerations that the actuators' torques cause: (D + J) qdd = tau - h - c - resistance, all (..., n).
-
-    Raises an ArmError if D is singular, as the acceleration of a joint that moves no mass is undefined, or if
-    D has a negative eigenvalue.
-    """
-    _, (q, qd, torque) = checked_states(arm, q=q, qd=qd, torque=torque)
-    driving = torque - drivetrain.resistance_of(arm)(qd)
-    return solve_accelerations(arm, known_method(method), drivetrain.inertia_of(arm), q, qd, driving)
-
-
-def solve_accelerations(
-    arm: RobotArm, method: Method, added: FloatArray, q: FloatArray, qd: FloatArray, driving: FloatArray
-) -> FloatArray:
-    """Solve `joint_accelerations` for checked states.
-
-    `added`, shape (n,), is added to D's diagonal, and `driving` is the torque less the resistance.
-    """
-    dynamics = method.dynamics(arm, set_points_last(q), set_points_last(qd))
-    inertia = np.moveaxis(dynamics.inertia, -1, 0) + np.diag(added)
-    accelerating = (set_points_last(driving) - dynamics.coriolis_centrifugal - dynamics.gravity_loading).T
-    # An effective inertia (a pivot) no larger than the round-off of a zero is zero.
-    still = np.zeros_like(q)
-    floor = round_off_bounds(arm, q, still, still)["inertia"]
-    try:
-        pivots = np.diagonal(np.linalg.cholesky(inertia), axis1=-2, axis2=-1) ** 2
-        is_regular = bool((pivots > floor).all())
-    except np.linalg.LinAlgError:
-        is_regular = False
-    if not is_regular:
-        worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
-        position, floors = q.reshape(-1, arm.n_joints)[worst], np.full(arm.n_joints, floor)
-        raise refusal(arm, position, inertia[worst], floors, f"set point {worst + 1}")
-    solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
-    return solution.reshape(q.shape)
 
 
 def simulate(

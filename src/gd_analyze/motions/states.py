@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError
 from gd_analyze.motions import trajectory as motion
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Motion, Trajectory
@@ -221,3 +221,24 @@ def checked_states(arm: RobotArm, **quantities: ArrayLike) -> tuple[tuple[int, .
         require_possible(array, name, UsageError)
         arrays.append(array)
     return arrays[0].shape[:-1], arrays
+
+
+def broadcast_states(
+    n_joints: int, owner: str, error: type[GdAnalyzeError], **quantities: ArrayLike
+) -> list[FloatArray]:
+    """Arrays of quantities with one finite number per joint, leading axes broadcast to one shape.
+
+    `owner` names what has the joints in messages: "arm puma560". Raises `error`.
+    """
+    arrays = [array_of(values, name, error) for name, values in quantities.items()]
+    for name, array in zip(quantities, arrays, strict=True):
+        if array.shape[-1:] != (n_joints,):
+            message, expected = f"{name} does not fit {owner}", f"shape (..., {n_joints})"
+            raise error(message, where=name, expected=expected, found=str(array.shape))
+        require_possible(array, name, error)
+    try:
+        return list(np.broadcast_arrays(*arrays))
+    except ValueError:
+        message, expected = f"{' and '.join(quantities)} differ in shape", "equal leading axes, or axes of 1"
+        shapes = ", ".join(f"shape {array.shape}" for array in arrays)
+        raise error(message, where=", ".join(quantities), expected=expected, found=shapes) from None

@@ -9,7 +9,7 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, array_of, require_possible, set_points_last
+from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
@@ -17,6 +17,7 @@ from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
@@ -250,22 +251,12 @@ class SimplifiedModel:
         return float(gammas(exact.inertia, self.inertia(exact.states.q)).max(initial=0.0))
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
-        names, n = ("q", "qd", "qdd")[: len(states)], self.arm.n_joints
-        arrays = [array_of(values, name, ModelError) for name, values in zip(names, states, strict=True)]
-        for name, array in zip(names, arrays, strict=True):
-            if array.shape[-1:] != (n,):
-                message, expected = f"{name} does not fit the model of {self.arm.name}", f"shape (..., {n})"
-                raise ModelError(message, where=name, expected=expected, found=str(array.shape))
-            require_possible(array, name, ModelError)
-        try:
-            arrays = list(np.broadcast_arrays(*arrays))
-        except ValueError:
-            message, expected = f"{' and '.join(names)} differ in shape", "equal leading axes, or axes of 1"
-            shapes = ", ".join(f"shape {array.shape}" for array in arrays)
-            raise ModelError(message, where=", ".join(names), expected=expected, found=shapes) from None
+        quantities = dict(zip(("q", "qd", "qdd"), states, strict=False))
+        owner = f"the model of {self.arm.name}"
+        arrays = broadcast_states(self.arm.n_joints, owner, ModelError, **quantities)
         inputs = {
             f"{name}{i + 1}": row
-            for name, array in zip(names, arrays, strict=True)
+            for name, array in zip(quantities, arrays, strict=True)
             for i, row in enumerate(set_points_last(array))
         }
         values = program.run(inputs)
