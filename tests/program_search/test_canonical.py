@@ -24,7 +24,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from uncompiled import canon_of, canonical, cost, guarded, guarded_layout, kernels, nodes_of_size, values_of
 
+from gd_analyze.errors import ModelError
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.torque_structure import structure_fault
+from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import ONE, PRODUCT, SCALED, SUM, ZERO, Layout, Nodes
 from strategies import examples
 
@@ -199,6 +202,17 @@ def test_a_cycle_is_refused_where_outputs_reach_it(program, data):
     side = nodes.left if nodes.kind[lower] == SCALED or data.draw(st.booleans()) else nodes.right
     side[lower] = 2 * upper + data.draw(st.integers(0, 1))
     assert canonical(nodes, LEAVES) is None
+
+
+def test_more_operations_in_arguments_than_a_mask_holds_are_refused():
+    """One bit of 64 stands for each: a chain of 65 parallel joints has no room."""
+    trace = Trace()
+    angle = trace.record("input", "q1")
+    for joint in range(2, 67):
+        angle = trace.record("add", angle, trace.record("input", f"q{joint}"))
+    program = Program.of(trace, [trace.apply("cos", angle)])
+    with pytest.raises(ModelError, match="found: more than 64"):
+        Layout.of(program, PRICE)
 
 
 def test_a_program_beyond_its_memory_is_refused():

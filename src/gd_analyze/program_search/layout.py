@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import ModelError
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
 
@@ -185,6 +186,12 @@ def _about(leaves: Sequence[Expression], sine_price: float) -> Leaves:
         for step in Program.of(leaf.trace, [argument]).steps:
             if step.operation in ("add", "subtract", "multiply"):
                 mask |= 1 << steps.setdefault(step.order, len(steps))
+        if len(steps) > masks.itemsize * 8:
+            raise ModelError(
+                "level fast has no room for so many operations in arguments of sines and cosines",
+                found=f"more than {masks.itemsize * 8}",
+                next_step="take the default level term",
+            )
         masks[place] = mask
         partner_place = by_angle.setdefault(argument.order, place)
         if partner_place != place:
